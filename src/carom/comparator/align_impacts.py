@@ -31,7 +31,7 @@ class AlignedRun(ComparedRun):
             reference. Each pair begins with the impact that is earlier in the reference.
         diverged_s: Time in seconds of the run's first missed, spurious or out-of-order impact; None if there is none.
         pit_diverged_s: Time in seconds of the first impact that PIT misses or invents with the same step size. None if
-            there is none, or without PIT.
+            there is no such impact, or no PIT run.
     """
 
     alignment: Alignment
@@ -108,7 +108,7 @@ def _sort_bodies(rows: NDArray[np.void]) -> NDArray[np.int64]:
 
 
 def _drop_contact_starts(reference: Trace, observed: Trace, invented: Sequence[int]) -> tuple[int, ...]:
-    """Remove the spurious impacts of a disc on a wall after their lasting contact begins in the reference.
+    """Remove spurious impacts of a disc on a wall after the disc begins to rest, slide or roll there in the reference.
 
     An engine may report the beginning of this contact as an impact, with the start of a step as its time. So impacts up
     to one step before the contact are also removed.
@@ -145,7 +145,7 @@ def _sort_by_reference(
 
     Return the pairs of impacts that are still in the wrong order.
 
-    Nearly all impacts are already in order. An insertion sort needs only one comparison for each of them.
+    An insertion sort is used, because it needs only one comparison for an impact that is already in order.
     """
     slack = LATEST_STAMP_STEPS * observed.dt_s
     stamp, time = observed.impacts["time_s"], reference.impacts["time_s"]
@@ -178,10 +178,10 @@ def _list_pairs(trace: Trace, indices: Sequence[int]) -> list[Pair]:
 def compute_edit_distance(a: Sequence[Pair], b: Sequence[Pair]) -> int:
     """Return the smallest number of insertions, deletions and swaps of neighbours that turn `a` into `b`.
 
-    This is the restricted Damerau-Levenshtein distance without replacements (G. Navarro, A guided tour to approximate
-    string matching, ACM Computing Surveys 33(1), 2001). The table of distances is computed only near its diagonal, in a
-    band that is widened until it is at least as wide as the result (E. Ukkonen, 1985). The result is at most
-    `MOST_EDITS`.
+    The number is the restricted Damerau-Levenshtein distance without replacements (G. Navarro, A guided tour to
+    approximate string matching, ACM Computing Surveys 33(1), 2001). Only a band around the diagonal of the distance
+    table is computed. The band is widened until it is at least as wide as the distance (E. Ukkonen, 1985). The result
+    is at most `MOST_EDITS`.
     """
     start = 0
     while start < min(len(a), len(b)) and a[start] == b[start]:
@@ -202,7 +202,7 @@ def _compute_edit_distance_within(a: Sequence[Pair], b: Sequence[Pair], band: in
     """Return the edit distance if it is at most `band`; otherwise return any number above `band`."""
     beyond = band + 1
     width = 2 * band + 1
-    # rows[r][k] is the distance between the first r entries of a and the first r + k - 1 - band entries of b.
+    # Entry k of row r is the distance between the first r items of a and the first r + k - 1 - band items of b.
     rows = [[beyond] * (width + 2) for _ in range(len(a) + 1)]
     for r in range(len(a) + 1):
         row, above = rows[r], rows[r - 1]

@@ -80,14 +80,12 @@ class Scorer:
 
 
 def _require_scene(reference: Trace, trace_name: str, trace: Trace) -> None:
-    """Raise an error if a trace is of another scene than the reference."""
     if trace.scene != reference.scene:
         message = f"the reference is of scene {reference.scene.name!r}, {trace_name} of {trace.scene.name!r}"
         raise InputError(f"{message} or of another version of it: only traces of one scene can be compared")
 
 
 def _run_stages(baseline: Baseline, observed: Trace, horizon: float | None) -> Score:
-    """Run the five stages of a comparison in turn."""
     compared = find_range(baseline, observed, horizon)
     aligned = align_impacts(compared)
     measured = measure_run(aligned)

@@ -1,8 +1,8 @@
 """First stage of a comparison: the part of a run that can be compared with its reference.
 
-The range ends at the earliest of three times: the horizon, the time when a disc starts to rest, slide or roll, and the
-time when a disc is crushed. If a disc bounces infinitely often before it rests or is crushed, the range ends when its
-bounces become too weak or too frequent for the step size.
+The range ends at the horizon, or when a disc starts to rest, slide or roll, or when a disc is crushed. If a disc
+bounces infinitely often before it rests or is crushed, the range ends when its bounces become too weak or too frequent
+for the step size.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ class ComparedRun:
         truth: Comparison of each step of the run with a PIC run that starts from the run's own state before the step.
             None if no states were recorded.
         before_tie_s: Time just before the first simultaneous impacts that have no unique result, in seconds. None if
-            there are no such impacts, or if no impact precedes them.
+            all results are unique, or if no impact precedes these impacts.
     """
 
     baseline: Baseline
@@ -111,7 +111,7 @@ class ComparedRun:
 
     @property
     def has_other_ending(self) -> bool:
-        """Whether the run did not end in the same way as the reference, for example because it was interrupted.
+        """Whether the run did not end like the reference, for example because the run was interrupted.
 
         If discs rest or slide at the end of the reference, the run only has to be complete.
         """
@@ -185,9 +185,9 @@ def clip_before_rest(
 ) -> ComparisonRange:
     """End the compared range where a bouncing disc becomes so slow that steps of this size can't show its bounces.
 
-    A disc can have infinitely many impacts just before it rests. In the last ones, the disc is no faster than after a
-    fall of `RESTING_STEPS` steps. A method that checks once per step can't distinguish such a slow disc from a resting
-    disc. If PIT's run is given, the range also ends at the first bounce that PIT misses or invents.
+    A disc can have infinitely many impacts just before it rests. In the last impacts before rest, the disc is no faster
+    than after a fall of `RESTING_STEPS` steps. A method that checks once per step can't distinguish such a slow disc
+    from a resting disc. If PIT's run is given, the range also ends at the first bounce that PIT misses or invents.
     """
     impacts, times = reference.impacts, reference.impacts["time_s"]
     if reference.scene.gravity_m_s2 == (0.0, 0.0) and reference.contact_s == math.inf:
@@ -213,10 +213,9 @@ def clip_before_rest(
 def _find_crush_limit(reference: Trace, dt_s: float, pit: Trace | None) -> float:
     """Return the time after which a disc between two closing walls has impacts too often for steps of this size.
 
-    As the walls crush the disc, the times between impacts become ever shorter. From some time on, each impact follows
-    the previous one within two steps. A method that checks once per step then finds at most one of these impacts, and
-    finds it late. If PIT's run is given and misses or invents an earlier impact of the disc, the result is one step
-    before that impact.
+    As the walls crush the disc, the times between its impacts become ever shorter. The result is the time after which
+    all impacts follow each other within two steps, because a method that checks once per step then misses impacts. If
+    PIT's run is given and misses or invents an earlier impact of the disc, the result is one step before that impact.
     """
     impacts, times = reference.impacts, reference.impacts["time_s"]
     disc = int(impacts["first"][-1])
@@ -280,7 +279,7 @@ def _find_falling_back(trace: Trace, impacts: list[int]) -> NDArray[np.bool_]:
     """Return, for each given impact of one pair, whether gravity pulls the disc back before the bodies separate.
 
     The pair overlaps by `depth` when the impact is found, and then separates at the speed `parting`. Gravity
-    accelerates the bodies towards each other by `pull`. They separate only if ``parting^2 > 2 pull depth``.
+    accelerates the bodies towards each other by `pull`. The bodies separate only if ``parting^2 > 2 pull depth``.
     """
     scene, bodies = trace.scene, SceneBodies(trace.scene)
     row_of_impact, radius = {k: nth for nth, k in enumerate(impacts)}, scene.arrays.radius_m

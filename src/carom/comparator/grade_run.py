@@ -64,8 +64,7 @@ def grade_trajectory(judged: JudgedRun) -> Grade:
 def _add_phase_dependence(found: tuple[Finding, ...], as_right: int, phases: int) -> tuple[Finding, ...]:
     """Report that the run equals PIT, and that PIT is this accurate only at some phases of the step.
 
-    If the run has the verdict CONFORMS, the note is added to the reason of CONFORMS, because nothing is wrong with the
-    run.
+    If nothing is wrong with the run, the note is added to the reason of its verdict CONFORMS.
     """
     note = f"PIT is equally accurate at {as_right} of {phases} phases of the step"
     if not any(finding.verdict is Verdict.CONFORMS for finding in found):
@@ -218,8 +217,7 @@ def _has_close_impacts(judged: JudgedRun, cost: SamplingCost) -> bool:
 def _has_sampled_impacts(judged: JudgedRun, sampling: Measured, cost: SamplingCost) -> bool:
     """Whether the error of each impact is at most PIT's error at that impact or at an earlier one.
 
-    Errors propagate from impact to impact, so the limit for an impact is PIT's largest error up to this impact. PIT's
-    errors are measured at several phases of the step, and at the phase at which PIT is as late as the run. If PIT
+    Errors propagate from impact to impact, so the limit for an impact is PIT's largest error up to this impact. If PIT
     misses an impact, both discs keep their old paths, so PIT's velocity error is the whole change of velocity in this
     impact.
     """
@@ -246,7 +244,7 @@ def _has_sampled_impacts(judged: JudgedRun, sampling: Measured, cost: SamplingCo
         latest_s, earliest_s = (late_s[impact], early_s[impact]) if is_found[impact] else (math.inf, math.inf)
         if local_s <= known_ratio * dt_s:
             # Compared with the exact impact that follows from the run's own state, this impact is at most a step late.
-            # Earlier impacts caused the rest of its lateness.
+            # Earlier impacts caused the rest of the lateness.
             latest_s = max(latest_s, known_ratio * cost.found_off_s[impact])
         velocity, spin = at_worst[:, impact]
         velocity += judged.rounding * own_scales.speed_m_s[impact] / scales.speed_m_s

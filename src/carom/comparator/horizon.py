@@ -33,8 +33,8 @@ class Horizon:
 
     Attributes:
         tolerance: Largest relative error of an impact that agrees. Time errors are divided by the scene's duration.
-            Errors of velocities and rim speeds are divided by the greatest speed at the start, or by that of the whole
-            run if there is gravity or a driven body.
+            Errors of velocities and rim speeds are divided by the greatest speed at the start. With gravity or driven
+            bodies, the greatest speed of the whole run is used.
         agreed: Number of impacts before the first one that does not agree within the tolerance.
         order_differs: Index of the first impact whose bodies differ from those of the certified impact with the same
             index; None if there is none.
@@ -188,7 +188,7 @@ def _sort_as_certified(certified: CertifiedTrace, trace: Trace, alike_s: float) 
 
 
 def _find_landing_bounces(certified: Trace, trace: Trace, alike_s: float) -> NDArray[np.bool_]:
-    """Find the impacts of a trace at which the disc begins to stay on the wall in the certified run."""
+    """Find the bounces of a trace with which a disc lands and stays on a wall in the certified run."""
     parts = np.zeros(len(trace.impacts), bool)
     for mode in () if certified.modes is None else certified.modes[certified.modes["before"] == Mode.FLIGHT]:
         theirs, ours = (

@@ -2,9 +2,9 @@
 
 The impacts of each pair of bodies are matched separately, in order of time. There are as many matches as possible. If
 several matchings have this number of matches, the one with the smallest sum of time differences is used. Each reference
-impact has a *window*: the time between the previous and the next reference impact of the same bodies, because in this
-time the bodies stay on the same paths. An observed impact can match a reference impact only within its window. An
-engine may report an impact up to `LATEST_STAMP_STEPS` steps late, so each window is longer by this time at both ends.
+impact has a *window*: the time between the previous and the next reference impact of the same bodies. Outside of this
+window, the bodies are on other paths. An observed impact can match a reference impact only within its window. An engine
+may report an impact up to `LATEST_STAMP_STEPS` steps late, so each window is longer by this time at both ends.
 """
 
 from __future__ import annotations
@@ -144,10 +144,11 @@ def _align_pair(
     observed_time: list[float],
     windows: list[tuple[float, float]],
 ) -> list[tuple[int, int]]:
-    """Match one pair's impacts in order by dynamic programming. The cost is (unmatched impacts, sum of time errors).
+    """Match one pair's impacts in order by dynamic programming.
 
-    ``cost(r, c)`` is the smallest cost for the reference's impacts from r on and the observed impacts from c on. Later
-    impacts have later windows. So each row of the cost table is computed only for the columns in its window.
+    A cost is two numbers: unmatched impacts, and the sum of time errors. ``cost(r, c)`` is the smallest cost for the
+    reference's impacts from r on and the observed impacts from c on. Later impacts have later windows. So each row of
+    the cost table is computed only for the columns in its window.
     """
     rows, columns = len(expected), len(found)
     stamps = [observed_time[o] for o in found]

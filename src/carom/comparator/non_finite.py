@@ -35,7 +35,7 @@ def find_turned_impacts(before: NDArray[np.float64], after: NDArray[np.float64],
     Args:
         before: Velocities of the two bodies before the impacts, shape ``(2, m, 2)``.
         after: Velocities of the two bodies after the impacts, shape ``(2, m, 2)``.
-        float_bits: Width of the method's floats. Rounding errors of velocities are relative to the pair's greatest
+        float_bits: Width of the method's floats. Rounding errors of velocities are proportional to the pair's greatest
             speed.
     """
     greatest = np.max(np.linalg.norm([before, after], axis=-1), axis=(0, 1))
@@ -93,7 +93,6 @@ def _iterate_non_finite(trace: Trace) -> Iterator[str]:
 
 
 def _find_finite_rows(values: ArrayLike) -> NDArray[np.bool_]:
-    """Return whether each row of an array is finite."""
     array = np.asarray(values, dtype=np.float64)
     return np.asarray(np.isfinite(array).all(axis=tuple(range(1, array.ndim))), dtype=np.bool_)
 

@@ -38,14 +38,14 @@ class Score(Shown):
             step. If the ratio of the spin errors is larger, that ratio is used. For a missed impact, the error is the
             whole change of velocity or spin that the impact causes. The value is 0 for an exact run, 1 for a run as
             inaccurate as PIT, and above 1 for a worse run. If all velocities and spins of both PIT and the run are
-            exact, the value is the run's largest time error divided by PIT's, or by one step if a step is longer. The
-            value is NaN without a PIT run, without an impact, or if simultaneous impacts have no unique result. The
-            value is infinite if the run has an error and PIT has none, if a number of the run is not finite, or if the
-            run ended before its last impact.
+            exact, the value is the ratio of the largest time errors. PIT's time error then counts as at least one step.
+            The value is NaN without a PIT run, without an impact, or if simultaneous impacts have no unique result. The
+            value is infinite if only the run has an error, if a number of the run is not finite, or if the run ended
+            before its last impact.
         findings: At least one verdict, each with its reason.
         grade: The grade.
-        float_bits: Width of the floats in which the method computes, as it declares. Errors within the rounding of
-            these floats count as exact.
+        float_bits: Width of the method's floats: 32 or 64 bits. Errors within the rounding of these floats count as
+            exact.
         scales: The length, speeds, time and energy that errors are divided by.
         equals_pit: Whether the run finds the same impacts as PIT, and differs from PIT only by rounding.
         edits: Edit distance between the order of impacts in the run and in the reference.
@@ -64,10 +64,11 @@ class Score(Shown):
             or if a single step missed or invented an impact before.
         pit_diverged_s: Time in seconds at which PIT's trajectory diverged; None if it did not diverge, or without a PIT
             run.
-        contact: Score of the time in which discs slide, roll or rest. None if there is no such time, or if states were
-            not stored.
+        contact: Score of the time in which discs slide, roll or rest. None if no disc does, or if states were not
+            stored.
         lucky_phase: Number of phases of the step at which PIT is as accurate as the run, and number of phases that were
-            tried. None unless the run is exact or close, has PIT's impacts, and PIT is less accurate at some phases.
+            tried. Only given if an exact or close run equals PIT, and PIT is less accurate at some phases; otherwise
+            None.
 
     Examples:
         >>> reference = carom.solve_pic("paper/late")

@@ -35,7 +35,7 @@ def build_shifted_scenes(reference: Trace, dt_s: float, phases: Iterable[float])
     """For each phase, yield the scene with a later or earlier start. A phase is omitted if bodies would overlap.
 
     All discs are advanced by ``phase * dt`` along their paths, and the duration is shortened by the same time. If the
-    first impact happens earlier than this, the discs are instead moved back by ``(1 - phase) * dt``.
+    first impact is before the new start, the discs are instead moved back by ``(1 - phase) * dt``.
 
     Args:
         reference: The scene's PIC trace.
@@ -112,7 +112,7 @@ def _is_free_of_impacts(scene: Scene, shift_s: float) -> bool:
 
 
 def _shift_scene(scene: Scene, shift_s: float) -> Scene:
-    """Return the scene that begins `shift_s` after the start and has the same end. No bodies may meet in that time."""
+    """Return the scene with a start `shift_s` later and the same end. No bodies may meet between both starts."""
     slowing = Slowing.of(scene)
     states = list[tuple[Vector, Vector, float, tuple[Leg, ...]]]()
     for disc in scene.discs:

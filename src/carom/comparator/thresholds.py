@@ -23,8 +23,8 @@ class Thresholds:
         phases: Number of evenly spread phases of a step at which PIT's errors are measured. At one of 16 phases, PIT is
             within a sixteenth of a step of its largest possible lateness. If PIT misses an impact at more than a
             sixteenth of all phases, PIT also misses the impact at one of these 16.
-        ratio_known: Rounding error of the quotient of an error and PIT's error. In 64-bit floats, 1e-13 was observed.
-        ratio_known_32: Rounding error of this quotient for a method with 32-bit floats: 5e-4 was observed.
+        ratio_known: Rounding error of the quotient of an error and PIT's error; in 64-bit floats, 1e-13 was observed.
+        ratio_known_32: The same as `ratio_known` in 32-bit floats; 5e-4 was observed.
         direction_rad: Largest error of a direction that is ignored: a degree, which is just visible in a picture.
         energy: Largest energy error that is ignored, divided by the scene's energy. Rounding causes 1e-13 in
             float64 engines and 1e-7 in float32 engines, both far below a millionth.

@@ -1,4 +1,4 @@
-"""Checks that a trace is possible in its scene. Its accuracy is not checked."""
+"""Checks that a trace is possible in its scene. The accuracy of traces is not checked."""
 
 from __future__ import annotations
 
@@ -48,7 +48,6 @@ def require_possible_trace(trace: Trace) -> None:
 
 
 def _require_wall_motion(trace: Trace, source: str) -> None:
-    """Raise an error if a wall turns, or moves in another way than in the scene. `source` describes the trace."""
     impacts, spins = trace.impacts, trace.spins
     of_second = {name: impacts[name] for name in ("velocity_second_before", "velocity_second_after")}
     if spins is not None:

@@ -77,7 +77,6 @@ class Column(NamedTuple):
         say: Function that returns the cell for the item of a row.
         under: A second line of the heading.
         number: Whether the cells are numbers.
-        only: Media that show the column.
     """
 
     head: str
@@ -107,7 +106,6 @@ class Table(NamedTuple):
         note: Explanation of the columns.
         folded: Label that opens the table on a page; empty if the table is open from the start.
         css: CSS class for the layout on a page.
-        only: Media that show the table.
         packed: Whether a page stores the rows in compressed form until a reader opens the table. Packing is for tables
             with many rows.
     """
@@ -132,7 +130,6 @@ class Text(NamedTuple):
 
     Attributes:
         text: The text.
-        only: Media that show the paragraph.
         folded: Whether a page shows the paragraph only after a click on *How is this computed?*.
     """
 
@@ -146,7 +143,6 @@ class Lines(NamedTuple):
 
     Attributes:
         items: The sentences.
-        only: Media that show the list.
         folded: Label that opens the list on a page; empty if the list is open from the start.
     """
 
@@ -251,7 +247,6 @@ class Section(NamedTuple):
         heading: The heading.
         blocks: The content, in order.
         level: Level of the heading: 2, or 3 for a part of the previous section.
-        only: Media that show the section.
         short: A shorter heading for the list of sections.
     """
 
@@ -285,5 +280,5 @@ class Document(NamedTuple):
     watch: Cell | None = None
 
     def select_for(self, medium: Media) -> Iterable[Section]:
-        """Return the sections that a medium shows, except for empty ones."""
+        """Return the sections that a medium shows, except for empty sections."""
         return (section for section in self.sections if medium in section.only and section.select_for(medium))

@@ -1,4 +1,4 @@
-"""Outcomes of runs. Each is shown by a word, a symbol and a colour, and has a definition."""
+"""Outcomes of runs, each with a word, a symbol, a colour and a definition."""
 
 from __future__ import annotations
 

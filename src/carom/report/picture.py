@@ -192,7 +192,7 @@ def _draw_paths(axes: Axes, scene: Scene, paths: Paths, misses: _Misses, *, dott
         axes.add_artist(Circle(tuple(centre), radius, fill=False, **edge))
 
     def mark(disc: int, centre: NDArray[np.float64], time_s: float) -> None:
-        """Mark the angle of a turning disc by the outer part of a radius."""
+        """Draw the outer part of a radius, which shows the angle of a turning disc."""
         if not paths.turned or not np.isfinite(centre).all():
             return
         angle = paths.turned[disc].angle_at(time_s)
@@ -294,7 +294,6 @@ def _draw_wall(axes: Axes, wall: AnyWall, limits: Limits, **style: float) -> Ite
 
 
 def _draw_outline(axes: Axes, outline: Outline, **style: Any) -> Iterator[Artist]:
-    """Draw a finite wall: its line, and the area within its half width."""
     from matplotlib.patches import Circle, Polygon
 
     points = np.array(list(outline.build_polyline(ARC_PARTS)))

@@ -141,7 +141,7 @@ def _build_sampler(reference: Trace, trace: Trace) -> Json | None:
 
 
 class ContactPoint(NamedTuple):
-    """The contact point of an impact, and the time that the bodies would overlap without the impact.
+    """The contact point of an impact, and how long the bodies would overlap without the impact.
 
     Attributes:
         x_m: The x coordinate of the contact point.

@@ -218,7 +218,7 @@ def list_sampled_positions(trace: Trace) -> tuple[Array, Array] | None:
 
 
 def _cut_at_non_finite(track: Track) -> Track:
-    """Return a track up to its first number that is NaN or infinite. After its end, the disc is drawn at rest."""
+    """Return a track up to its first NaN or infinite number. After its last point, the disc is drawn at rest."""
     known = np.isfinite(track.time_s) & np.isfinite(track.position_m).all(axis=1)
     count = len(known) if known.all() else int(known.argmin())
     return track if count == len(known) else Track(track.time_s[:count], track.position_m[:count], track.pull_m_s2)

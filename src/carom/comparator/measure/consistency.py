@@ -50,8 +50,8 @@ class Consistency:
             speed; 0 if no disc spins.
         position: Largest distance of a disc from the position that its own velocities imply, divided by the largest
             radius.
-        excess: The part of `position` that moving overlapping bodies apart does not explain. An engine may move them at
-            both ends of a flight, by at most the overlap that they gain in a step.
+        excess: The part of `position` that remains after subtracting, for both ends of a flight, the overlap gained in
+            a step. Engines may move overlapping bodies apart by this distance.
         stamp_s: Largest time, in seconds, by which the time stamp of an impact is outside of the run or of the step
             that reported the impact.
         across: Largest velocity change perpendicular to the normal at an impact, divided by the scene's greatest speed.
@@ -60,13 +60,13 @@ class Consistency:
         normal_length: Largest difference between a normal's length and 1.
         momentum: Largest change of the velocity of two discs' centre of mass at their impact, divided by the scene's
             greatest speed.
-        angular: Largest change of a disc's angular momentum about the point of contact at an impact, divided by its
-            mass, its radius and the scene's greatest disc or rim speed; 0 if no disc spins.
+        angular: Largest change of a disc's angular momentum about the point of contact at an impact; 0 if no disc
+            spins. The change is divided by the disc's mass, its radius and the scene's greatest disc or rim speed.
         angular_excess: The part of `angular` that is not explained by the overlap gained in a step.
         arm: The distance from the disc's centre at which friction seems to act, divided by the disc's radius. The
             impact with the largest change of angular momentum determines this value. NaN if there was no friction.
-        strayed: Largest distance of a disc from the position that its own velocities imply, divided by the largest
-            coordinate that the disc can reach. Rounding errors of positions are proportional to this coordinate.
+        strayed: Like `position`, but divided by the largest coordinate that the disc can reach, because rounding errors
+            are proportional to this coordinate.
         strayed_excess: The largest `excess`, also divided by the largest coordinate that the disc can reach.
         unchecked: Number of free flights that are not checked, because a disc had several contacts in one step or the
             flight ends after the compared range.
@@ -131,8 +131,8 @@ def _iterate_flights(trace: Trace, until_s: float) -> Iterator[Array]:
     """For each disc, yield its k free flights between impacts and to the end of the run, shape ``(6, k)``.
 
     The rows are the disc, the time at which the flight begins, and the deviations of velocity, rim speed and position
-    at the flight's end (NaN if the flight can't be followed). The last row is the distance by which the engine may have
-    moved the overlapping disc at both ends of the flight.
+    at the flight's end. Deviations are NaN if the flight can't be followed. The last row is the distance by which the
+    engine may have moved the overlapping disc at both ends of the flight.
     """
     impacts, count = trace.impacts, len(trace.impacts)
     bodies = np.concatenate([impacts["first"], impacts["second"]])
@@ -148,7 +148,7 @@ def _iterate_flights(trace: Trace, until_s: float) -> Iterator[Array]:
     start, slowing = trace.scene.arrays, Slowing.of(trace.scene)
     rims_end = np.zeros(len(start)) if trace.final_spin_rad_s is None else start.radius_m * trace.final_spin_rad_s
     for number, disc in enumerate(trace.scene.discs):
-        if disc.legs:  # a disc with a prescribed path turns without impacts
+        if disc.legs:  # a disc with a prescribed path changes its velocity without impacts
             continue
         rows = order[first_of[number] : first_of[number + 1]]
         own_impacts = rows % max(count, 1)
@@ -169,8 +169,8 @@ def _iterate_flights(trace: Trace, until_s: float) -> Iterator[Array]:
         pull = math.hypot(gx, gy)
         if pull > 0.0:
             along, across = np.array([gx, gy]) / pull, np.array([-gy, gx]) / pull
-            # Velocities are known at step boundaries only. So gravity may act for up to two steps longer than the
-            # flight: from the start of the step with the first contact until one step after the next contact.
+            # Velocities are known at step boundaries only. So gravity may act up to two steps longer than the flight,
+            # because contacts begin and end within steps.
             most_change = pull * (time[1:] + trace.dt_s - np.concatenate([[0.0], begin_s[own_impacts]]))
             beyond = np.maximum(np.maximum(-pull * trace.dt_s - change @ along, change @ along - most_change), 0.0)
             velocity_error, distance = np.hypot(change @ across, beyond), np.abs(path_error @ across)
@@ -219,7 +219,7 @@ def _compute_turn_places(trace: Trace, turning: Array) -> Array:
 
 
 def _compute_path_errors(place: Array, displacement: Array) -> Array:
-    """Return how far each known position is from that predicted by the previous known position, shape ``(k, 2)``.
+    """Return the offset of each known position from the position that the previous one predicts, shape ``(k, 2)``.
 
     Args:
         place: Positions of the disc at the start, at each impact and at the end, shape ``(k + 1, 2)``; NaN if unknown.
@@ -239,7 +239,6 @@ def _compute_path_errors(place: Array, displacement: Array) -> Array:
 
 
 def _measure_stamp_error(trace: Trace) -> float:
-    """Return the largest time by which a time stamp is outside of the run or of the step that reported the impact."""
     stamp = trace.impacts["time_s"]
     outside = np.maximum(-stamp, stamp - trace.end_time_s - trace.dt_s)  # the last step may reach beyond the end
     if trace.state_before is not None:
@@ -327,7 +326,7 @@ def _measure_angular_error(trace: Trace) -> tuple[float, float, float]:
     known, duration_s = np.isfinite(_find_turn_times(trace)), _compute_contact_durations(trace)
     if trace.scene.wall_rolling_resistance:
         known &= impacts["second"] >= 0
-    # A contact that acts in a single step has a `duration_s` of at most three steps.
+    # If a contact acts in a single step, `duration_s` is at most three steps.
     lasting = (impacts["second"] >= 0) & (duration_s > 3.0 * trace.dt_s * (1.0 + THRESHOLDS.rounding))
     worst, worst_excess, arm = 0.0, 0.0, math.nan
     for k, (side, sign) in enumerate((("first", 1.0), ("second", -1.0))):

@@ -58,7 +58,7 @@ class ContactScore:
         compared_states: Number of states that were compared.
         errors: Errors of the run.
         pit: Errors of PIT with the same step size; None for a run without steps.
-        allowed: Largest errors that follow from checking once per step and from an integrator's step.
+        allowed: Largest errors that checking once per step and an integrator's step can cause.
         beyond_m: The position error that remains after subtracting ``dt / 2`` times the change of velocity since the
             first state. The subtracted part is the error of an integrator that moves a disc at one speed for a whole
             step.
@@ -164,8 +164,8 @@ def _compute_allowed_lateness(reference: Trace, pit: Ends, looks_s: Array, dt_s:
 
     The allowed errors include PIT's own errors.
 
-    The smallest hop that counts takes `RESTING_STEPS` steps to rise, and as many to fall. In addition, compared states
-    may be several steps apart.
+    The smallest hop that counts takes `RESTING_STEPS` steps to rise, and as many steps to fall. In addition, compared
+    states may be several steps apart.
     """
     materials = reference.scene.arrays.materials
     restitutions = (materials[wall_index(touch.wall)].restitution for touch in find_contact_intervals(reference))
@@ -189,7 +189,6 @@ def _measure_error_beyond_half_step(truth: States, observed: States, dt_s: float
 def _compute_allowed_errors(
     scene: Scene, truth: States, dt_s: float, pit: ContactErrors, impacts: int
 ) -> ContactErrors:
-    """Return the largest errors that follow from checking once per step and from an integrator's step."""
     arrays = scene.arrays
     speed = _find_greatest_length(truth.velocity_m_s)
     fall = math.hypot(*scene.gravity_m_s2) * dt_s
@@ -235,7 +234,6 @@ def _compute_spins_at(trace: Trace, times_s: Array) -> Array:
 
 
 def _find_greatest_length(vectors: Array) -> float:
-    """Return the length of the longest vector in an array of shape ``(k, n, 2)``."""
     return float(np.max(np.hypot(vectors[..., 0], vectors[..., 1])))
 
 

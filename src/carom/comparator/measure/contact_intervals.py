@@ -51,10 +51,10 @@ class Ends(NamedTuple):
     """How late the discs of a run stop bouncing and stop sliding, in seconds; negative if early, NaN if unknown.
 
     Attributes:
-        bounces_s: Lateness of the last state in which a disc's speed perpendicular to its wall exceeds that of a fall
-            of `RESTING_STEPS` steps.
-        slips_s: Lateness of the last state in which a disc slides faster than friction can change its speed in
-            `RESTING_STEPS` steps.
+        bounces_s: Lateness of the last state in which a disc moves away from or towards its wall faster than after a
+            fall of `RESTING_STEPS` steps.
+        slips_s: Lateness of the last state in which friction needs more than `RESTING_STEPS` steps to stop a sliding
+            disc.
     """
 
     bounces_s: float
@@ -104,8 +104,8 @@ def measure_contact_quality(reference: Trace, truth: States, observed: States, d
 def measure_late_ends(reference: Trace, truth: States, observed: States, dt_s: float, until_s: float) -> Ends:
     """Measure how late the discs of a run stop bouncing and sliding, from states of both runs at the same instants.
 
-    A disc counts as stopped after the last state in which it is faster than the speed that a disc gains or loses in
-    `RESTING_STEPS` steps. So hops and slides that are too small for this step size are ignored in both runs.
+    A disc counts as stopped when it stays slower than the speed gained or lost in `RESTING_STEPS` steps. So hops and
+    slides that are too small for this step size are ignored in both runs.
     """
     arrays, few = reference.scene.arrays, RESTING_STEPS * dt_s
     bounces, slips = [math.nan], [math.nan]

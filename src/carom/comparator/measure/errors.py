@@ -110,8 +110,7 @@ class Errors:
     no disc spins.
 
     Attributes:
-        energy: Error of the final kinetic energy, with its sign, divided by the larger of two energies: the energy at
-            the start, and the work of driven bodies in the reference. 0 if both energies are 0.
+        energy: Error of the final kinetic energy, with its sign, divided by `Scales.energy_j`; 0 if this scale is 0.
         momentum: Magnitude of the error of the movable discs' final momentum, divided by their mass and the scene's
             greatest speed.
         final_position: Largest error of a disc's final position, divided by the largest radius.
@@ -153,8 +152,7 @@ class Measured:
     If a number of the trace is NaN or infinite, its error is infinite.
 
     Attributes:
-        of_impacts: Errors of the m matched impacts, by the names of the fields and of `time_s` in `ImpactError`; each
-            of shape ``(m,)``.
+        of_impacts: Errors of the matched impacts by name, each of shape ``(m,)``. The names are those of `ImpactError`.
         ends: Errors of each disc's final position (metres), velocity and rim speed (metres per second), shape
             ``(3, n)``; NaN if they are not measured.
     """
@@ -264,7 +262,7 @@ def build_impact_bodies(trace: Trace, rims: Array) -> tuple[tuple[RoughBodies, R
 
 
 def _measure_final_errors(runs: Sequence[MatchedRun], scales: Scales) -> tuple[list[float], list[float], Array]:
-    """Return the errors of energy and momentum of each of k runs, and their `Measured.ends`, shape ``(k, 3, n)``."""
+    """Return the errors of final energy and momentum of k runs, and their `Measured.ends`, shape ``(k, 3, n)``."""
     references, observed = [run.reference for run in runs], [run.observed for run in runs]
     # Final states are comparable only if both runs end at the same time, except for rounding.
     ends_together = np.array(
@@ -312,7 +310,6 @@ def _stack_final_motions(traces: Sequence[Trace]) -> tuple[Array, Array]:
 
 
 def _have_spins(runs: Sequence[MatchedRun]) -> NDArray[np.bool_]:
-    """Return whether both traces of each run have spins."""
     return np.array([run.reference.spins is not None and run.observed.spins is not None for run in runs])
 
 
@@ -372,15 +369,14 @@ def _join_rim_speeds(traces: Iterable[Trace]) -> Array:
 
 
 def _list_effective_times(trace: Trace) -> Array:
-    """Return the effective time of each impact; NaN if unknown."""
     return np.full(len(trace.impacts), math.nan) if trace.effective_time_s is None else trace.effective_time_s
 
 
 def unknown_velocities(trace: Trace) -> NDArray[np.bool_]:
     """Return whether the velocity of each body after an impact is unknown: shape ``(2, m)``, the first bodies first.
 
-    If a disc has several contacts in one step, the method may only report the state at the end of the step. This is the
-    state after the last contact, so the velocities after the other contacts are unknown.
+    If a disc has several contacts in one step, the method may only report the state after the last contact. The
+    velocities after the other contacts are then unknown.
     """
     found = np.zeros((2, len(trace.impacts)), dtype=np.bool_)
     if trace.effective_time_s is None or trace.state_before is None:

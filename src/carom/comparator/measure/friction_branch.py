@@ -21,7 +21,7 @@ from carom.model.trace import Trace, rim_speeds, velocities
 
 
 class WrongBranches(NamedTuple):
-    """Indices of impacts in which bodies stick although they should slide, or slide although they should stick.
+    """Indices of impacts with the wrong kind of friction.
 
     Attributes:
         slid: Impacts in which the bodies slid although friction can hold them.
@@ -33,7 +33,7 @@ class WrongBranches(NamedTuple):
 
 
 def find_wrong_branches(trace: Trace, scales: Scales, rounding: float) -> WrongBranches:
-    """Find the impacts in which bodies stick although they should slide, or slide although they should stick.
+    """Find the impacts in which bodies wrongly stick or slide.
 
     Differences below `rounding` times the scene's greatest speed are ignored. If a disc has several contacts in one
     step, these contacts are not checked, because their effects can't be separated.

@@ -4,9 +4,9 @@ In a long run, chaos makes the reference's trajectory useless for a comparison. 
 velocities after an impact can be computed exactly from the run's own state before this impact. So each impact of a run
 can be scored separately, however long the run is.
 
-PIT's result from the same state can also be computed: PIT applies the impact at the first step boundary at or after
-contact, along the line of centres at that boundary. So the local error can be split into an error of checking once per
-step and an error of the solver.
+PIT's result from the same state can also be computed. PIT applies the impact at the first step boundary at or after
+contact, along the line of centres at that time. So the local error can be split into an error of checking once per step
+and an error of the solver.
 """
 
 from __future__ import annotations
@@ -48,8 +48,8 @@ class LocalErrors:
             scene's greatest speed.
         restitution: Ratio of the speeds of separation and approach along the exact normal, minus the scene's
             coefficient of restitution.
-        spin: Error of the rim speed (spin times radius) after the impact, for the body with the larger error, divided
-            by the scene's greatest disc or rim speed; all NaN if no disc spins.
+        spin: Error of the rim speed after the impact, for the body with the larger error, divided by the scene's
+            greatest disc or rim speed. NaN if no disc spins.
         energy: Kinetic energy of the two bodies after the impact minus the exact kinetic energy, divided by the energy
             at the start of the scene.
         sampling_velocity: Velocity error of PIT, started from the same state with the same step size; NaN if PIT finds
@@ -139,7 +139,7 @@ class _Bodies:
         return velocity.swapaxes(0, 1), rim.swapaxes(0, 1)
 
     def compute_energies(self, velocity: Array, rim: Array) -> Array:
-        """Return the joint kinetic energy of each impact's bodies for k sets of speeds, in joules, shape ``(k, m)``."""
+        """Return the kinetic energy of each impact's two bodies for k sets of speeds, in joules, shape ``(k, m)``."""
         numbers = np.array([(body.mass, body.inertia) for body in self.bodies])
         mass, inertia = np.where(np.isinf(numbers), 0.0, numbers).swapaxes(0, 1)
         energies: Array = (0.5 * mass * ((velocity**2).sum(axis=-1) + inertia * rim**2)).sum(axis=1)
@@ -289,7 +289,7 @@ def _find_pit_normals(trace: Trace, bodies: _Bodies, begun_s: Array, wait: Array
     found = np.where(bodies.wall[:, None], normal, math.nan)
     d, u = (states[1] - states[0] for states in (bodies.position, bodies.velocity))
     with np.errstate(divide="ignore", invalid="ignore"):
-        # If a contact is at a step boundary except for rounding, PIT finds the contact at that boundary.
+        # Rounding must not delay a contact at a step boundary to the next boundary.
         steps = np.maximum(np.ceil(wait / dt_s * (1.0 - 2.0**-40)), 0.0)
     arrays = trace.scene.arrays
     for k in () if arrays.has_half_planes else np.flatnonzero(bodies.wall & np.isfinite(steps)).tolist():

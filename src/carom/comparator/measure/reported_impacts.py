@@ -48,11 +48,10 @@ class ReportComparison(NamedTuple):
 def compare_reports_with_states(trace: Trace, truth: LocalTruth, until_s: float = math.inf) -> ReportComparison:
     """Compare the impacts that a trace reports up to a time with the impacts that its states show.
 
-    A window consists of a few steps in which bodies collide or overlap. A reported impact matches a window of the same
-    bodies if the impact is at most `_AWAY_STEPS` steps away. A window with a single impact can explain one reported
-    impact. The window requires this report, unless the impact is missed or the window continues after the end. Windows
-    with several impacts, and steps in which the pair rests, can explain any number of reported impacts and require
-    none.
+    A reported impact matches a window of the same bodies if the impact is at most `_AWAY_STEPS` steps away. A window
+    with a single impact can explain one reported impact. The window requires this report, unless the impact is missed
+    or the window continues after the end. Windows with several impacts, and steps in which the pair rests, can explain
+    any number of reported impacts and require none.
     """
     windows = truth.windows[truth.meetings["window"]]
     has_one_pair = ~windows["entangled"] & (windows["due"] > 0)

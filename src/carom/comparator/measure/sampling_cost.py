@@ -110,8 +110,8 @@ class SamplingCost:
         ends = [costs[0], *(cost for cost in costs[1:] if math.isfinite(cost.late_s))]
         names = ("energy", "final_position", "final_velocity", "final_spin")
         energy, place, velocity, spin = (max(getattr(cost, name) for cost in ends) for name in names)
-        # PIT's impacts have grade *close* if all time errors are at most `part` of a step, and all other errors are at
-        # most `part` of PIT's largest error up to the impact.
+        # Impacts have grade *close* if time errors are at most `part` of a step, and other errors are at most `part` of
+        # PIT's largest error so far.
         part, rounding, dt_s = THRESHOLDS.close, THRESHOLDS.rounding, costs[0].dt_s
         is_close = (late_s <= part * dt_s) & (all_errors <= part * errors + rounding).all(axis=(1, 2))
         close_phases = int(is_close.sum())
@@ -200,7 +200,7 @@ def _measure_costs_at_phases(
 ) -> tuple[SamplingCost, ...]:
     """Return PIT's errors at each given phase, for the first impacts that the shifted scene shares with the scene.
 
-    If `cut` is true, only the impacts up to a horizon are compared, and final states are not compared.
+    If `cut` is true, only impacts up to a horizon are compared, without final states.
     """
     reference = solve_pic(scene, max_impacts=reliable_impacts if cut else None)
     scales = compute_scales(scene, reference)

@@ -32,11 +32,11 @@ SAME = 1e-12
 #: Largest number of intermediate states in the search for outcomes. Thousands of outcomes would not help a reader.
 MOST_STATES = 4096
 
-#: Largest number of impacts in the description of an outcome. Some sequences of impacts are infinite.
+#: Largest number of impacts in the description of an outcome, because some sequences of impacts are infinite.
 MOST_LISTED = 12
 
-#: Largest number of contacts for which the outcome of impulses at once is searched. The search tries every subset of
-#: the contacts.
+#: Largest number of contacts for which the outcome of simultaneous impulses is searched. The search tries every subset
+#: of the contacts.
 MOST_AT_ONCE = 8
 
 #: Velocity and rim speed, ``(vx, vy, R w)`` with radius R and spin w, one row per disc.
@@ -295,10 +295,10 @@ def _apply_impact(scene: Scene, contact: TouchingBodies, motion: Motions, row: d
 
 
 def _solve_at_once(scene: Scene, group: Group, row: dict[int, int], tolerance: float) -> Motions | None:
-    """Return the motions after impulses at once. Each subset of the contacts is tried as the contacts with an impulse.
+    """Return the discs' motions if all impulses act at once, by trying every subset of contacts with an impulse.
 
-    Return None if no subset fits, for more than `MOST_AT_ONCE` contacts, and with friction, because the result would
-    then not be unique (Baraff 1989).
+    The result is None if no subset fits, or if there are more than `MOST_AT_ONCE` contacts. With friction, the result
+    is also None, because it would not be unique (Baraff 1989).
     """
     if scene.arrays.rubs:
         return None

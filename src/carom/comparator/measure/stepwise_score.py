@@ -28,16 +28,15 @@ class LocalScore:
 
     Attributes:
         until_s: Time of the last state, in seconds.
-        windows: Number of windows in which PIC has an impact if PIC starts from the run's own state. Such an impact is
-            *due*.
+        windows: Number of windows with a *due* impact: an impact of PIC, started from the run's own state.
         due: Number of due impacts.
         missed: Number of pairs of bodies that passed through each other.
         missed_by_pit: Number of the missed pairs that PIT also misses from the same state.
         missed_within: Number of the missed pairs before the horizon.
         first_missed: Description of the first missed pair; empty if there is none.
         first_missed_s: Time of the first missed pair, in seconds; NaN if there is none.
-        invented: Number of steps, summed over all discs, in which a velocity or rim speed changed by more than 1 % of
-            the disc's speed, although the disc's path reached no other body within two steps.
+        invented: Number of steps, summed over all discs, in which a disc's motion changed without a cause. A change
+            counts if it exceeds 1 % of the disc's speed, although the disc's path reaches no body within two steps.
         first_invented: Description of the first step that `invented` counts; empty if there is none.
         early: Number of windows in which the impact is earlier than in PIC.
         ahead: Number of velocity changes that come more than two steps before their impact. The cause is an engine that
@@ -54,7 +53,7 @@ class LocalScore:
             PIT runs at several phases of the step, and at the phase at which PIT is as late as the run. Infinite if the
             run has an error and PIT has none.
         worse_than_pit: Number of windows in which the run's error is larger than PIT's.
-        judged: Number of windows of one impact that were compared.
+        judged: Number of compared windows with a single impact.
         restitution: Median and largest absolute error of the coefficient of restitution; NaN if there is none.
         energy: Energy that the run gains or loses in addition to PIT's gains and losses from the same states, divided
             by the scene's energy.
@@ -71,7 +70,7 @@ class LocalScore:
         agrees: Whether all windows agree with PIC except for rounding.
         agrees_alone: Whether all windows with one impact agree with PIC except for rounding, and `slipped`, `drift` and
             `sunk_radii` are at most rounding.
-        float_bits: Width of the floats that the method declares.
+        float_bits: Width of the method's floats: 32 or 64 bits.
         first_invented_s: Time of the first step that `invented` counts, in seconds; None if there is none.
     """
 
@@ -165,7 +164,7 @@ def score_steps(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
     Args:
         truth: The comparison of each step with PIC.
         scales: The length and energy that errors are divided by.
-        float_bits: Width of the floats that the method declares.
+        float_bits: Width of the method's floats: 32 or 64 bits.
         until_s: The horizon, in seconds. After this time, a missed impact is no fault if PIT also misses it.
     """
     rounding = 10.0 * THRESHOLDS.rounding_of(float_bits)
@@ -234,8 +233,7 @@ def score_steps(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
     )
 
 
-#: Rounding error of the lateness, in steps. The key is True for 64-bit floats, and False for 32-bit floats. With 32
-#: bits, the error equals the largest lateness of grade *close*.
+#: Rounding error of the lateness, in steps. The key is True for 64-bit floats, and False for 32-bit floats.
 _LATE_KNOWN = {True: 1e-8, False: 0.01}
 
 

@@ -41,7 +41,7 @@ _DISTANCES = 2**12
 
 @dataclass(eq=False)
 class Activity:
-    """Active pairs and resting discs in each step of a block.
+    """Active pairs (bodies that meet or push each other) and resting discs in each step of a block.
 
     Attributes:
         due: For each step, its active pairs and the seconds from the step's start until they meet; NaN for a pair that
@@ -102,10 +102,7 @@ def _enter_active_pairs(block: Block, relative: NearPairs, resting: Flags, found
 
 
 def _enter_consequences(block: Block, found: Activity, begin: int, end: int, together: Sequence[NearPairs]) -> None:
-    """Add pairs that meet only because of an earlier impact in the same step, for the steps from `begin` to `end`.
-
-    `together` contains the near pairs of these steps.
-    """
+    """Add pairs that meet only because of an earlier impact in the same step, for the steps from `begin` to `end`."""
     due_steps = [
         step for step in range(begin, end) if step in found.due and _has_other_pairs(found.due[step], together)
     ]
@@ -121,7 +118,7 @@ def _enter_consequences(block: Block, found: Activity, begin: int, end: int, tog
 
 
 def _has_other_pairs(active: Mapping[Pair, float], together: Sequence[NearPairs]) -> bool:
-    """Whether any active pair meets, and any near pair is not active."""
+    """Whether an active pair meets, and another near pair is not active."""
     return any(due_s >= 0.0 for due_s in active.values()) and any(
         pair not in active for near_pairs in together for pair in near_pairs.pairs
     )
@@ -213,7 +210,7 @@ def _find_impacts(
 
 
 def _bound_closing_speed(block: Block, latest_states: Mapping[int, tuple[float, body_states.BodyStates]]) -> float:
-    """Return an upper bound on the closing speed of some discs after any impacts. Their energy gives the bound."""
+    """Return an upper bound, which follows from energy, on the closing speed of some discs after any impacts."""
     bodies, twice, lightest = block.bodies, 0.0, math.inf
     for body, (_, state) in latest_states.items():
         if bodies.is_movable(body):

@@ -307,7 +307,7 @@ cdef class BodyStates:
         return dx * dx + dy * dy <= reach * reach
 
     cpdef apply_impact(self, pair, int feature=-1):
-        """Apply an impact of two bodies at their present positions. `feature` is as in `measure_separation`."""
+        """Apply an impact of two bodies at their present positions. `measure_separation` explains `feature`."""
         if pair[1] >= self.numbers.n:
             self.apply_wall_impact(pair, feature)
         else:

@@ -1,4 +1,4 @@
-"""Comparison of a window (some successive steps) with PIC and PIT, which start from the run's state at its start.
+"""Comparison of a window (a few steps of a run) with PIC and PIT, started from the run's state before the window.
 
 If a run is late, some of PIC's impacts may not have happened in the run at the end of a window. So PIC's state is also
 computed without its last impacts, if these impacts are still ahead in the run's own state. The run is compared with the
@@ -100,7 +100,7 @@ def compare_window(
     if not comparison.open:
         _measure_lateness(window, comparison, found, agrees=agrees)
         comparison.price_velocity = comparison.price_spin = 0.0
-        if not (agrees or comparison.entangled or comparison.missed):  # only then PIT's errors are needed
+        if not (agrees or comparison.entangled or comparison.missed):  # PIT's errors are only needed in this case
             _measure_sampling_cost(window, comparison, found)
     missed_by_pit = {pair for pair in missed if not found_by_pit.get(pair, True)}
     missed_by_pit |= find_pairs_missed_by_pit(block, chain, [pair for pair in missed if pair not in found_by_pit])
@@ -255,7 +255,7 @@ def _measure_lateness(window: Window, comparison: Comparison, found: Difference,
     closing = max(first.contact.closing, 1e-300)
     comparison.late_known = window.touching / closing / dt_s
     # An engine may move discs along straight steps instead of curved paths. The position error is then up to `a dt^2 /
-    # 2` for an acceleration a. This error delays the contact by up to the error divided by the closing speed.
+    # 2` for an acceleration a. This error, divided by the closing speed, is the largest delay of the contact.
     bends = bodies.pull + bodies.slowing.compute_deceleration(window.speed)
     comparison.late_allowed = 1.0 + comparison.late_known + 0.5 * bends * dt_s / closing
     if agrees:
@@ -276,7 +276,7 @@ def _measure_lateness(window: Window, comparison: Comparison, found: Difference,
     if contact.friction == 0.0 and size > window.still:
         normal = (change[0] / size, change[1] / size)  # normal of the run's own impact
         closing = velocity_before[0] * normal[0] + velocity_before[1] * normal[1]
-        if closing != 0.0:  # 0 if a disc turned before a moving wall reached it
+        if closing != 0.0:  # 0 if the disc changed its velocity before a moving wall reached it
             separating = velocity_after[0] * normal[0] + velocity_after[1] * normal[1]
             comparison.restitution = -separating / closing - bodies.restitution_of(first.pair)
 
@@ -324,10 +324,7 @@ def _compute_relative_motion(state: body_states.BodyStates, pair: Pair) -> tuple
 
 
 def _measure_sampling_cost(window: Window, comparison: Comparison, found: Difference) -> None:
-    """Measure the largest errors of PIT, started from the run's own state at the window's start.
-
-    PIT runs at several phases of the step, and at the phase at which PIT is as late as the run.
-    """
+    """Measure the largest errors of PIT, started from the run's own state at the window's start."""
     dt_s, truth = window.block.dt_s, window.truth
     need = max(found.impacts, 1)
     looks = [dt_s * phase / THRESHOLDS.phases for phase in range(1, THRESHOLDS.phases + 1)]
@@ -363,7 +360,7 @@ def _measure_sampling_cost(window: Window, comparison: Comparison, found: Differ
 
 
 def find_pairs_missed_by_pit(block: Block, chain: StepChain, pairs: Sequence[Pair]) -> set[Pair]:
-    """Return the pairs that PIT misses if it starts from a window's first state and tests at the end of each step."""
+    """Return the pairs that PIT misses if PIT starts from a window's first state and checks at the end of each step."""
     if not pairs:
         return set()
     dt_s, begin_s = block.dt_s, float(block.states.time_s[chain.begin])

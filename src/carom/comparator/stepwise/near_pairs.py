@@ -21,8 +21,8 @@ Array = NDArray[np.float64]
 Bodies = NDArray[np.intp]
 Flags = NDArray[np.bool_]
 
-#: An engine may change velocities this many steps before a meeting (speculative margins), or still push bodies apart
-#: this many steps after the meeting (soft contacts).
+#: Largest number of steps between a meeting and a change of velocities. An engine may change velocities before the
+#: meeting (speculative margins), or still push bodies apart after the meeting (soft contacts).
 MARGIN_STEPS = 2.0
 
 #: A body may rest at a gap of up to this fraction of the contact distance. Engines keep gaps below a hundredth.
@@ -40,8 +40,8 @@ class NearPairs:
         gap: Gap between the bodies at each state, in metres; negative if they overlap.
         closing: Speed at which the bodies approach at each state, in metres per second.
         wait: Seconds from each step's start until the bodies meet; infinity if they do not meet.
-        pulled: Acceleration by which gravity brings the bodies together at each state, in metres per second squared;
-            negative if gravity separates the bodies, and 0 for two discs that both fall.
+        pulled: Acceleration by which gravity brings the bodies together at each state, in metres per second squared.
+            Negative if gravity separates the bodies, and 0 for two discs that both fall.
         touching: Rounding error of a gap, in metres.
         still: Rounding error of a speed, in metres per second.
     """

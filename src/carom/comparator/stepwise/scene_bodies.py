@@ -23,7 +23,7 @@ Pair = tuple[int, int]
 
 
 class FiniteWall:
-    """A wall that is a chain of edges or a circle. Its features are its edges, ends and corners, or the circle.
+    """A wall that is a chain of edges, or a circle. The features of a chain are its edges, ends and corners.
 
     If a disc meets several features at once, the one with the lowest number counts.
 
@@ -143,7 +143,7 @@ class SceneBodies:
         return (0.0, 0.0) if self._stand[wall] else self.wall_drives[wall].velocity_at(time_s * body_states.TOUCH)
 
     def list_later_legs(self, pair: Pair, time_s: float) -> tuple[Course, ...]:
-        """Return the parts of a pair's prescribed motion that begin after `time_s`; empty without any."""
+        """Return the parts of a pair's prescribed motion that begin after `time_s`, if there are any."""
         if not self._has_legs:
             return ()
         drives = [self.disc_drives.get(body) for body in pair if body < self.n]

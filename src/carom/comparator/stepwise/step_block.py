@@ -20,12 +20,12 @@ Flags = NDArray[np.bool_]
 
 #: Some engines change a disc's velocity before the disc touches a body: as soon as the gap is below a contact margin.
 #: Box2D `default` has a margin of 1 cm, a tenth of the radius of the smallest discs of the catalogue. A margin explains
-#: a change of velocity if a disc approaches a body whose gap is at most this fraction of the contact distance, and then
-#: separates from this body.
+#: a change of velocity if a disc approaches a body before the step, and separates from it afterwards. The gap may be at
+#: most this fraction of the contact distance.
 _AHEAD_GAP = 0.25
 
-#: Relative rounding error of a step's length. The times of both its ends are rounded by up to half a unit in the last
-#: place.
+#: Relative rounding error of a step's length. The times of a step's start and end are rounded by up to half a unit in
+#: the last place.
 _CLOCK = 2.0**-51
 
 

@@ -50,7 +50,7 @@ def compute_local_truth(scene: Scene, states: States, *, dt_s: float, float_bits
         scene: The scene.
         states: The states at the start of the scene and at the end of every step.
         dt_s: The step size, in seconds.
-        float_bits: Width of the floats that the method declares to compute in.
+        float_bits: Width of the method's floats: 32 or 64 bits.
     """
     watch = StepWatch(scene, dt_s, float_bits)
     watch.add(states.select_rows(slice(1, None)))
@@ -63,16 +63,15 @@ class StepWatch:
     Args:
         scene: The scene, whose start is the first state of the run.
         dt_s: The step size, in seconds.
-        float_bits: Width of the floats that the method declares to compute in.
+        float_bits: Width of the method's floats: 32 or 64 bits.
     """
 
     def __init__(self, scene: Scene, dt_s: float, float_bits: int = 64) -> None:
         self._scene, self._dt_s, self._bodies = scene, dt_s, SceneBodies(scene)
         place_unit = ROUNDINGS * 2.0 ** -MANTISSA_BITS[float_bits]
         unit = max(place_unit, ROUNDING_OF_VELOCITIES)
-        # The last number of `_units` is the largest relative difference of velocities that count as equal. This number
-        # must be at most the rounding error that the score allows, because PIT's errors are not computed for equal
-        # velocities.
+        # The last number of `_units` is the largest relative difference of velocities that count as equal. PIT's errors
+        # are not computed for equal velocities, so the score must allow this difference as rounding.
         self._units = (unit, place_unit, 10.0 * min(unit, THRESHOLDS.rounding_of(float_bits)))
         arrays = scene.arrays
         spins = arrays.spins[None] if self._bodies.turns else None
@@ -170,8 +169,7 @@ class StepWatch:
             self._taken = self._gone + len(block)
             self._chains.skip_to(self._taken)
             finished = [chain.shift_steps(-self._gone) for chain in self._chains.take_settled(ends=ends)]
-            # If large speeds cancelled in a window, a disc may be slow afterwards. Its velocity still has the rounding
-            # errors of the large speeds.
+            # If large speeds cancelled in a window, a slow disc still has the rounding errors of the large speeds.
             scale = np.tile(self._scale, (len(block), 1))
             for chain in finished:
                 before = float(self._scale[list(chain.discs)].max()) if chain.continues else 0.0

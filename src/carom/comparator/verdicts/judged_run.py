@@ -17,8 +17,8 @@ class JudgedRun(MeasuredRun):
     """Result of the fourth stage of a comparison: a run with its verdicts.
 
     Attributes:
-        grade_before_tie: The run's grade before the first simultaneous impacts that have no unique result. None if
-            there are no such impacts, or if no impact precedes them.
+        grade_before_tie: The run's grade before the first simultaneous impacts that have no unique result. None if all
+            results are unique, or if no impact precedes these impacts.
         drifts: Positions and angular momenta that do not agree with the run's own impacts. Checking once per step may
             cause such differences.
         contradictions: Contradictions between the run's own states, velocities, reported times and normals. Checking

@@ -28,7 +28,7 @@ _SCRIPTS = {Replays: (*_REPLAY, "table.js"), Figures: ("chart.js",), Table: ("ro
 #: Number of table columns that fit on a phone.
 _MOST_ACROSS = 3
 
-#: Export keywords of modules. They are removed, because a page joins all scripts into one.
+#: Export keywords of modules, which are removed because a page joins all scripts into one.
 _EXPORT = re.compile(r"^export (?:\{[^}]*\};\n)?", re.MULTILINE)
 #: Imports, comment lines and indentation of modules, which are removed from pages. Their removal does not change
 #: strings, because no string of a module spans several lines.

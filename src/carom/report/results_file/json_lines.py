@@ -37,10 +37,10 @@ from carom.report.files import FORMATS
 from carom.report.results_file.line_types import RowLine, Summary
 from carom.support.escaping import format_value, shorten
 
-#: Fields of a score that are about spins. They are only written if a disc of the scene spins.
+#: Fields of a score about spins, which are only written if a disc of the scene spins.
 OF_SPINS = frozenset({"spin", "final_spin", "angular", "angular_excess", "arm"})
 
-#: Fields of a timing that files of earlier versions lack. They are omitted if they have no value.
+#: Fields of a timing that files of earlier versions lack, and that are omitted without a value.
 _LATER = frozenset({"ends"})
 
 
@@ -49,7 +49,7 @@ def format_line(line: Summary | RowLine, *, spins: bool = True) -> str:
     leave_out = {} if spins else {part: set(OF_SPINS) for part in ("total", "against_pit", "consistency")}
     if isinstance(line, RowLine) and line.timing and line.timing.ends is None:
         leave_out["timing"] = set(_LATER)
-    kind: Any = type(line)  # mypy assumes that a class has no hash if its objects have none
+    kind: Any = type(line)  # mypy takes a class of unhashable objects for unhashable
     return _JSON(_build_type_adapter(kind).dump_python(line, mode="json", exclude=leave_out or None))
 
 

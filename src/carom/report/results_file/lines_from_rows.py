@@ -40,10 +40,6 @@ def build_summary(results: Results) -> Summary:
 
 
 def _build_pit_errors(scene: str, dt_s: float, score: Score) -> dict[str, str | int | float | None]:
-    """Return PIT's errors for a scene and step size.
-
-    All runs with this scene and step size are compared with these errors.
-    """
     errors = dataclasses.asdict(score.sampling) if score.sampling else {}
     missed = None if score.pit_missed is None else len(score.pit_missed)
     return {"scene": scene, "dt_s": dt_s, "missed": missed, **errors}
