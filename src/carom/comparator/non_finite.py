@@ -14,8 +14,8 @@ from carom.model.trace import IMPACT_DTYPE, SPIN_DTYPE, Trace, Vector, velocitie
 _NUMBERS = tuple(name for name in IMPACT_DTYPE.names or () if IMPACT_DTYPE[name].base.kind == "f")
 _SPINS = SPIN_DTYPE.names or ()
 
-#: Memory layouts of `IMPACT_DTYPE` and `SPIN_DTYPE` in which neighbouring floats form one field. NumPy tests such a
-#: field in one call.
+#: Memory layouts of `IMPACT_DTYPE` and `SPIN_DTYPE` in which neighbouring floats form one field. NumPy tests each
+#: joined field in one call.
 _JOINED_NUMBERS = np.dtype([("time_s", "f8"), ("bodies", "i8", 2), ("others", "f8", 10)])
 _JOINED_SPINS = np.dtype([("spins", "f8", 4)])
 

@@ -71,7 +71,7 @@ class OwnScales:
 
     Rounding errors are proportional to speed, and impacts propagate errors from body to body. So a body's speed means
     the greatest speed so far of this body, and of all bodies whose errors may have reached it. A disc may be slow
-    because two large speeds cancelled. Its velocity then has the rounding errors of the two large speeds.
+    because two large speeds cancelled. The slow disc then has the rounding errors of the two large speeds.
 
     Attributes:
         speed_m_s: Largest speed that influences each impact, shape ``(m,)``.

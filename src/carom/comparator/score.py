@@ -67,8 +67,7 @@ class Score(Shown):
         contact: Score of the time in which discs slide, roll or rest. None if no disc does, or if states were not
             stored.
         lucky_phase: Number of phases of the step at which PIT is as accurate as the run, and number of phases that were
-            tried. Only given if an exact or close run equals PIT, and PIT is less accurate at some phases; otherwise
-            None.
+            tried. Only given if an exact or close run equals PIT, but PIT is less accurate at some phases. Else None.
 
     Examples:
         >>> reference = carom.solve_pic("paper/late")

@@ -269,7 +269,7 @@ def label_lines(figure: Figure, axes: Axes, ends: Sequence[LineEnd]) -> None:
 
     A thin line leads from the end of a line to its name.
     """
-    axes.set_xlim(axes.get_xlim())  # this fixes the limits, and so the positions of the ends of lines
+    axes.set_xlim(axes.get_xlim())  # this fixes the limits, and so the places where lines end
     axes.set_ylim(axes.get_ylim())
     spacing = 1.25 * _NAME_PT / (72.0 * axes.get_position().height * figure.get_figheight())
     to_axes = axes.transData + axes.transAxes.inverted()
@@ -308,7 +308,7 @@ def render_png(figure: Figure) -> bytes:
 
 
 def render(figure: Figure, label: str, links: Mapping[str, str] = MappingProxyType({}), *, narrow: bool = False) -> str:
-    """Return a figure as an SVG element for HTML, with an accessible name. Call `render` within `use_drawing_style`.
+    """Return a figure as an SVG element for HTML, with an accessible name. The drawing style must be in use.
 
     Args:
         figure: The figure.

@@ -184,8 +184,8 @@ def build_observed_tracks(trace: Trace, extent_m: float) -> tuple[Track, ...]:
 
     If no states are recorded, or if the impacts explain all states, return tracks from the impacts.
 
-    If a method advances to the instants of impacts, discs change direction between two recorded states. So the impacts
-    of such a method describe the paths better than its states.
+    If a method advances to the instants of impacts, discs change direction between two recorded states. Impacts then
+    describe the paths better than states.
 
     Args:
         trace: The run.

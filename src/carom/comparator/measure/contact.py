@@ -106,7 +106,7 @@ def score_contact(run: AlignedRun) -> ContactScore | None:
     until = looks.time_s <= end_s
     inside = looks.time_s[until] >= begin_s
     struck_s, dt_s = reference.impacts["time_s"][reference.impacts["time_s"] > begin_s], observed.dt_s
-    # Skip states close to an impact, because rounding decides whether such a state is before or after the impact.
+    # Skip states close to an impact. Rounding decides whether they are before or after the impact.
     for time_s in struck_s.tolist():
         inside &= np.abs(looks.time_s[until] - time_s - 0.5 * dt_s) > dt_s
     if not inside.any():
@@ -164,8 +164,8 @@ def _compute_allowed_lateness(reference: Trace, pit: Ends, looks_s: Array, dt_s:
 
     The allowed errors include PIT's own errors.
 
-    The smallest hop that counts takes `RESTING_STEPS` steps to rise, and as many steps to fall. In addition, compared
-    states may be several steps apart.
+    The smallest hop that counts takes `RESTING_STEPS` steps to rise, and as many steps to fall. The allowed errors are
+    larger if the compared states are several steps apart.
     """
     materials = reference.scene.arrays.materials
     restitutions = (materials[wall_index(touch.wall)].restitution for touch in find_contact_intervals(reference))
@@ -192,8 +192,8 @@ def _compute_allowed_errors(
     arrays = scene.arrays
     speed = _find_greatest_length(truth.velocity_m_s)
     fall = math.hypot(*scene.gravity_m_s2) * dt_s
-    # With a coefficient of friction above 1, sliding ends within the step. After that, friction is only as large as
-    # needed to prevent sliding.
+    # With a coefficient of friction above 1, sliding ends within the step. Friction is then only as large as needed to
+    # prevent sliding.
     rubs = fall * min(1.0, max(material.friction for material in arrays.materials))
     rims = (rubs + fall * min(1.0, scene.wall_rolling_resistance)) / float(np.min(arrays.inertia))
     place = (speed + fall) * dt_s * (1 + impacts)

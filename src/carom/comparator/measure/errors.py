@@ -83,7 +83,7 @@ class ImpactError:
 
     @property
     def time_s(self) -> float:
-        """Error of the effective time if it is known, otherwise of the reported time."""
+        """Error of the effective time; if that time is unknown, error of the reported time."""
         return self.reported_time_s if math.isnan(self.effective_time_s) else self.effective_time_s
 
 
@@ -105,9 +105,9 @@ class Errors:
     """Largest errors of one trace relative to another, by kind. A kind without errors is NaN, but `energy` is then 0.
 
     Each field is explained in `docs/theory/scoring.md`, and appears in all tables and results files. The first eight
-    fields are errors of impacts (see `ImpactError`). Each of these is the error of largest magnitude, with its sign.
-    Final states are not measured beyond a horizon, or if the two runs end at different times. Spins are not measured if
-    no disc spins.
+    fields are errors of impacts (see `ImpactError`). Each of the first eight fields is the error of largest magnitude,
+    with its sign. Final states are not measured beyond a horizon, or if the two runs end at different times. Spins are
+    not measured if no disc spins.
 
     Attributes:
         energy: Error of the final kinetic energy, with its sign, divided by `Scales.energy_j`; 0 if this scale is 0.

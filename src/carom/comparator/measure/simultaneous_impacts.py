@@ -2,8 +2,8 @@
 
 If a disc collides with several bodies at one instant, the law of impact of two bodies has no unique result. The pairs
 may collide one after the other until no pair approaches. Each order of these impacts leads to an *admissible* outcome.
-All impulses may also act at once. Then each pair with an impulse separates at e times its approach speed (restitution
-e), and each other pair separates at least as fast (D. Baraff, Analytical methods for dynamic simulation of
+All impulses may also act at once. With restitution e, each pair with an impulse then separates at e times its approach
+speed, and the other pairs separate at least as fast (D. Baraff, Analytical methods for dynamic simulation of
 non-penetrating rigid bodies, SIGGRAPH 1989).
 """
 
@@ -182,7 +182,7 @@ def find_admissible_outcomes(scene: Scene, group: Group, speed_m_s: float) -> tu
 
 
 def match_outcome(reference: Trace, observed: Trace, sampling: Trace | None, scales: Scales) -> ConventionMatch | None:
-    """Find the outcome nearest to a trace's at the first simultaneous impacts that share a disc; None without them."""
+    """Find the outcome nearest to a trace's at the first simultaneous impacts; None if no impacts are simultaneous."""
     group = find_first_group(reference)
     if group is None:
         return None

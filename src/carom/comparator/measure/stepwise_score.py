@@ -63,9 +63,9 @@ class LocalScore:
             disc's velocity.
         drift: Largest change of a disc's position that did not follow from its velocity, divided by the largest radius.
         resting_steps: Number of steps, summed over all discs, in which a disc rested on another body.
-        sunk_radii: The largest depth to which a resting disc sank into another body, divided by the contact distance.
-            This is the distance between two centres, or a centre and a wall, in contact.
-        sinks: Whether a disc sank deeper into another body than falling from rest in each step explains.
+        sunk_radii: The largest depth to which a resting disc sank into another body, divided by the distance of their
+            centres in contact (for a wall, of centre and wall).
+        sinks: Whether a disc sank deeper into another body than it would by falling from rest in each step.
         polygon: Whether falling discs move along polygons instead of parabolas.
         agrees: Whether all windows agree with PIC except for rounding.
         agrees_alone: Whether all windows with one impact agree with PIC except for rounding, and `slipped`, `drift` and
@@ -165,7 +165,7 @@ def score_steps(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
         truth: The comparison of each step with PIC.
         scales: The length and energy that errors are divided by.
         float_bits: Width of the method's floats: 32 or 64 bits.
-        until_s: The horizon, in seconds. After this time, a missed impact is no fault if PIT also misses it.
+        until_s: The horizon, in seconds. After the horizon, a missed impact is no fault if PIT also misses this impact.
     """
     rounding = 10.0 * THRESHOLDS.rounding_of(float_bits)
     rows = truth.windows
@@ -186,8 +186,8 @@ def score_steps(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
     first_missed = "".join(f"at {format_instant(float(one['begin_s']))} between {pair_name(one)}" for one in missed[:1])
     invented, (first_invented, first_invented_s), slipped = _find_inventions(truth)
     restitution = scored["restitution"][single]
-    # Positions are rounded at the start and at the end of a window. In addition, the rounding error of a velocity grows
-    # into a position error during the window.
+    # Positions are rounded at the start and at the end of a window. The rounding error of a velocity also grows into a
+    # position error during the window.
     lasts_m = rounding * scored["speed"] * (scored["end_s"] - scored["begin_s"])
     is_within = (
         (velocity <= rounding) & (spin <= rounding) & (scored["place_m"] <= 10.0 * scored["place_known_m"] + lasts_m)

@@ -27,7 +27,7 @@ from carom.comparator.stepwise.window_runs import MOST_IMPACTS
 Flags = NDArray[np.bool_]
 
 #: Number of impacts at one instant after which the search checks whether all further impacts are too slow to matter.
-#: This check takes as long as a few impacts.
+#: The check takes as long as a few impacts.
 _AT_ONCE = 64
 
 #: Number of steps whose near pairs are found together. In so few steps, a box around a disc's path is little larger

@@ -28,7 +28,7 @@ class _Rested(NamedTuple):
     Attributes:
         top_m: Overlap when the pair began to rest, as a negative number; 0 without overlap.
         until_s: End of the last step in which the pair rested.
-        faster_m: Depth of the overlap that falling from rest in each step does not explain.
+        faster_m: Depth of the overlap, minus the depth that falling from rest in each step explains.
     """
 
     top_m: float
@@ -42,7 +42,7 @@ class RestHistory:
 
     Attributes:
         sunk_radii: Largest depth, divided by the contact distance of the pair; 0 if no pair sank.
-        sinks_s: Time at which a pair first sank deeper than falling from rest in each step explains; NaN if no pair
+        sinks_s: Time at which a pair first sank deeper than it would by falling from rest in each step; NaN if no pair
             did.
         held_s: For each pair, the time intervals in which the pair rests and the motion of one of its bodies changes in
             each step.

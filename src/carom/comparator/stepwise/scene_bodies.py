@@ -56,13 +56,13 @@ class SceneBodies:
         self.disc_drives = dict(zip(arrays.driven_discs, arrays.disc_drives, strict=True))
         self.belts = arrays.belts_m_s
         self.fastest_wall = max((drive.fastest for drive in self.wall_drives), default=0.0)
-        #: Whether the scene has bodies with a prescribed motion. Such bodies give energy to discs, so a gain of energy
-        #: alone is no fault.
+        #: Whether the scene has bodies with a prescribed motion. Driven bodies give energy to discs, so a gain of
+        #: energy alone is no fault.
         self.driven = arrays.driven
         self.gravity: tuple[float, float] = scene.gravity_m_s2
         self.pull = math.hypot(*scene.gravity_m_s2)
         self.slowing = Slowing.of(scene)
-        # This list is cached, because every step of every window uses it.
+        # The list is stored, because every step of every window uses this list.
         self._moves: list[bool] = [inverse > 0.0 for inverse in self.inverse_mass] + [False] * len(self.walls)
         self._stand = [drive.stands for drive in self.wall_drives]
         self._has_legs = any(len(drive.legs) > 1 for drive in (*self.wall_drives, *self.disc_drives.values()))

@@ -148,9 +148,9 @@ class Block(NamedTuple):
     def is_possible(self, step: int, pairs: Collection[Pair]) -> bool:
         """Whether every disc fits between all bodies on opposite sides of it at the start of a step.
 
-        Only bodies with a prescribed motion can leave a disc less room than its diameter. Then infinitely many impacts
-        with ever higher speeds would follow at one instant. Two bodies are on opposite sides if their normals are
-        opposite within the rounding of positions.
+        Only bodies with a prescribed motion can leave a disc less room than its diameter. In too little room, the disc
+        would have infinitely many impacts, with ever higher speeds, at one instant. Two bodies are on opposite sides if
+        their normals are opposite within the rounding of positions.
 
         Args:
             step: The step.

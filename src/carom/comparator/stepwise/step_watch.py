@@ -194,7 +194,8 @@ class StepWatch:
         For another chain, return an empty dictionary. If the chain is cut at its end, store the result for the next
         part.
 
-        PIT always starts at the beginning of the whole chain. Later the bodies overlap, so PIT would always find them.
+        PIT always starts at the beginning of the whole chain. In later states the bodies overlap, so PIT would always
+        find their impact.
         """
         known = {pair: self._found_by_pit[pair] for pair in chain.pairs if pair in self._found_by_pit}
         if not chain.continues:

@@ -30,8 +30,8 @@ _MOST_ACROSS = 3
 
 #: Export keywords of modules, which are removed because a page joins all scripts into one.
 _EXPORT = re.compile(r"^export (?:\{[^}]*\};\n)?", re.MULTILINE)
-#: Imports, comment lines and indentation of modules, which are removed from pages. Their removal does not change
-#: strings, because no string of a module spans several lines.
+#: Imports, comment lines and indentation of modules, which are removed from pages. No string of a module spans several
+#: lines, so the removal does not change strings.
 _IMPORT = re.compile(r'^import \{[^}]*\} from "\./\w+\.js";\n|^ *//[^\n]*\n|^ +', re.MULTILINE)
 
 

@@ -49,7 +49,7 @@ def format_line(line: Summary | RowLine, *, spins: bool = True) -> str:
     leave_out = {} if spins else {part: set(OF_SPINS) for part in ("total", "against_pit", "consistency")}
     if isinstance(line, RowLine) and line.timing and line.timing.ends is None:
         leave_out["timing"] = set(_LATER)
-    kind: Any = type(line)  # mypy takes a class of unhashable objects for unhashable
+    kind: Any = type(line)  # for mypy, a class of unhashable objects is unhashable
     return _JSON(_build_type_adapter(kind).dump_python(line, mode="json", exclude=leave_out or None))
 
 

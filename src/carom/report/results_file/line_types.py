@@ -41,8 +41,8 @@ class Summary:
         verdicts: Meaning of each verdict by name. The meanings are stored, because other versions of Carom may have
             other verdicts.
         scenes: Values of each scene by name.
-        sampling: PIT's errors for each scene and step size. All runs with the same scene and step size are compared
-            with these errors.
+        sampling: PIT's errors for each scene and step size. All runs with this scene and step size are compared with
+            PIT's errors.
     """
 
     format: int
