@@ -80,7 +80,7 @@ class ComparedRun:
         truth: Comparison of each step of the run with a PIC run that starts from the run's own state before the step.
             None if no states were recorded.
         before_tie_s: Time just before the first simultaneous impacts that have no unique result, in seconds. None if
-            all results are unique, or if no impact precedes these impacts.
+            all results are unique, or if the first impact has no unique result.
     """
 
     baseline: Baseline
@@ -268,7 +268,7 @@ def _find_end_of_pit_bounces(reference: Trace, pair: Pair, first_row: int, pit: 
         if k in alignment.spurious:
             return float(found_s[k]) - pit.dt_s
         if stuck[nth] and nth + 1 < len(expected):
-            # If PIT missed or invented an earlier impact, this impact also counts as not found.
+            # If PIT missed or invented an earlier impact, the present impact also counts as not found.
             is_matched = reference_of.get(k) == expected[nth] and expected_s[expected[nth]] <= found_s[k]
             is_before_next = found_s[k] < expected_s[expected[nth + 1]]
             return float(found_s[k]) - (0.0 if is_matched and is_before_next else pit.dt_s)

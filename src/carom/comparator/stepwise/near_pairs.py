@@ -158,7 +158,7 @@ def _find_pairs_with_walls(
             straight = bodies.slowing.damping.to_damped_array(np.where(s < 0.0, g / -s, np.inf))
             root = s * s - 2.0 * pull * g
             high = np.sqrt(np.maximum(root, 0.0))
-            # Use the solution at which the gap closes, in a form without a difference of nearly equal numbers.
+            # Use the solution at which the gap closes, in a form that avoids subtracting nearly equal numbers.
             bent = np.where(s < 0.0, 2.0 * g / (-s + high), (s + high) / -pull)
             bent = np.where((root < 0.0) | ((pull > 0.0) & (s >= 0.0)), np.inf, bent)
             wait = np.where(pull == 0.0, straight, bent)

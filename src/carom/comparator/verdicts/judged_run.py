@@ -18,7 +18,7 @@ class JudgedRun(MeasuredRun):
 
     Attributes:
         grade_before_tie: The run's grade before the first simultaneous impacts that have no unique result. None if all
-            results are unique, or if no impact precedes these impacts.
+            results are unique, or if the first impact has no unique result.
         drifts: Positions and angular momenta that do not agree with the run's own impacts. Checking once per step may
             cause such differences.
         contradictions: Contradictions between the run's own states, velocities, reported times and normals. Checking
