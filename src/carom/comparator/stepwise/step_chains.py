@@ -14,9 +14,8 @@ from dataclasses import dataclass, field, replace
 
 from carom.comparator.stepwise.scene_bodies import Pair, SceneBodies
 
-#: Largest number of steps of a chain. Further steps begin a new chain. A contact that lasts longer than this can't be
-#: explained by checking once per step. Without this limit, soft contacts in dense groups of discs would form endless
-#: chains.
+#: Largest number of steps of a chain. Further steps begin a new chain. Checking once per step can't explain a contact
+#: that lasts longer. Without this limit, soft contacts in dense groups of discs would form endless chains.
 LONGEST = 8
 
 
@@ -59,11 +58,11 @@ class Chains:
 
     @property
     def settled_to(self) -> int:
-        """The first step of all chains to which later steps may be added."""
+        """Number of steps up to which all chains are complete. Chains that end later may still grow."""
         return max(self._next + 1 - LONGEST, 0)
 
     def skip_to(self, step: int) -> None:
-        """Continue at a later step. No pair is active in the steps before it that were not added."""
+        """Continue at a later step. No pair is active in the skipped steps."""
         self._next = step
 
     def add(self, step: int, active: Iterable[Pair]) -> None:

@@ -23,16 +23,16 @@ from carom.model.trace import wall_body
 
 Array = NDArray[np.float64]
 
-#: Largest rounding error of a number in a step, in units in the last place. It includes the rounding of products, sums
-#: and times, and a shift of the origin.
+#: Largest rounding error of a number in a step, in units in the last place. The value includes the rounding of
+#: products, sums and times, and a shift of the origin.
 ROUNDINGS = 16
 
-#: Relative rounding error that is allowed for velocities. It is larger than the rounding error of one operation,
-#: because an engine may use other units and solve several contacts together. But it is far below any error that matters
-#: for a grade.
+#: Relative rounding error that is allowed for velocities. The limit is larger than the rounding error of one operation,
+#: because an engine may use other units and solve several contacts together. But the limit is far below any error that
+#: matters for a grade.
 ROUNDING_OF_VELOCITIES = 1e-11
 
-#: Largest count of numbers in the states of a block. A block then needs about 40 MB.
+#: Largest count of numbers in the states of a block. The largest block needs about 40 MB.
 _NUMBERS = 2**19
 
 #: Cache of the last comparisons in this process. Profiles of an engine often lead to identical runs, which are then
@@ -50,7 +50,7 @@ def compute_local_truth(scene: Scene, states: States, *, dt_s: float, float_bits
         scene: The scene.
         states: The states at the start of the scene and at the end of every step.
         dt_s: The step size, in seconds.
-        float_bits: Width of the floats that the method declares to compute in.
+        float_bits: Width of the method's floats: 32 or 64 bits.
     """
     watch = StepWatch(scene, dt_s, float_bits)
     watch.add(states.select_rows(slice(1, None)))
@@ -63,15 +63,15 @@ class StepWatch:
     Args:
         scene: The scene, whose start is the first state of the run.
         dt_s: The step size, in seconds.
-        float_bits: Width of the floats that the method declares to compute in.
+        float_bits: Width of the method's floats: 32 or 64 bits.
     """
 
     def __init__(self, scene: Scene, dt_s: float, float_bits: int = 64) -> None:
         self._scene, self._dt_s, self._bodies = scene, dt_s, SceneBodies(scene)
         place_unit = ROUNDINGS * 2.0 ** -MANTISSA_BITS[float_bits]
         unit = max(place_unit, ROUNDING_OF_VELOCITIES)
-        # The last number is the largest difference of velocities that count as equal. It is at most the rounding error
-        # that the score allows, because PIT's errors are not computed for equal velocities.
+        # The last number of `_units` is the largest relative difference of velocities that count as equal. PIT's errors
+        # are not computed for equal velocities, so the score must allow this difference as rounding.
         self._units = (unit, place_unit, 10.0 * min(unit, THRESHOLDS.rounding_of(float_bits)))
         arrays = scene.arrays
         spins = arrays.spins[None] if self._bodies.turns else None
@@ -79,17 +79,19 @@ class StepWatch:
         self._states = [States(np.zeros(1), arrays.position_m[None], arrays.velocity_m_s[None], spins)]
         self._max_states = max(_NUMBERS // (5 * len(scene.discs)), 8 * LONGEST)
         self._chains = Chains(self._bodies)
-        #: Numbers of steps whose states are deleted, whose active pairs are known, and whose free flight is checked.
+        #: Number of steps whose states are deleted (`_gone`), whose active pairs are known (`_taken`), and whose free
+        #: flight is checked (`_flown`).
         self._gone = self._taken = self._flown = 0
         self._found_by_pit: dict[Pair, bool] = {}
         self._windows: list[tuple[float | int | bool, ...]] = []
         self._meetings: list[tuple[float | int | bool, ...]] = []
-        #: The largest unexplained change of each disc and kind, with the size by which changes are compared.
+        #: For each disc and kind of change (velocity, spin, position): the size of the largest unexplained change, and
+        #: its row in the result.
         self._slips: dict[tuple[int, int], tuple[float, tuple[float | int, ...]]] = {}
         self._scale = np.full(len(scene.discs), self._bodies.fast)
         self._ahead = 0
         self._turned = self._moved = self._steps = self._resting = self._invented = 0
-        #: Time and disc of the first invention.
+        #: Time and disc of the first change of motion without a cause.
         self._first_invention = (math.nan, -1)
         self._rest = RestHistory()
         self._polygon = False
@@ -167,8 +169,7 @@ class StepWatch:
             self._taken = self._gone + len(block)
             self._chains.skip_to(self._taken)
             finished = [chain.shift_steps(-self._gone) for chain in self._chains.take_settled(ends=ends)]
-            # If a disc is slow after a window because larger speeds cancelled, its velocity still has their rounding
-            # error.
+            # If large speeds cancelled in a window, a slow disc still has the rounding errors of the large speeds.
             scale = np.tile(self._scale, (len(block), 1))
             for chain in finished:
                 before = float(self._scale[list(chain.discs)].max()) if chain.continues else 0.0
@@ -188,11 +189,13 @@ class StepWatch:
         self._states = [states.select_rows(slice(done, None))]
 
     def _record_found_by_pit(self, block: Block, chain: StepChain) -> dict[Pair, bool]:
-        """Return whether PIT finds each pair of a chain from the chain's first state.
+        """For the rest of a cut chain, return whether PIT finds each pair from the first state of the whole chain.
 
-        For a cut chain, also store the result.
+        For another chain, return an empty dictionary. If the chain is cut at its end, store the result for the next
+        part.
 
-        PIT always starts at the beginning of the chain. Later the bodies overlap, so PIT would always find them.
+        PIT always starts at the beginning of the whole chain. In later states the bodies overlap, so PIT would always
+        find their impact.
         """
         known = {pair: self._found_by_pit[pair] for pair in chain.pairs if pair in self._found_by_pit}
         if not chain.continues:
@@ -217,14 +220,14 @@ class StepWatch:
     ) -> None:
         """Check the free flight and rest of discs outside of windows.
 
-        Rounding errors of speeds are relative to `scale`.
+        Rounding errors of speeds are proportional to `scale`.
         """
         free = ~activity.resting
         for chain in chains:
             free[max(chain.begin, 0) : chain.end, list(chain.discs)] = False
         free[: flight_steps.start] = free[flight_steps.stop :] = False
         h = block.step_s[:, None]
-        # Gravity and slowing cause accelerations.
+        # Accelerations by gravity and slowing bend paths.
         bends = np.hypot(*block.pull.T) + self._bodies.slowing.compute_deceleration(block.own_speed)
         has_turned = block.turned & free & (np.maximum(block.turned_by, block.spun_by) > block.unit * scale)
         rounding = block.place_rounding
