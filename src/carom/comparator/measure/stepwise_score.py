@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from carom.comparator.grades import Grade
 from carom.comparator.scales import Scales, compute_median
-from carom.comparator.stepwise.compare_window import PASSED
+from carom.comparator.stepwise.compare_window import LARGEST_UNCHANGED
 from carom.comparator.thresholds import THRESHOLDS
 from carom.model.step_windows import LocalTruth
 from carom.model.trace import pair_name
@@ -270,13 +270,13 @@ def _find_inventions(truth: LocalTruth) -> tuple[int, tuple[str, float | None], 
     changes = [np.maximum(turned["velocity"], turned["spin"]), np.maximum(slips["velocity"], slips["rim"])]
     speeds = [turned["rim"], slips["speed"]]
     in_windows, alone = (size / np.where(speed > 0.0, speed, 1.0) for size, speed in zip(changes, speeds, strict=True))
-    is_invented = in_windows > PASSED
+    is_invented = in_windows > LARGEST_UNCHANGED
     found = [(float(time_s), "") for time_s in turned["begin_s"][is_invented]]
     if truth.invented:
         found.append((truth.first_invented_s, f", of disc {truth.first_inventor}"))
     first_s, disc = min(found, default=(math.nan, ""))
     first = (f"at {format_instant(first_s)}{disc}", first_s) if found else ("", None)
-    slipped = max(float(np.max(sizes[sizes <= PASSED], initial=0.0)) for sizes in (in_windows, alone))
+    slipped = max(float(np.max(sizes[sizes <= LARGEST_UNCHANGED], initial=0.0)) for sizes in (in_windows, alone))
     return truth.invented + int(is_invented.sum()), first, slipped
 
 

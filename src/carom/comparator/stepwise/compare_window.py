@@ -28,9 +28,9 @@ from carom.model.step_windows import WindowRow
 
 Array = NDArray[np.float64]
 
-#: Two bodies passed through each other if their relative velocity changed by at most this fraction of the closing
-#: speed. A larger change counts as an impact with a velocity error.
-PASSED = 0.01
+#: A relative velocity counts as unchanged if it changed by at most this fraction of the closing speed. If two bodies
+#: meet and it is unchanged, they passed through each other. A larger change is an impact with a velocity error.
+LARGEST_UNCHANGED = 0.01
 
 
 @dataclass(eq=False)
@@ -200,13 +200,13 @@ def _is_missed(window: Window, pair: Pair, speed_before: float) -> bool:
     size = math.hypot(*velocity_before)
     if size <= (RESTING_STEPS + 0.5) * bodies.pull * block.dt_s + window.still:
         return False  # the bodies are so slow that they may rest on each other
-    if before.closing <= PASSED * speed_before:
+    if before.closing <= LARGEST_UNCHANGED * speed_before:
         return False  # the slow rest of an impact before the window counts as a velocity error
     closed = before.closing * bodies.slowing.damping.compute_kept_fraction(duration_s)
-    unchanged = math.dist(velocity_before, velocity_after) <= PASSED * max(closed, 1e-3 * size)
+    unchanged = math.dist(velocity_before, velocity_after) <= LARGEST_UNCHANGED * max(closed, 1e-3 * size)
     past = after.gap > window.touching or after.closing <= 0.0
     changed_x, changed_y = velocity_after[0] - velocity_before[0], velocity_after[1] - velocity_before[1]
-    repelled = changed_x * before.normal[0] + changed_y * before.normal[1] > PASSED * closed
+    repelled = changed_x * before.normal[0] + changed_y * before.normal[1] > LARGEST_UNCHANGED * closed
     if not unchanged and not repelled and past and window.chain.end - window.chain.begin <= 2:
         unchanged = _is_idle(window, pair, size)
     # If a wall still pushes the disc, the disc has not yet passed through the wall.
@@ -227,7 +227,9 @@ def _is_idle(window: Window, pair: Pair, size: float) -> bool:
     if not idle or not meets:
         return False
     end = window.truth[-1].after.compute_later_state(max(window.lasts - window.truth[-1].time_s, 0.0))
-    return any(math.dist(end.motion_of(body)[1], window.free.motion_of(body)[1]) > PASSED * size for body in idle)
+    return any(
+        math.dist(end.motion_of(body)[1], window.free.motion_of(body)[1]) > LARGEST_UNCHANGED * size for body in idle
+    )
 
 
 def _is_due_at_next_frame(window: Window, pair: Pair) -> bool:

@@ -10,7 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.comparator.stepwise.active_pairs import Activity, find_activity
-from carom.comparator.stepwise.compare_window import PASSED, Comparison, compare_window, find_pairs_missed_by_pit
+from carom.comparator.stepwise.compare_window import (
+    LARGEST_UNCHANGED,
+    Comparison,
+    compare_window,
+    find_pairs_missed_by_pit,
+)
 from carom.comparator.stepwise.resting_pairs import RestHistory
 from carom.comparator.stepwise.scene_bodies import Pair, SceneBodies
 from carom.comparator.stepwise.step_block import Block
@@ -79,9 +84,9 @@ class StepWatch:
         self._states = [States(np.zeros(1), arrays.position_m[None], arrays.velocity_m_s[None], spins)]
         self._max_states = max(_NUMBERS // (5 * len(scene.discs)), 8 * LONGEST)
         self._chains = Chains(self._bodies)
-        #: Number of steps whose states are deleted (`_gone`), whose active pairs are known (`_taken`), and whose free
-        #: flight is checked (`_flown`).
-        self._gone = self._taken = self._flown = 0
+        #: Number of steps whose states are deleted (`_dropped`), whose active pairs are known (`_searched`), and whose
+        #: free flight is checked (`_checked`).
+        self._dropped = self._searched = self._checked = 0
         self._found_by_pit: dict[Pair, bool] = {}
         self._windows: list[tuple[float | int | bool, ...]] = []
         self._meetings: list[tuple[float | int | bool, ...]] = []
@@ -116,7 +121,7 @@ class StepWatch:
 
     def finish(self) -> LocalTruth:
         """Return the comparison of all steps; call it after the last state."""
-        if self._gone:
+        if self._dropped:
             return self._finish()
         states = States.joined(self._states)
         arrays = (states.time_s, states.position_m, states.velocity_m_s, states.spin_rad_s)
@@ -164,11 +169,11 @@ class StepWatch:
         with np.errstate(over="ignore", under="ignore"):
             block = Block.of(self._scene, self._bodies, states, self._dt_s, *self._units)
             activity = find_activity(block, self._rest)
-            for step in sorted(step for step in activity.due if step >= self._taken - self._gone):
-                self._chains.add(self._gone + step, activity.due[step])
-            self._taken = self._gone + len(block)
-            self._chains.skip_to(self._taken)
-            finished = [chain.shift_steps(-self._gone) for chain in self._chains.take_settled(ends=ends)]
+            for step in sorted(step for step in activity.due if step >= self._searched - self._dropped):
+                self._chains.add(self._dropped + step, activity.due[step])
+            self._searched = self._dropped + len(block)
+            self._chains.skip_to(self._searched)
+            finished = [chain.shift_steps(-self._dropped) for chain in self._chains.take_complete(ends=ends)]
             # If large speeds cancelled in a window, a slow disc still has the rounding errors of the large speeds.
             scale = np.tile(self._scale, (len(block), 1))
             for chain in finished:
@@ -178,14 +183,16 @@ class StepWatch:
                 self._record(block, chain, comparison)
                 for disc in chain.discs:
                     scale[chain.end :, disc] = self._scale[disc] = max(before, comparison.speed)
-            open_chains = [chain.shift_steps(-self._gone) for chain in self._chains.open_chains]
-            flight_steps = slice(self._flown - self._gone, len(block) if ends else self._chains.settled_to - self._gone)
+            open_chains = [chain.shift_steps(-self._dropped) for chain in self._chains.open_chains]
+            flight_steps = slice(
+                self._checked - self._dropped, len(block) if ends else self._chains.complete_until - self._dropped
+            )
             self._check_free_flight(
                 block, activity, [*finished, *open_chains], flight_steps, np.maximum(scale, block.own_speed)
             )
-        self._flown = self._gone + flight_steps.stop
+        self._checked = self._dropped + flight_steps.stop
         done = min([flight_steps.stop, *(chain.begin for chain in open_chains)])
-        self._gone += done
+        self._dropped += done
         self._states = [states.select_rows(slice(done, None))]
 
     def _record_found_by_pit(self, block: Block, chain: StepChain) -> dict[Pair, bool]:
@@ -242,7 +249,7 @@ class StepWatch:
         self._resting += int(activity.resting[flight_steps].sum())
         relative = block.turned_by / np.maximum(block.own_speed, 1e-300)
         spinning = block.spun_by / np.maximum(block.own_speed, 1e-300)
-        for step, disc in np.argwhere(has_turned & (np.maximum(relative, spinning) > PASSED)).tolist():
+        for step, disc in np.argwhere(has_turned & (np.maximum(relative, spinning) > LARGEST_UNCHANGED)).tolist():
             if block.has_early_turn(step, disc):
                 has_turned[step, disc] = False
                 self._ahead += 1
