@@ -24,7 +24,7 @@ SAMPLE = Path(__file__).parents[1] / "reports" / "sample" / "results.jsonl"
 #: Every 20th row of the second file has larger errors.
 CHANGED = 20
 _READ = (
-    "import sys, pathlib; from carom.report.results_file.records import read_records; "
+    "import sys, pathlib; from carom.report.results_file.results_jsonl import read_records; "
     "read_records(pathlib.Path(sys.argv[1]))"
 )
 

@@ -109,7 +109,7 @@ NEVER |= {"numpy.ma", "carom.solvers.damped"}  # for a median; for other laws
 #: A page, its records, a bar that only a terminal shows, programs as engines, and other commands.
 OF_OTHERS = {
     "carom.report.render.html",
-    "carom.report.results_file.records",
+    "carom.report.results_file.results_jsonl",
     "xml.etree.ElementTree",
     "rich.progress",
     "carom.engines.protocol.adapter",

@@ -37,7 +37,7 @@ from carom.engines.api import Profile
 from carom.errors import InputError
 from carom.execution import describe_engines
 from carom.model.scene_file import build_scene_schema
-from carom.report.results_file.json_lines import build_records_schema
+from carom.report.results_file.line_codec import build_records_schema
 from carom.studies.tune.search import KnobSearch
 from carom.support.options import list_declared_options
 from carom.web.engine_script import PageEngine, link_script

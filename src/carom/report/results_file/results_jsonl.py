@@ -17,7 +17,7 @@ from carom.errors import InputError
 from carom.execution.results import Results, Row
 from carom.report.files import FORMATS
 from carom.report.results_file import format_2
-from carom.report.results_file.json_lines import format_line, read_row, read_summary
+from carom.report.results_file.line_codec import format_line, read_row, read_summary
 from carom.report.results_file.line_types import RowLine, Summary
 from carom.report.results_file.lines_from_rows import build_line, build_summary
 from carom.support.escaping import escape_controls, shorten
