@@ -1,7 +1,8 @@
-/* Prefetching: memory for the next event is loaded while the present one is processed. No result depends on it.
+/* Prefetching: the memory that the next event needs is loaded while the present event is processed. Prefetching changes
+   no result.
 
-   A row in memory often contains the number of another row that is needed soon. The rows of a disc contain its partner
-   and its cell, and the cells contain other discs. */
+   A row in memory often contains the number of another row that is needed soon. The rows of a disc contain the numbers
+   of its partner and its cell, and a cell contains the numbers of discs. */
 
 #pragma once
 
@@ -20,14 +21,14 @@
 #endif
 
 enum {
-    /* In runs with at least this many discs, memory is prefetched, because the rows of the discs do not fit into a
-       cache. Prefetching multiplies the time of a run of 8,000 discs by 1.01, of 16,000 discs by .91, and of 30,000
-       discs by .78. These factors were measured on a processor with 1 MB of cache per core. */
+    /* Memory is prefetched in runs with at least this number of discs, because the rows of all discs then do not fit
+       into a cache. Prefetching multiplies the time of a run of 8,000 discs by 1.01, of 16,000 discs by .91, and of
+       30,000 discs by .78. The factors were measured on a processor with 1 MB of cache per core. */
     PREFETCH_FROM = 10000
 };
 
-/* Prefetch the row of a disc. For a negative number `i`, this prefetches an address before the first row, which is
-   harmless. The processor could not predict a branch that excludes negative numbers. */
+/* Prefetch the row of a disc. If `i` is negative, the function prefetches an address before the first row, which is
+   harmless. A branch that excludes negative numbers would be slow, because the processor could not predict it. */
 static inline void prefetch_row(const State *s, Index i) {
     CAROM_PREFETCH((const void *)((uintptr_t)s->discs + (uintptr_t)i * sizeof(Disc)));
 }
