@@ -26,7 +26,7 @@ typedef enum NeverMet { /* features of a wall that a disc certainly never hits o
 typedef struct Parabola { /* path of a disc: data that are not in `Disc` */
     double ax;            /* acceleration, in metres per second squared */
     double ay;
-    /* low part of the instant at which the path began, whose high part is `Disc.time` */
+    /* low part of the instant at which the path began; the high part is `Disc.time` */
     double time_low;
     /* `impact_low` and `exit_low`: low parts of `Prediction.impact_time` and `Prediction.exit_time` */
     double impact_low;
@@ -56,7 +56,7 @@ typedef struct Parabola { /* path of a disc: data that are not in `Disc` */
     /* the ground from which an impact on another body has lifted the disc, or NO_OBSTACLE */
     int left_ground;
     /* convex body at rest that the disc hit last while it was in contact with `corner_ground`, numbered like
-       `Disc.last`. NO_BODY if the disc has hit no such body, or has since hit a third body */
+       `Disc.last`. NO_BODY if the disc has hit none, or has since hit a third body */
     int corner;
     int corner_ground;
     /* number of changes of the disc's motion without an impact, which `Disc.impacts` also counts */
@@ -75,10 +75,10 @@ typedef struct Ground { /* data of a half-plane or face for a disc in contact wi
     double y;
     /* vertices at the two ends of a face; NO_OBSTACLE at an end where the wall continues smoothly */
     int over[2];
-    /* index in `Accelerated.never_lists` of the features that a disc on this ground never hits */
+    /* index in `Accelerated.never_lists` of the features that a disc on the ground never hits */
     int never_first;
     int never_count;
-    /* whether PIC solves lasting contact with this feature: false for driven walls and curved features */
+    /* whether PIC solves lasting contact with the feature: false for driven walls and curved features */
     bool is_ground;
 } Ground;
 
@@ -114,7 +114,7 @@ typedef struct Accelerated {
     double deceleration;       /* deceleration by a table, opposite to each disc's velocity; 0 without a table */
     double rolling_resistance; /* coefficient of rolling resistance of discs on walls */
     ExactQuartic exact;
-    ModeRow *modes; /* recorded changes of mode */
+    ModeRow *modes;
     Index mode_count;
     Index mode_capacity;
     ContactEnd end;

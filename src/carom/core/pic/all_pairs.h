@@ -73,9 +73,9 @@ static inline Instant feature_meeting(const State *s, Index i, Index k, double *
     return (Instant){a->time + *wait, 0.0};
 }
 
-/* Return the feature that disc `i` hits first, of the features `first` to `end` - 1, which belong to a wall at rest. On
-   straight paths, the seconds until the impacts are compared; on other paths, the times of impact. If two are equal,
-   the feature with the lower number is first. */
+/* Return the first feature that disc `i` hits, among features `first` to `end` - 1 of a wall at rest. On straight
+   paths, the code compares the seconds until each impact; on other paths, the times of impact. In a tie, the feature
+   with the lower number is first. */
 static inline NextObstacle first_feature_of(const State *s, Index i, Index first, Index end) {
     NextObstacle found = {NEVER, NO_OBSTACLE};
     double least = CAROM_INF;

@@ -27,7 +27,6 @@ static inline void set_clock(State *s, double time) {
     s->clock.reported = reported_time(&s->clock, s->clock.now);
 }
 
-/* Set the clock to the time of an impact, and count the impact. */
 static inline void count_impact(State *s, double time) {
     set_clock(s, time);
     s->counts.impacts += 1;
@@ -50,8 +49,8 @@ static inline Ending check_limits(State *s, Instant at, double until, Index impa
 
 /* ---- epochs ---- */
 
-/* Clear `Disc.last` if disc `i` hit the inside of an arc last and has moved since. The formula for a path that begins
-   with an impact on an arc must not be used in the new epoch, because the path then begins elsewhere. */
+/* Clear `Disc.last` if disc `i` hit the inside of an arc last and has moved since. For a path that begins with an
+   impact on an arc there is a special formula, but in the new epoch the path begins elsewhere. */
 static inline void clear_last_arc(State *s, Index i) {
     Disc *a = &s->discs[i];
     if (NO_BODY < a->last && a->last < 0 && s->features[-1 - a->last].kind == INNER_ARC && a->time < s->clock.now)
@@ -70,11 +69,11 @@ static inline bool has_stood_still(const State *s) {
     return true;
 }
 
-/* Count the impacts of successive epochs in which no disc has moved. If this count exceeds `State.standstill`, end the
-   run with `STANDSTILL`.
+/* Count the impacts of successive epochs in which no disc has moved. If the count of impacts exceeds
+   `State.standstill`, end the run with `STANDSTILL`.
 
-   Discs that are crushed between walls collide at shorter and shorter intervals. Soon after an epoch begins, its short
-   times resolve smaller differences than times since the start of the run. So the clock seems to advance at each
+   Discs that are crushed between walls collide at shorter and shorter intervals. Just after an epoch begins, times are
+   small and resolve smaller differences than times since the start of the run. So the clock seems to advance at each
    impact, and `Counts.at_instant` does not grow. */
 static inline void count_still_impacts(State *s) {
     s->counts.still_impacts = has_stood_still(s) ? s->counts.still_impacts + s->counts.epoch_impacts : 0;

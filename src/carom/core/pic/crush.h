@@ -5,9 +5,8 @@
    Suppose that a disc bounces between two parallel walls, one of which moves towards the other. Let v be the disc's
    speed relative to the moving wall, and g the space left for the disc. The product v g is the same after each impact
    on the moving wall. So v is proportional to 1/g, and infinitely many impacts occur before no space is left. Time
-   advances at every impact, so the limit on impacts at one instant does not stop these impacts. The page
-   docs/theory/walls.md derives the rule. A row of discs between two bodies that impacts do not move is crushed like a
-   single disc. */
+   advances at every impact, so the limit on impacts at one instant does not end the run. The page docs/theory/walls.md
+   derives the rule. A row of discs between two bodies that impacts do not move is crushed like a single disc. */
 
 #pragma once
 
@@ -21,7 +20,8 @@ typedef struct Drift { /* motion of a disc along a wall, to the right of the wal
     double pull;
 } Drift;
 
-/* the exact drift if `count` is 1, its lower and upper bound if `count` is 2, and nothing if `count` is 0 */
+/* the exact drift (motion along a wall) if `count` is 1, its lower and upper bound if `count` is 2, and nothing if
+   `count` is 0 */
 typedef struct Drifts {
     Drift drift[2];
     int count;
@@ -51,8 +51,8 @@ static inline Drifts drifts_along(const State *s, Index i, Index k, Index other,
     return (Drifts){{{steady - most, -fabs(pull)}, {steady + most, fabs(pull)}}, 2};
 }
 
-/* Return the feature of wall `wall` that disc `i` hit in its last two impacts. If this feature is neither a half-plane
-   nor a face, return NULL. */
+/* Return the feature of wall `wall` that disc `i` hit in its last two impacts. Return NULL if the feature is neither a
+   half-plane nor a face. */
 static inline const Feature *flat_feature(const State *s, Index i, Index wall) {
     const ToAndFro *t = &s->to_and_fro[i];
     int bodies[2] = {t->last, t->across}, obstacles[2] = {t->last_obstacle, t->across_obstacle};

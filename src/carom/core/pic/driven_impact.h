@@ -103,7 +103,7 @@ static inline double driven_disc_time(const State *s, Index i, const Driven *row
         if (begin > latest)
             break;
         bool touches = s->touched != NULL && find_touched(&s->touched[i], j, leg->begins) != NULL;
-        /* on this leg, the disc only separates from the driven disc: see `last_partner` */
+        /* on this leg (straight part of its path), the driven disc only separates from disc i: see `last_partner` */
         if (touches || (n == first && s->discs[i].last == j))
             continue;
         Disc a = s->discs[i];
@@ -158,8 +158,8 @@ static CAROM_NOINLINE bool apply_accelerated(State *s, Index first, Index second
     return apply_parabola_feature_impact(s, first, -1 - second, at, is_wanted);
 }
 
-/* In a run with features or driven bodies, predict the next events of disc `i` that `change` affects. Before this call,
-   `predict_partner` must have predicted the next impact on a disc that is not driven. */
+/* In a run with features or driven bodies, predict the next events of disc `i` that `change` affects. `predict_partner`
+   must have been called before, to predict the next impact on a disc that is not driven. */
 static CAROM_NOINLINE void predict_special(State *s, Index i, Change change) {
     if (change != OF_CELL) {
         for (Index k = 0; k < s->driving.count; k++) {

@@ -1,9 +1,9 @@
 /* Prescribed motion: position and velocity of a driven body at a time. The path of a driven body consists of legs,
    which are parts with constant velocity.
 
-   The coordinates of a driven wall's features are those at the start of the run. To compare a disc with these
-   coordinates, the disc's position is converted to coordinates that move with the wall. A driven disc moves along its
-   path from its centre at the start. */
+   The coordinates of a driven wall's features are those at the start of the run. To compare a disc with a driven wall,
+   the disc's position is converted to coordinates that move with the wall. A driven disc moves along its path from its
+   centre at the start. */
 
 #pragma once
 
@@ -52,14 +52,12 @@ static inline Disc seen_from_leg(const Disc *a, const Leg *leg, double time) {
     return seen;
 }
 
-/* Return the position and velocity of a disc relative to a driven wall at a time. */
 static inline Disc seen_from_wall(const State *s, const Disc *a, const Driven *row, double time) {
     if (row->leg_count == 0)
         return *a;
     return seen_from_leg(a, &s->driving.legs[leg_at(&s->driving, row, time)], time);
 }
 
-/* Return the velocity and the surface speed of a driven wall at a time. */
 static inline Surface surface_at(const State *s, const Driven *row, double time) {
     Surface surface = {0.0, 0.0, row->belt};
     if (row->leg_count > 0) {

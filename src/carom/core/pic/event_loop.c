@@ -38,8 +38,8 @@ static inline void predict(State *s, Index i, Change change) {
     set_time(&s->queue, i, event_time(&s->predictions[i]));
 }
 
-/* In a run with accelerating discs, apply an impact or the end of a motion. `apply_impact` is for other runs. The
-   event's instant is the sum of a high and a low part. */
+/* If discs accelerate, apply an impact or the end of a motion; otherwise `apply_impact` is used. The event's instant is
+   the sum of a high and a low part. */
 static CAROM_NOINLINE Ending apply_accelerated_event(State *s, Event event, double until, Index impacts,
                                                      Changed *changed) {
     const Prediction *p = &s->predictions[event.disc];
@@ -168,9 +168,8 @@ static CAROM_NOINLINE Ending advance(State *s, double until, Index impacts, Inde
 /* Choose new cells for the region where discs have been. Keep the new cells only if they save more checks of features
    than they cost.
 
-   Outside the area in which lists of obstacles are valid, discs must be checked against all features. For example, many
-   discs of a gas that expands need these checks. A grid of larger cells covers a larger area and avoids these checks.
-   But larger cells contain more discs, and a prediction searches nine cells. */
+   Outside the area in which lists of obstacles are valid, every disc must be checked against all features. A grid of
+   larger cells covers a larger area. But larger cells contain more discs, and a prediction searches nine cells. */
 static void choose_cells_again(State *s) {
     Grid *g = &s->grid;
     Grid old = *g;

@@ -32,7 +32,7 @@ static inline Index queue_length(const Queue *q) {
     return q->level[q->top] + SIBLINGS;
 }
 
-/* Return the smallest of the seven other times in the match of the time at `place`. The comparisons are in three
+/* Return the smallest of the seven event times that are compared with the time at `place`. The comparisons are in three
    rounds, because a processor executes the comparisons of a round in parallel. */
 static CAROM_ALWAYS_INLINE Sibling best_sibling(const double *times, Index place) {
     double a = times[place ^ 1];
@@ -80,7 +80,7 @@ static inline void set_time(Queue *q, Index i, double time) {
     }
 }
 
-/* Return the disc of the earliest event. If several discs have events at that time, return any of these discs. */
+/* Return the disc of the earliest event. If several discs have the earliest event, return any of them. */
 static inline Index earliest(const Queue *q) {
     return q->holder[q->level[q->top]];
 }
@@ -106,8 +106,8 @@ static inline double earliest_except(const Queue *q, Index i, Index j) {
     return least;
 }
 
-/* Return the first disc whose number is at least `i` and whose time is at most `time`. If there is no such disc, return
-   the number of discs. */
+/* Return the first disc whose number is at least `i` and whose time is at most `time`. Return the number of discs if
+   there is none. */
 static inline Index next_not_after(const Queue *q, Index i, double time) {
     while (i < q->discs) {
         if (q->time[i] <= time)

@@ -100,7 +100,7 @@ typedef struct LeastTimes {
     Index place;   /* index of the least time; the first index if all times are infinite */
 } LeastTimes;
 
-/* Return the two least times of both arrays, from the two least times of each array. */
+/* From the two least times of each of two arrays, return the two least times of both arrays. */
 static inline LeastTimes merge_least_times(LeastTimes a, LeastTimes b) {
     return (LeastTimes){lesser(a.first, b.first), lesser(lesser(a.second, b.second), greater(a.first, b.first)),
                         b.first < a.first ? b.place : a.place};

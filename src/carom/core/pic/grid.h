@@ -98,7 +98,6 @@ static inline Index tile_of(const Grid *g, Index row, Index column) {
 
 /* ---- discs in cells ---- */
 
-/* Add disc `i` to a cell. */
 static inline void add_to_cell(State *s, Index i, Index row, Index column) {
     Cell *cell = &s->grid.cells[row * s->grid.stride + column];
     Index used = 0;
@@ -199,7 +198,6 @@ static inline double mean_occupancy(const State *s) {
     return pairs / (double)s->disc_count;
 }
 
-/* Move disc `i` to the cell beyond the edge that it has reached. */
 static inline void cross_edge(State *s, Index i) {
     Index cell = s->predictions[i].cell;
     Index edge = s->predictions[i].edge;

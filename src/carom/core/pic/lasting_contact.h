@@ -21,7 +21,6 @@ static inline double rim_speed(const State *s, Index i) {
     return s->discs[i].radius * s->turning[i].spin;
 }
 
-/* Return the speed at which a disc approaches its ground. */
 static inline double ground_approach(const State *s, Index i, const Feature *ground) {
     return -wall_speed(s->discs[i].vx, s->discs[i].vy, ground->nx, ground->ny).high;
 }
@@ -110,8 +109,8 @@ static inline ModeRow mode_row(const State *s, Index i, Index wall, Mode before)
     };
 }
 
-/* From the slip and rim speed of a disc, set its motion in contact with feature k: the mode, the accelerations, and the
-   instant at which this motion ends. */
+/* From the slip and rim speed of a disc, set its motion in contact with feature k: mode, accelerations, and when the
+   motion ends. */
 static inline ModeRow continue_in_contact(State *s, Index i, Index k, Slips now) {
     Disc *a = &s->discs[i];
     Parabola *p = &s->accelerated.paths[i];
@@ -151,7 +150,7 @@ static inline ModeRow continue_in_contact(State *s, Index i, Index k, Slips now)
     p->ground = (int)k;
     p->mode = mode_of(speed, rates.along, rates.sticks, rates.blocks);
     /* The speed and the spin of a rolling disc reach 0 at the same time. Without rolling resistance, the motion does
-       not change at this time. */
+       not change when speed and spin reach 0. */
     double slip_wait = time_to_zero(now.slip, rates.along + rates.rim);
     double rim_wait = resists ? time_to_zero(now.rim, rates.rim) : CAROM_INF;
     double wait = rim_wait < slip_wait ? rim_wait : slip_wait;
@@ -166,7 +165,7 @@ static inline ModeRow continue_in_contact(State *s, Index i, Index k, Slips now)
 }
 
 /* Begin the contact of a disc with feature k at the present instant. `approach` is the speed at which the disc
-   approaches the feature. If this speed is not 0, infinitely many bounces would follow, which are too short for the
+   approaches the feature. If `approach` is not 0, infinitely many bounces would follow, which are too short for the
    clock. Only the effect of the bounces on slip and spin is computed. */
 static inline ModeRow land(State *s, Index i, Index k, double approach) {
     Disc *a = &s->discs[i];
@@ -217,7 +216,6 @@ static inline ModeRow land(State *s, Index i, Index k, double approach) {
     return continue_in_contact(s, i, k, now);
 }
 
-/* Make a disc leave the wall with which it is in contact. */
 static inline ModeRow take_off(State *s, Index i) {
     Parabola *p = &s->accelerated.paths[i];
     Mode before = p->mode;
@@ -235,7 +233,7 @@ static inline ModeRow take_off(State *s, Index i) {
 /* Make a disc at an end of its face fly off. If the disc is too slow to fly off, return false, because PIC does not
    solve the disc's motion around the end.
 
-   At first, a disc that flies off touches the vertex at the end of the face. On this path the disc does not hit the
+   At first, a disc that flies off touches the vertex at the end of the face. On its new path, the disc does not hit the
    face again. */
 static inline bool leave_at_face_end(State *s, Index i, ModeRow *row) {
     Disc *a = &s->discs[i];
@@ -252,7 +250,8 @@ static inline bool leave_at_face_end(State *s, Index i, ModeRow *row) {
     }
     /* The disc flies off if u^2 >= P (R + h), where u is its speed, P the gravity into the wall, R its radius and h the
        half width of the wall. A slower disc would hit the vertex at once. `arc_fall_time` tests the condition, because
-       it also predicts impacts with the vertex. So both decisions use the same rounded numbers. */
+       it also predicts impacts with the vertex. So the take-off and later impacts are decided with the same rounded
+       numbers. */
     Mover disc = mover_of(a);
     if (!(arc_fall_time(&s->accelerated.exact, &disc, &s->features[vertex], s->accelerated.gx, s->accelerated.gy, true,
                         0.0) > 0.0)) {
@@ -302,7 +301,6 @@ static inline double normal_resolution(const State *s, Index i, Index body) {
     return gap_resolution(sizes) / fabs(reach_of(&disc, f).high);
 }
 
-/* Return whether a body never moves. */
 static inline bool never_moves(const State *s, Index body) {
     return body < 0 ? !is_driven_wall(&s->driving, (Index)s->features[-1 - body].wall)
                     : s->discs[body].inverse_mass == 0.0 && driven_row(&s->driving, body) == NULL;
@@ -315,8 +313,8 @@ static inline bool never_moves(const State *s, Index body) {
    A speed is low if a hop (a short flight above the ground) at this speed is lower than the resolution of the gap. The
    disc stays in contact if its speed along the ground's normal is low and the rounding error of the impact's normal
    explains this speed. In all other cases the disc leaves the ground, even if the hop is low, because low hops may
-   follow each other. If the two walls are at a right angle, only friction can make the disc hop. If the impact pushes
-   the disc into its ground, the disc begins a flight and hits the ground at once. */
+   follow each other. If the other body is a wall at a right angle, only friction can make the disc hop. If the impact
+   pushes the disc into its ground, the disc begins a flight and hits the ground at once. */
 static inline bool update_contact_after_impact(State *s, Index i, Index struck, const double normal[2], ModeRow *row) {
     Parabola *p = &s->accelerated.paths[i];
     const Index k = p->ground;

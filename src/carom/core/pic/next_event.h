@@ -1,4 +1,4 @@
-/* Events: the next event of a disc, and the next event of all discs.
+/* The next event of each disc, and of all discs.
 
    Each disc has two predictions: its earliest known impact with another disc, and the time at which it leaves its cell.
    The file carom_core.h explains why no impact is missed. Only `event_of` decides which event of a disc is next. */
@@ -82,7 +82,6 @@ static inline Bodies bodies_of(const State *s, Event impact) {
     return pair_of(s, impact.disc);
 }
 
-/* Compute the exact instant of the predicted impact of disc `i`, which accelerates. */
 static CAROM_NOINLINE void solve_parabola_impact(State *s, Index i) {
     Prediction *p = &s->predictions[i];
     Index j = p->partner;
@@ -104,7 +103,7 @@ static CAROM_ALWAYS_INLINE void solve_impact(State *s, Index i) {
 
 /* ---- the event of all discs ---- */
 
-/* Disc `i` is predicted to hit its partner at `time`. If the partner's next event is this impact, return the partner.
+/* Disc `i` is predicted to hit its partner at `time`. Return the partner if its next event is the same impact.
    Otherwise return `i`. */
 static inline Index other_holder(const State *s, Index i, double time) {
     const Prediction *p = &s->predictions[i];

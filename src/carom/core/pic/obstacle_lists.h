@@ -32,8 +32,8 @@ typedef struct Tiles {
     Index high;
 } Tiles;
 
-/* Return the coordinate at which row or column number `k` of the `count` rows or columns begins. The first one begins
-   OUTWARD cell widths before the grid, and the last one ends OUTWARD cell widths after the grid. */
+/* Return the coordinate at which row or column number `k` of the `count` rows or columns begins. The first row or
+   column begins OUTWARD cell widths before the grid, and the last ends OUTWARD cell widths after the grid. */
 static inline double line_between(double begin, double width, Index count, Index k) {
     if (k <= 1)
         return begin - OUTWARD * width;
@@ -76,8 +76,8 @@ static inline bool may_be_in_sector(const Feature *arc, double x, double y) {
 /* Return the distance of a point from a feature that is not a half-plane.
 
    The error bound is larger than the sum of all rounding errors, of which there are about twenty. Rounding may make it
-   uncertain whether the point is in an arc's sector. In this case, the arc's circle and an end of the arc have nearly
-   the same distance from the point, so either may be used. */
+   uncertain whether the point is in an arc's sector. If so, the arc's circle and an end of the arc have nearly the same
+   distance from the point, so either may be used. */
 static inline Bounded distance_to(const Feature *f, double x, double y) {
     double dx = x - f->x.high;
     double dy = y - f->y.high;

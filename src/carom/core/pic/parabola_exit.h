@@ -145,8 +145,7 @@ static inline bool keeps_touching(const State *s, Index i, Index k, double time)
     return s->accelerated.deceleration > 0.0 || wall_speed(p->ax, p->ay, f->nx, f->ny).high == 0.0;
 }
 
-/* Return how many seconds a disc takes to reach feature k; infinity for never. `parabola_feature_wait` explains the
-   other arguments. */
+/* Return how many seconds a disc takes to reach feature k; infinity for never. */
 static CAROM_NOINLINE double solve_parabola_feature(const State *s, Index i, Index k, const Mover *disc,
                                                     bool has_just_left, bool touches) {
     const Accelerated *run = &s->accelerated;
@@ -161,8 +160,8 @@ static CAROM_NOINLINE double solve_parabola_feature(const State *s, Index i, Ind
 
 /* Return how many seconds disc `i` takes to reach feature k. `disc` is the disc's motion relative to the feature's
    wall. If the disc never reaches the feature, or certainly takes longer than `within`, return infinity.
-   `has_just_left` is true if the disc's path begins with an impact on this feature. `touches` is true if the disc
-   touches the feature without normal speed. */
+   `has_just_left` is true if the disc's path begins with an impact on feature k. `touches` is true if the disc touches
+   feature k without normal speed. */
 static inline double parabola_feature_wait(const State *s, Index i, Index k, const Mover *disc, bool has_just_left,
                                            bool touches, double within) {
     const Parabola *p = &s->accelerated.paths[i];
@@ -214,8 +213,8 @@ typedef struct NextObstacle {
 /* Return the first of the listed features that a disc hits, or `next` if no feature is hit before `next`.
 
    If two features of one wall are hit at the same instant, the first one in the list is returned. If features of two
-   walls are hit at the same instant, the last one in the list is returned. This feature's wall has the higher number k
-   and therefore the lower body number -1 - k. */
+   walls are hit at the same instant, the last one in the list is returned. The last one belongs to the wall with the
+   higher number k, which is the lower body number -1 - k. */
 static inline NextObstacle first_of_features(const State *s, Index i, const int *numbers, NextObstacle next) {
     const Mover disc = mover_of(&s->discs[i]);
     for (; *numbers != NO_OBSTACLE; numbers++) {

@@ -33,10 +33,10 @@ static inline void change_motion(State *s, Index i) {
 
 /* Return whether a disc rests on another body, so that the predicted impact of the two must not be applied.
 
-   The result is true if `pull` is below 0 and one of three conditions is true. First, the disc does not approach.
-   Second, the disc left the same body at the instant `last`, and the flight since then was too short for the clock to
-   resolve. Third, `last` is NULL because the disc's path began elsewhere, and a hop at the speed of approach would be
-   lower than the resolution of the gap. */
+   The result is true if `pull` is below 0 and one of three conditions is true. The first condition is that the disc
+   does not approach the other body. The second condition is that the disc left the same body at the instant `last`, and
+   has flown too briefly for the clock to resolve. The third condition is that `last` is NULL (the disc's path began
+   elsewhere), and a hop at the speed of approach would be lower than the resolution of the gap. */
 static inline bool is_at_rest(const State *s, const Encountered *met, const Instant *last) {
     if (!(met->pull < 0.0) || !(met->approach > 0.0)) {
         return met->pull < 0.0;
@@ -196,8 +196,8 @@ static inline bool apply_parabola_pair_impact(State *s, Index i, Index j, Instan
 /* ---- a disc and a wall ---- */
 
 /* Disc `i` hits feature k at a time. Return whether the disc's speed is exactly the speed at which it left the feature.
-   The result is true if the disc's last impact was on this feature, the feature is flat, and its wall has not begun
-   another leg (straight part of its path) since. */
+   The last impact of disc `i` must have been on feature k, which must be flat, and the wall must not have begun another
+   leg (straight part of its path) since. */
 static inline bool returns_to(const State *s, Index i, Index k, double time) {
     const Disc *a = &s->discs[i];
     const Feature *f = &s->features[k];

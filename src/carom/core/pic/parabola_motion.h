@@ -115,7 +115,7 @@ static inline double along_ground(const Feature *ground, double x, double y) {
     return x * ground->ny - y * ground->nx;
 }
 
-/* Move a disc along its path to an instant. The disc's next path begins at this instant. */
+/* Move a disc along its path to an instant. The disc's next path begins at that instant. */
 static inline void move_on_parabola(State *s, Index i, Instant at) {
     Disc *a = &s->discs[i];
     Motion there = motion_at(s, i, at);
@@ -145,7 +145,7 @@ static inline void move_on_parabola(State *s, Index i, Instant at) {
     a->vy = there.vy;
 }
 
-/* A disc slides or rolls on a ground. Return when the disc hits the other body of its corner again: see
+/* For a disc that slides or rolls on a ground, return when it hits the other body of its corner again: see
    `Parabola.corner`. The vector (x, y) points along the ground from the corner to the side where the disc is.
 
    The disc moves straight to the corner, and the other body is convex, so the disc does not touch that body earlier. */
@@ -244,7 +244,6 @@ static inline Instant parabola_pair_time(const State *s, Index i, Index j) {
     return instant_after(start, wait);
 }
 
-/* Return the greatest speed of a driven body on any part of its path. */
 static inline double fastest_leg(const Driving *d, const Driven *row) {
     double fastest = 0.0;
     for (Index n = row->first_leg; n < row->first_leg + row->leg_count; n++) {

@@ -2,8 +2,8 @@
 
    Two discs with the same acceleration move in a straight line relative to each other. For two discs with the same
    acceleration, the search (a scan) has the rounds that straight_partner.h describes. For other pairs of discs, a scan
-   first computes only a lower bound of the time of impact (`earliest_meeting`). The exact time is computed only if no
-   other candidate is earlier than this bound. */
+   first computes only a lower bound of the time of impact (`earliest_meeting`). The scan computes the exact time only
+   if no other candidate is earlier than the lower bound. */
 
 #pragma once
 
@@ -103,7 +103,7 @@ static inline bool is_preceding(const Meeting *a, const Meeting *b) {
     return a->time.low != b->time.low ? a->time.low < b->time.low : a->partner < b->partner;
 }
 
-/* Return the earliest of the candidates. Exact times are computed for as few candidates as possible. */
+/* Return the earliest of the candidates. */
 static inline Meeting earliest_meeting_of(const State *s, Index i, Meeting *candidates, Index count) {
     while (true) {
         Index first = 0;
@@ -117,7 +117,8 @@ static inline Meeting earliest_meeting_of(const State *s, Index i, Meeting *cand
             }
         }
         Meeting *best = &candidates[first];
-        /* If the first candidate's time is exact, no lower bound is equal to it, because the bound would come first. */
+        /* If the first candidate's time is exact, all lower bounds are later, because an equal lower bound would come
+           first. */
         if (best->is_exact || second > best->latest) {
             return best->time.high < CAROM_INF ? *best : NO_MEETING;
         }

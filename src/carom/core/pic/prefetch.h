@@ -9,8 +9,8 @@
 #include "carom/core/pic/grid.h"
 
 #if defined(__GNUC__)
-/* GCC assumes that a function that only prefetches has no effect, and removes its calls. The empty assembler statement
-   prevents the removal. */
+/* GCC assumes that a function that only prefetches has no effect, and removes its calls. An empty assembler statement
+   keeps these calls. */
 #define CAROM_PREFETCH(place)      \
     do {                           \
         __builtin_prefetch(place); \
@@ -21,9 +21,9 @@
 #endif
 
 enum {
-    /* Memory is prefetched in runs with at least this number of discs, because the rows of all discs then do not fit
-       into a cache. Prefetching multiplies the time of a run of 8,000 discs by 1.01, of 16,000 discs by .91, and of
-       30,000 discs by .78. The factors were measured on a processor with 1 MB of cache per core. */
+    /* number of discs from which on memory is prefetched, because the rows of all discs no longer fit into a cache.
+       Prefetching multiplies the time of a run of 8,000 discs by 1.01, of 16,000 discs by .91, and of 30,000 discs by
+       .78. The factors were measured on a processor with 1 MB of cache per core. */
     PREFETCH_FROM = 10000
 };
 
@@ -55,7 +55,6 @@ static inline void prefetch_cells(const State *s, Index i) {
     CAROM_PREFETCH(s->grid.list_of + tile_of(&s->grid, cell >> COLUMN_BITS, cell & COLUMN_MASK));
 }
 
-/* Prefetch the rows of disc `i`'s partner, and the cells around disc `i`. */
 static inline void prefetch_surroundings(const State *s, Index i) {
     Index partner = s->predictions[i].partner;
     if (partner != NOBODY) {

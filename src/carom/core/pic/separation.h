@@ -8,8 +8,8 @@
 /* Return the disc that disc `i` hit last, if the present paths of both discs began at their impact. Otherwise return
    NOBODY.
 
-   After their impact, two discs never collide again on these paths. Rounding can leave a small speed of approach: with
-   restitution 0, the whole remaining normal speed is a rounding error. A speed due to rounding must not cause an
+   The two discs never collide again on paths that began at their impact. Rounding can leave a small speed of approach:
+   with restitution 0, the whole remaining normal speed is a rounding error. A speed due to rounding must not cause an
    impact, because further impacts would follow without end. A disc that never moves always has the same path. */
 static inline Index last_partner(const State *s, Index i) {
     Index last = s->discs[i].last;
@@ -79,7 +79,7 @@ static inline PathStart path_start(const State *s, Index i, Index k, Index last)
 /* For discs `i` and `j` with the same radius, return a contact of disc `i` with a flat wall that disc `j` also touches,
    or NULL if there is none.
 
-   The centres of the two discs are at the same distance from the wall. So the normal of the impact of the two discs is
+   The centres of both discs are at the same distance from the wall. So the normal of the impact of the two discs is
    exactly parallel to the wall, although rounded centres give a slightly different normal. Only straight motion keeps
    that distance between impacts: gravity and friction may change the velocity along the wall's normal. */
 static inline const Touched *find_common_wall(const State *s, Index i, Index j) {

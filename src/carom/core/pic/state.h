@@ -46,7 +46,7 @@ enum {
     /* number of candidates for which vector instructions compute bounds of the time of impact at once */
     LANES = 4,
     /* largest numbers of discs and of walls for which the loop of few_bodies.h is used; both are multiples of LANES.
-       For 16 discs, this loop takes .65 times as long as the event loop; for 25 discs, 1.2 times as long */
+       For 16 discs, the loop takes .65 times as long as the event loop; for 25 discs, 1.2 times as long */
     MOST_FEW_DISCS = 16,
     MOST_FEW_WALLS = 8,
 };
@@ -110,8 +110,8 @@ typedef enum Ending { /* how a call of the event loop ends; solvers/event_driven
     CRUSHED = 6,
     /* discs have moved outside the grid of cells, so a larger grid may be better */
     OUTGROWN = 7,
-    /* a disc rests on a body that does not move. PIC does not solve the contacts that cause this ending and the three
-       endings below */
+    /* a disc rests on a body that does not move. PIC does not solve contacts that cause AT_REST, PRESSED, CORNER or
+       EDGE */
     AT_REST = 8,
     PRESSED = 9,      /* two discs stay pressed together */
     CORNER = 10,      /* a disc is wedged between two walls */
@@ -149,7 +149,7 @@ typedef struct Prediction {
     double exit_time;
     /* the disc that this disc hits next, or NOBODY */
     int partner;
-    /* value of `Disc.impacts` of the partner when this impact was predicted */
+    /* value of the partner's `Disc.impacts` when the impact was predicted */
     int partner_impacts;
     /* the disc's cell: row << COLUMN_BITS | column. Row 0 and column 0 are in the ring of empty cells around the
        grid */
@@ -183,11 +183,11 @@ typedef struct Driving {
 typedef struct ToAndFro {
     int last;             /* body that the disc hit last, or NO_BODY */
     int last_obstacle;    /* obstacle of the body `last`; NO_OBSTACLE if that body is a disc */
-    int across; /* `across`, `across_obstacle`: the same two numbers for the body on the opposite side of the disc */
+    int across; /* `across`, `across_obstacle`: like `last` and `last_obstacle`, for the body on the opposite side */
     int across_obstacle;
     double nx; /* unit vector from the last body to the disc */
     double ny;
-    Index row; /* number of successive impacts on the two bodies, alternately */
+    Index row; /* number of successive impacts, alternately on one and the other of the two bodies */
 } ToAndFro;
 
 typedef struct Crush { /* a disc that two approaching bodies crush */
@@ -351,7 +351,7 @@ typedef struct Counts {
     Index epoch_impacts;
     /* number of impacts since the clock last advanced */
     Index at_instant;
-    /* number of impacts in the latest epochs, in which no disc has moved */
+    /* number of impacts in the latest epochs (parts of the run), during which no disc has moved */
     Index still_impacts;
     /* if discs accelerate: number of successive ambiguous impacts */
     Index ambiguous_in_row;

@@ -7,8 +7,8 @@
 #include "carom/core/pic/clock.h"
 #include "carom/core/pic/separation.h"
 
-/* Return whether the last impact of disc `i` was less than the contact duration of the TC model ago. If the result is
-   true, the present impact loses no energy. */
+/* Return whether less than the contact duration (of the TC model) has passed since the last impact of disc `i`. If the
+   result is true, the present impact loses no energy. */
 static inline bool is_one_contact(State *s, Index i) {
     bool found = false;
     if (s->law.contact_duration > 0.0 && s->discs[i].inverse_mass > 0.0) {

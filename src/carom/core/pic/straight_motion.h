@@ -19,7 +19,7 @@ static inline Point position_at(const Disc *a, double time) {
     return position_after(a, time - a->time);
 }
 
-/* Move a disc along its path to a time. The disc's next path begins at this time. For a disc that never moves,
+/* Move a disc along its path to a time. The disc's next path begins at that time. For a disc that never moves,
    `Disc.time` stays 0. */
 static inline void move_to(Disc *a, double time) {
     if (a->inverse_mass > 0.0) {
@@ -100,7 +100,7 @@ static inline bool is_out_of_reach(const Disc *a, const Mover *mover, const Feat
         return is_passed(dx, dy, a->vx, a->vy, f->size.high + reach, wait);
     double touch = f->size.high - reach;
     if (touch < 0.0)
-        return false; /* the disc may be too wide for the arc, which is rare; the caller then computes the exact time */
+        return false; /* the disc may be too wide for the arc; in this rare case the caller computes the exact time */
     double away = sqrt(dx * dx + dy * dy);
     double gap = fabs(away - touch) - 2.0 * CAROM_ERROR * (away + f->size.high + reach);
     return gap > (fabs(a->vx) + fabs(a->vy)) * wait;

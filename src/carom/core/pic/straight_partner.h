@@ -2,8 +2,8 @@
 
    A scan is the search for the next impact of one disc. For each near disc (a candidate), the scan computes bounds of
    the time of impact in ordinary floats, with the plain form of pair_time.h. The scan computes exact times only if the
-   bounds do not decide which candidate is first. The exact time of the first candidate is computed only when this
-   impact may be the next event of all discs.
+   bounds do not decide which candidate is first. The exact time of the first candidate is computed only when its impact
+   may be the next event of all discs.
 
    A scan has four rounds. Each round processes the discs that the previous round has kept, with as few branches as
    possible. A processor cannot predict which discs are near and which of them approach, and a wrong prediction costs as
@@ -14,7 +14,7 @@
 #include "carom/core/pic/grid.h"
 #include "carom/core/pic/separation.h"
 
-/* chains (lists of further discs) in a block of cells, whose discs have not all been processed */
+/* chains (lists of further discs) in a block of cells */
 typedef struct Chains {
     Index left;         /* number of chains that are not completely processed */
     Index disc;         /* the next unprocessed disc of the present chain, or NOBODY */
@@ -87,8 +87,8 @@ static inline Index keep_approaching(State *s, Index i, Index met, Index count) 
         c->reach[kept] = a.radius + b->radius;
         c->start[kept] = r.start;
         Bounded along = approach(r.dx, r.dy, r.ux, r.uy);
-        /* if a product overflows, `along` may be NaN. A disc is then kept, and the error-free form of pair_time.h
-           decides whether the two discs collide */
+        /* if a product overflows, `along` may be NaN. If `along` is NaN, the disc is kept, and the error-free form of
+           pair_time.h decides whether the two discs collide */
         int comes = !(along.value > along.error);
         int is_other = j != i;
         int is_free = j != met;

@@ -1,9 +1,10 @@
 /* Bodies that a disc touches without normal speed.
 
-   After an impact with restitution 0, two bodies have no relative velocity along the normal. In floats a rounding error
-   of this velocity remains, which must not cause another impact. So the contact is stored: the disc does not hit that
-   body again until an impact changes the disc's velocity along that normal. An impact with an orthogonal normal does
-   not change the velocity along the first normal. Any other impact, and friction, change the velocity along the normal.
+   After an impact with restitution 0, two bodies have no relative velocity along the normal. In floats, a rounding
+   error of the normal velocity remains, which must not cause another impact. So the contact is stored: the disc does
+   not hit that body again until an impact changes the disc's velocity along that normal. An impact with an orthogonal
+   normal does not change the velocity along the first normal. Any other impact, and friction, change the velocity along
+   the normal.
 
    Each component of a unit normal has two rounding errors. So the computed scalar product of two orthogonal normals is
    at most CAROM_ERROR. A change of a velocity by less than CAROM_ERROR times the velocity is smaller than its rounding
@@ -61,9 +62,9 @@ typedef enum Shape { /* shape of a driven body at the point where a disc touches
 
 typedef struct NewContact { /* contact that an impact of a disc on a driven body has caused */
     Shape shape;
-    double nx;         /* unit normal of the contact */
+    double nx;
     double ny;
-    double vx;         /* velocity of the disc */
+    double vx;
     double vy;
     double speed;      /* |vx| + |vy| of the disc's velocity before the impact */
     double time;       /* time of the impact, in seconds since the start */
@@ -74,10 +75,10 @@ typedef struct NewContact { /* contact that an impact of a disc on a driven body
 /* Return the times until which a contact with a driven body lasts. The body is on the given leg (straight part) of its
    path.
 
-   The contact ends when the body begins a leg with another speed along the normal. A contact with a convex body also
-   ends when the body begins to move back past the disc. Until the body moves back, the two bodies only separate, along
-   the tangent of the contact. Rounding errors of velocities are multiplied by the time since the impact, because they
-   change a displacement more and more. */
+   The contact ends when the body begins a leg (straight part of its path) with another speed along the normal. A
+   contact with a convex body also ends when the body begins to move back past the disc. Until a convex body moves back,
+   it only separates from the disc, along the tangent of the contact. Rounding errors of velocities are multiplied by
+   the time since the impact, because they change a displacement more and more. */
 static inline TouchEnd contact_end(const NewContact *t, const Leg *leg) {
     double error = t->resolution / t->reach, moved = 0.0; /* `moved`: displacement to the left of the normal */
     TouchEnd end = {leg->ends, leg->ends};

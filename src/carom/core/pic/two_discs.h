@@ -41,7 +41,6 @@ static inline void move_disc(FreeDisc *a, double wait) {
     }
 }
 
-/* Write the position and the velocity of a disc after a wait. */
 static inline void write_disc(const FreeDisc *a, double wait, double *position, double *velocity) {
     position[0] = a->x + a->vx * wait;
     position[1] = a->y + a->vy * wait;

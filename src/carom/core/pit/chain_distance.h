@@ -56,8 +56,8 @@ static inline double power_of(const ChainEdge *e, double x, double y) {
     return chord - across * (0.5 * (1.0 / e->bulge - e->bulge));
 }
 
-/* Return whether a point is in the sector of an arc. Positions are relative to an end of the arc, because the centre of
-   a flat arc is far away. Positions relative to the centre would have large rounding errors. */
+/* Positions are relative to an end of the arc, because the centre of a flat arc is far away. Positions relative to the
+   centre would have large rounding errors. */
 static inline bool is_in_sector(const ChainEdge *e, double x, double y) {
     bool begun = ((e->ax - e->cx) * (y - e->ay) - (e->ay - e->cy) * (x - e->ax)) * e->bulge > 0.0;
     bool not_ended = ((e->bx - e->cx) * (y - e->by) - (e->by - e->cy) * (x - e->bx)) * e->bulge < 0.0;
@@ -158,7 +158,6 @@ static inline Nearest find_nearest(const Chain *chain, double x, double y, Index
     return best;
 }
 
-/* Return the part of an edge that is nearest to a point. */
 static inline ChainPart find_part(const ChainEdge *e, double x, double y) {
     if (e->is_arc) {
         double dx = x - e->cx;

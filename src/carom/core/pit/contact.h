@@ -44,8 +44,8 @@ typedef struct Meeting { /* a disc and another body that it may touch, at a fram
 } Meeting;
 
 /* Return the `Meeting` of a disc with the velocity v and a body with the velocity w. The vector (dx, dy) points from
-   the disc to the body along the normal. If this vector ends at the centre of the body's curvature, `radii` is the sum
-   of both radii. */
+   the disc to the body along the normal. If the vector (dx, dy) ends at the centre of the body's curvature, `radii` is
+   the sum of both radii. */
 static inline Meeting meeting_of(Index body, double dx, double dy, double radii, const double *v, const double *w,
                                  double sizes) {
     double length = sqrt(dx * dx + dy * dy), nx = dx / length, ny = dy / length;
@@ -125,8 +125,8 @@ static inline double distance_error(const State *s, const Meeting *m) {
     return gap_resolution(m->sizes) + count_roundings(s) * CAROM_ULP * (m->sizes + m->speeds * s->now);
 }
 
-/* Return the rounding error of the direction of the normal, in radians. Return 0 if this error is too large for a
-   contact. */
+/* Return the rounding error of the direction of the normal, in radians. Return 0 if the direction is too uncertain for
+   a contact. */
 static inline double turn_of(const State *s, const Meeting *m) {
     double turn = distance_error(s, m) / m->reach;
     return turn <= CAROM_COARSEST_CONTACT ? turn : 0.0;
@@ -173,8 +173,7 @@ static inline bool are_in_contact(const State *s, Index i, Index j) {
     return (is_first_fixed || is_rounding(s, first, &m)) && (is_second_fixed || is_rounding(s, second, &m));
 }
 
-/* Return whether disc i is in contact with wall k, and approaches the wall only by a rounding error. For `a` and
-   `feature` see `meet_wall`. */
+/* Return whether disc i is in contact with wall k, and approaches the wall only by a rounding error. */
 static inline bool is_in_contact(const State *s, Index i, Index k, const Disc *a, Index feature) {
     if (s->stops == NULL || s->stops[i].count == 0)
         return false;
@@ -232,7 +231,7 @@ static inline void note_stopped_discs(State *s, Index i, Index j, const Impact *
         note_stop(s, j, i, &before, &after, stops);
 }
 
-/* After an impact of disc i with wall k, update the disc's stored impacts. For `a` and `feature` see `meet_wall`. */
+/* After an impact of disc i with wall k, update the disc's stored impacts. */
 static inline void note_stopped_by_wall(State *s, Index i, Index k, const Disc *a, Index feature,
                                         const Impact *impact) {
     if (s->stops == NULL)

@@ -1,8 +1,8 @@
 /* One frame of Algorithm 1 of the source paper: all tests of the frame, or only those that can find an impact.
 
-   At a frame, an impact changes only velocities. So the code searches only once per frame for the bodies that a disc
-   touches. After each impact of the disc at this frame, the disc is tested with these bodies again. After the last test
-   of the frame, the code computes when the disc is due again (may have another impact). */
+   At a frame, an impact changes only velocities. So at each frame, the code searches only once for the bodies that a
+   disc touches. After each impact of a disc at a frame, the disc is tested again with the bodies that it touches. After
+   the last test of the frame, the code computes when the disc is due again (may have another impact). */
 
 #pragma once
 
@@ -13,8 +13,8 @@
 
 /* ---- frames at which nothing is tested ---- */
 
-/* Advance over frames at which no disc is due (may have an impact), at most up to frame `until`. Return false if the
-   next frame is not such a frame. */
+/* Advance over frames at which no disc is due (may have an impact), at most up to frame `until`. Return false if a disc
+   is due at the next frame. */
 static inline bool skip_frames(State *s, Index until) {
     double before = s->now;
     Index count = 0;
@@ -40,8 +40,8 @@ static inline bool skip_frames(State *s, Index until) {
 
 /* ---- all tests of a frame ---- */
 
-/* Make all tests of the next frame. If `State.work` is used up, return before all tests are made. `State.row` is then
-   the disc at which the next call continues. */
+/* Make all tests of the next frame. If `State.work` is used up, return before all tests are made. The next call then
+   continues at disc `State.row`. */
 static inline void test_all(State *s) {
     Index n = s->disc_count;
     if (s->row == 0) {

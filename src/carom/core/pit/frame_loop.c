@@ -2,8 +2,8 @@
 
    A disc is due at a frame at which it may have an impact. The loop skips frames at which no disc is due. At other
    frames, the loop makes only the tests that can find an impact. If skipping costs more work than it saves, the loop
-   makes all tests of a frame. For few discs, the loop then tests all pairs; for many discs, it uses a sweep, which
-   finds the overlapping discs. The loop tests all pairs at every frame if the caller requests this. */
+   makes all tests of a frame. With few discs, all tests are made for all pairs. With many discs, a sweep finds the
+   overlapping discs. The loop tests all pairs at every frame if the caller requests this. */
 
 #include <string.h>
 

@@ -2,7 +2,7 @@
 
    Discs of about the same size (within a factor of 2) share a level of square cells, which cover the whole plane. Each
    cell belongs to one of a fixed number of lists of discs. Several cells may share a list. A search of a cell may also
-   find discs of other cells. Tests of distances exclude discs of other cells.
+   find discs of other cells, which tests of distances exclude.
 
    A disc is put into its cell when the code computes its due time, before which it can have no impact. The due time is
    before the disc has moved farther than the `leeway` of its level. So if two discs can touch, the positions at which

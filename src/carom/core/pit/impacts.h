@@ -1,6 +1,6 @@
 /* Interference tests and impacts of PIT.
 
-   Two bodies interfere if they approach while they touch or overlap. `carom.solvers.reference.algorithm_1` uses the
+   Two bodies interfere if they approach while they touch or overlap. `carom.solvers.reference.algorithm_1` makes the
    same operations in the same order. The time of an impact is the time of its frame. */
 
 #pragma once

@@ -2,9 +2,7 @@
 
    Discs are advanced frame by frame (x += v dt). Each product and sum is rounded, as Algorithm 1 of the source paper
    requires. So one long step cannot replace several short steps. However, the code can advance one disc over many
-   frames before it advances the next disc.
-
-   `advance_disc` and `carom_pit_write_states` have a branch for each kind of motion. */
+   frames before it advances the next disc. */
 
 #pragma once
 
@@ -154,7 +152,6 @@ static inline void slow_disc(State *s, Index i) {
 
 /* ---- all discs ---- */
 
-/* Advance every disc to the next frame. */
 static inline void advance_to_next_frame(State *s) {
     double time = frame_time(s, s->counts.frames);
     if (s->counts.frames > 0 && (s->motion == STRAIGHT || time != s->now)) {
@@ -169,8 +166,8 @@ static inline void advance_to_next_frame(State *s) {
         move_driven(s);
 }
 
-/* Advance two discs over some steps on straight paths. With one disc, the processor would wait for each sum before it
-   begins the next. The sums of a second disc fill this time. */
+/* Advance two discs over some steps on straight paths. With one disc, the processor would wait for each sum before the
+   next sum can begin. With two discs, the processor computes the sums of one disc while it would wait for the other. */
 static inline void advance_two(Disc *a, Disc *b, const double *steps, Index count) {
     double ax = a->x, ay = a->y, avx = a->vx, avy = a->vy;
     double bx = b->x, by = b->y, bvx = b->vx, bvy = b->vy;
@@ -190,7 +187,6 @@ static inline void advance_two(Disc *a, Disc *b, const double *steps, Index coun
     }
 }
 
-/* Advance disc i over some frames on a curved path. */
 static inline void advance_curved(State *s, Index i, double from, Index count) {
     Disc a = s->discs[i];
     if (a.inverse_mass == 0.0)

@@ -1,9 +1,9 @@
 /* Pending tests of a frame, in the order of Algorithm 1 of the source paper: first all pairs of discs i < j, then all
    pairs of a disc and a wall.
 
-   The order matters, because an impact changes the velocities that later tests read. Each test has a number, and a
-   later test has a higher number. In the number of a test of discs i and j, the upper half is i and the lower half is
-   j. For a test of disc i and wall k, the halves are disc_count + i and k. */
+   The order of tests matters, because an impact changes the velocities that later tests read. Each test has a number,
+   and a later test has a higher number. In the number of a test of discs i and j, the upper half is i and the lower
+   half is j. For a test of disc i and wall k, the halves are disc_count + i and k. */
 
 #pragma once
 
@@ -20,7 +20,7 @@ static inline Test test_of(Index first, Index second) {
     return (Test)first << HALF_BITS | (Test)second;
 }
 
-/* Add a test of this frame, unless the present frame is already past this test. */
+/* Add a test at the present frame, unless a later test has already been made. */
 static inline void add_test(State *s, Test test) {
     Pending *t = &s->pending;
     if (test <= t->last)
@@ -47,7 +47,6 @@ static inline void add_test(State *s, Test test) {
     t->heap[place] = test;
 }
 
-/* Remove the first test from the heap. */
 static inline Test pop_test(Pending *t) {
     Test test = t->heap[0];
     t->count -= 1;

@@ -26,8 +26,8 @@ static inline double plain_work(const State *s) {
     return (double)s->disc_count * (0.5 * (double)(s->disc_count - 1) + (double)s->wall_count);
 }
 
-/* Return the work of a frame without skipping, in tests of two discs. If there are cells, the frame uses a sweep; if
-   there are none, it tests all pairs. */
+/* Return the work of a frame without skipping, in tests of two discs. With cells, the frame uses a sweep; without
+   cells, all pairs are tested. */
 static inline double frame_work(const State *s) {
     if (s->grid.list_count == 0)
         return plain_work(s);
@@ -82,7 +82,7 @@ static inline void add_touching(State *s, Index body) {
 /* ---- discs ---- */
 
 /* If discs i and j may have an impact at this frame, add their test. The wait of two bodies is a time for which they
-   cannot have an impact (see skip_bounds.h). Return the smaller of `least` and the wait of the two discs. */
+   cannot have an impact (see skip_bounds.h). Return the smaller of `least` and the wait of discs i and j. */
 static inline double test_or_wait(State *s, Index i, Index j, double extent_i, double least) {
     const Disc *a = &s->discs[i];
     const Disc *b = &s->discs[j];
@@ -172,7 +172,7 @@ static inline double bound_wall_distance(State *s, const Disc *a, Index i, Index
 }
 
 /* Return a lower bound of a disc's distance from wall k (see `bound_wall_distance`). If wall k never moves, also reduce
-   the disc's clearance to this bound. */
+   the disc's clearance to the returned bound. */
 static inline double find_distance(State *s, Index i, const Disc *relative, Index k) {
     double distance = bound_wall_distance(s, relative, i, k);
     if (wall_path(s, k) == NULL)
@@ -199,7 +199,7 @@ static inline double bound_wall(const State *s, Index i, Index k, const Disc *re
 }
 
 /* If disc i and wall k may have an impact at this frame, add their test. Return the smaller of `least` and the wait of
-   the two bodies. */
+   disc i and wall k. */
 static inline double test_wall_or_wait(State *s, Index i, Index k, double extent_i, double least) {
     Disc relative;
     const Disc *a = relative_to_wall(s, &s->discs[i], k, &relative);
@@ -259,7 +259,6 @@ static inline void schedule_disc(State *s, Index i) {
     spend_work(s, CAROM_DISC_WORK + CAROM_BODY_WORK * (double)(s->counts.pair_tests - tests));
 }
 
-/* Schedule a disc, and update the time before which no disc is due. */
 static inline void reschedule_disc(State *s, Index i) {
     schedule_disc(s, i);
     s->next_due = lesser(s->due[i], s->next_due);

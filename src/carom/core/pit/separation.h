@@ -2,8 +2,8 @@
 
    After an impact, two bodies separate until another impact changes one of the paths. On straight paths, the two bodies
    cannot approach again. A chain (finite wall) is an exception if it bends, or if the disc reaches it from the other
-   side. The disc then approaches another feature of the chain, or the inside of an arc. A falling disc can come
-   back. */
+   side. In both cases, the disc approaches another feature of the chain, or the inside of an arc. A falling disc can
+   come back. */
 
 #pragma once
 
@@ -65,8 +65,8 @@ static inline bool is_inside_arc(const State *s, Index feature) {
     return s->edges[feature / CHAIN_PARTS].is_arc && feature % CHAIN_PARTS == ON_RIGHT;
 }
 
-/* Return whether disc i does not approach its nearest feature of chain k on its present path. `hit` describes this
-   feature. A disc that has moved can hit the inside of an arc again. */
+/* Return whether disc i does not approach its nearest feature of chain k on its present path. `hit` describes the
+   nearest feature. A disc that has moved can hit the inside of an arc again. */
 static inline bool is_leaving_chain(const State *s, Index i, Index k, const ChainHit *hit) {
     const ChainHit *last = &s->hits[i];
     return s->motion != FALLING && s->discs[i].last == ON_WALL - k && last->feature == hit->feature &&

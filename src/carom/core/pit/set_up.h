@@ -1,5 +1,4 @@
-/* Set-up of a run of PIT: the layout of its memory, and functions that fill this memory from the arrays of a
-   `RunInput`. */
+/* Set-up of a run of PIT: memory layout, and functions that fill the memory from a `RunInput`. */
 
 #pragma once
 

@@ -52,7 +52,7 @@ static inline void begin_bounds(State *s) {
     s->extra_extent = extent_of_paths(s) + (fabs(s->gx) + fabs(s->gy)) * s->horizon * s->horizon;
 }
 
-/* At a frame, set the longest time for which a bound is used from this frame on. With damping, the undamped time
+/* At a frame, set the longest time for which a bound is used from the present frame on. With damping, the undamped time
    between frames becomes shorter and shorter. */
 static inline void limit_bounds(State *s) {
     double c = s->damping.rate;
@@ -128,8 +128,8 @@ static inline double bound_touching(const State *s, const Disc *a, const Disc *b
     bool has_rest = s->motion == SLOWING ? a->vx == 0.0 && a->vy == 0.0 : relative_pull(s, a, b) == 0.0;
     if (has_rest && p->ux == 0.0 && p->uy == 0.0)
         return CAROM_INF;
-    /* While two discs separate on straight paths, `along` grows, apart from rounding errors. So the two discs never
-       interfere. */
+    /* While two discs separate on straight paths, `along` grows, apart from rounding errors. So discs that separate on
+       straight paths never interfere. */
     return s->motion == STRAIGHT && p->along > p->margin * (fabs(p->ux) + fabs(p->uy)) ? CAROM_INF : 0.0;
 }
 
@@ -192,8 +192,8 @@ static inline double bound_straight_plane(const Disc *a, const Wall *wall, doubl
 }
 
 /* For a disc that falls or is slowed by a table, return the wait (time without an impact) of the disc and a half-plane,
-   computed from their gap. The normal speed of such a disc has additional rounding errors at each frame. The function
-   may return `least` instead of a longer wait. */
+   computed from their gap. The normal speed of a falling or slowed disc has additional rounding errors at each frame.
+   The function may return `least` instead of a longer wait. */
 static inline double bound_curved_plane(const State *s, const Disc *a, const Wall *wall, double gap, double least) {
     double along = a->vx * wall->nx + a->vy * wall->ny;
     double pull = s->gx * wall->nx + s->gy * wall->ny;
@@ -208,7 +208,7 @@ static inline double bound_curved_plane(const State *s, const Disc *a, const Wal
     if (speed < 0.0) /* the disc approaches, and reaches the wall unless gravity reverses its motion first */
         return d < 0.0 ? CAROM_INF : shorten_wait(2.0 * gap / (sqrt(d) - speed));
     /* The disc moves away from the wall, falls back and reaches the wall. If the disc overlaps the wall all the time,
-       the two interfere when the disc approaches again, after the apex of its path. */
+       they interfere when the disc approaches again, after the apex of its path. */
     return shorten_wait((speed + sqrt(greater(d, 0.0))) / -pull);
 }
 

@@ -17,8 +17,7 @@ enum {
     /* largest number of levels of cells. The radius of each disc on the last level is at most 2^-15 of the largest
        radius */
     MAX_LEVELS = 16,
-    /* largest number of frames over which discs are advanced in one pass. The lengths of the steps between these frames
-       take 4 KiB */
+    /* largest number of frames over which discs are advanced in one pass. The array of step lengths takes 4 KiB */
     MAX_STEPS = 512,
     /* In the plane, the components along two normals that are not parallel determine a velocity. A third contact is
        needed if a wall is stored twice. */
@@ -110,7 +109,8 @@ typedef struct Level {
     double reach;
     /* largest radius of a disc on this level */
     double radius;
-    /* number of cells per metre in a sweep (sweep.h). These cells are smaller, because they include no leeway */
+    /* number of cells per metre in a sweep (sweep.h). The cells of a sweep are smaller, because they include no
+       leeway */
     double density;
 } Level;
 
@@ -257,12 +257,12 @@ typedef struct State {
     Touching touching;
     Record record;
     double steps[MAX_STEPS]; /* lengths of the steps to the next frames, in seconds */
-    double times[MAX_STEPS]; /* times of these frames */
+    double times[MAX_STEPS]; /* times of the next frames */
 } State;
 
 /* ---- functions for bindings, in the order of calls ---- */
 
-/* Set the sizes of a run. Return the number of bytes that it needs, or 0 if there are too many discs and walls. */
+/* Set the sizes of a run. Return the required number of bytes, or 0 if there are too many discs and walls. */
 size_t carom_pit_set_up(State *s, const RunInput *input);
 
 /* Fill the memory of a run, which must begin at a cache line. */

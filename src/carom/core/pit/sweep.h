@@ -3,8 +3,7 @@
    Algorithm 1 of the source paper.
 
    If most discs may have an impact at most frames, a sweep costs less than computing when each disc may have its next
-   impact. The cells are filled for a single frame, so discs need no leeway (distance that they may move). Discs of
-   about the same size are on one level of cells. */
+   impact. The cells are filled for a single frame, so discs need no leeway (distance that they may move). */
 
 #pragma once
 
