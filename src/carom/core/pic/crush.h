@@ -129,7 +129,7 @@ static inline bool find_crush_between(const State *s, Index i, Index k, Index ot
 /* ---- the rule ---- */
 
 /* Return whether a disc that has just hit a body is crushed. If the disc is crushed, set `crush`. `Crush.time` is in
-   seconds since the present epoch. Return whether the disc is crushed. */
+   seconds since the present epoch. */
 static inline bool find_crush(const State *s, Index i, Crush *crush) {
     const ToAndFro *t = &s->to_and_fro[i];
     /* the disc has hit one other disc repeatedly, and no body on the opposite side */

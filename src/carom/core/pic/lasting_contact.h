@@ -312,9 +312,9 @@ static inline bool never_moves(const State *s, Index body) {
 
    A speed is low if a hop (a short flight above the ground) at this speed is lower than the resolution of the gap. The
    disc stays in contact if its speed along the ground's normal is low and the rounding error of the impact's normal
-   explains this speed. In all other cases the disc leaves the ground, even if the hop is low, because low hops may
-   follow each other. If the other body is a wall at a right angle, only friction can make the disc hop. If the impact
-   pushes the disc into its ground, the disc begins a flight and hits the ground at once. */
+   explains this speed. A disc also leaves the ground with a low hop that rounding errors do not explain, because low
+   hops may follow each other. If the other body is a wall at a right angle, only friction can make the disc hop. If the
+   impact pushes the disc into its ground, the disc begins a flight and hits the ground at once. */
 static inline bool update_contact_after_impact(State *s, Index i, Index struck, const double normal[2], ModeRow *row) {
     Parabola *p = &s->accelerated.paths[i];
     const Index k = p->ground;

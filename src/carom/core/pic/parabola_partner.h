@@ -55,7 +55,7 @@ static inline Index keep_approaching_alike(State *s, Index i, Index count, Meeti
         }
         int is_later = (b->time > a.time) | ((b->time == a.time) & (q->time_low > low));
         Instant start = {is_later ? b->time : a.time, is_later ? q->time_low : low};
-        /* One of the two waits is 0, because at `start` the disc whose path began later is already at its position. */
+        /* At `start`, the disc whose path began later is at its position, so one of the two waits is 0. */
         double wait = (start.high - a.time) + (start.low - low);
         double its_wait = (start.high - b->time) + (start.low - q->time_low);
         Motion from = {a.x + wait * (a.vx + half_x * wait), a.y + wait * (a.vy + half_y * wait), a.vx + p->ax * wait,

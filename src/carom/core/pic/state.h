@@ -192,7 +192,7 @@ typedef struct ToAndFro {
 
 typedef struct Crush { /* a disc that two approaching bodies crush */
     Index disc;
-    /* two bodies that approach each other. The disc, or a row of touching discs with this disc, is between them */
+    /* two bodies that approach each other, with the disc or a row of touching discs between them */
     Index between[2];
     double time;      /* time at which no space is left between the two bodies */
 } Crush;

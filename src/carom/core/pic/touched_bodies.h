@@ -8,7 +8,8 @@
 
    Each component of a unit normal has two rounding errors. So the computed scalar product of two orthogonal normals is
    at most CAROM_ERROR. A change of a velocity by less than CAROM_ERROR times the velocity is smaller than its rounding
-   error. The limit CAROM_ERROR also applies when a driven wall begins another leg (straight part of its path). */
+   error. The limit CAROM_ERROR also applies when a driven wall begins another leg (straight part of its path).
+   See docs/theory/pic.md, section "Contacts after restitution 0". */
 
 #pragma once
 

@@ -13,8 +13,9 @@
      speed of approach along its tangent. Later frames and impacts have also rounded the velocities. Only the components
      of errors along the present normal count, and only while the gap has not shrunk by more than d since the impact.
 
-   So if two bodies do not approach in exact arithmetic, rounding causes no impact. If a driven body pushes faster, the
-   first frame of the push has an impact. Slower pushes cannot cause more overlap than rounding errors do:
+   So if two bodies do not approach in exact arithmetic, rounding causes no impact. If a driven body pushes faster than
+   rounding errors explain, the first frame of the push has an impact. Slower pushes cannot cause more overlap than
+   rounding errors do:
 
    - If an impact has left the speed w, the gap shrinks by w t in a time t. Rounding errors as large as w t are in the
      bodies' paths anyway.

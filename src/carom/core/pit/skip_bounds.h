@@ -19,7 +19,7 @@ enum {
     /* largest number of frames for which a bound is used, 2^16. The bound is computed again after this number of
        frames */
     MAX_BOUND_FRAMES = 65536,
-    /* the same number for curved paths, whose deviation from a straight path grows like the square of the time */
+    /* MAX_BOUND_FRAMES for curved paths, whose deviation from a straight path grows like the square of the time */
     MAX_CURVED_BOUND_FRAMES = 1024
 };
 
