@@ -82,8 +82,7 @@ static inline double component_across(double x, double y, double nx) {
 /* For a given time, find the velocity of the body at one end of a row, and the point at which the line of the row meets
    the body's surface. Return whether the rule for rows applies to this end of the row.
 
-   The rule does not apply to a wall that moves perpendicularly to the line. The wall's surface at that point must be
-   perpendicular to the line. */
+   A wall at the end must not move across the line of the row, and must be perpendicular to the line where they meet. */
 static inline bool find_row_end(const State *s, const RowSide *side, double nx, double ny, double time, Motion *end) {
     Index body = side->end.body;
     if (body >= 0) {

@@ -47,8 +47,8 @@ static CAROM_ALWAYS_INLINE EventKind event_of(const State *s, Index i) {
         return STALE;
     if (!p->exact)
         return BOUNDED;
-    /* In a tie, the impact with the smaller pair of body numbers is first: (partner, i) if the partner's number is less
-       than i, otherwise (i, wall). */
+    /* In a tie, impacts are in the order of body numbers: the impact on the partner is first if the partner's number is
+       less than i, otherwise the impact on the wall. */
     return order == 0 && i < p->partner ? WALL_IMPACT : PAIR_IMPACT;
 }
 

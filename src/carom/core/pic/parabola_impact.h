@@ -196,8 +196,8 @@ static inline bool apply_parabola_pair_impact(State *s, Index i, Index j, Instan
 /* ---- a disc and a wall ---- */
 
 /* Disc `i` hits feature k at a time. Return whether the disc's speed is exactly the speed at which it left the feature.
-   The last impact of disc `i` must have been on feature k, which must be flat, and the wall must not have begun another
-   leg (straight part of its path) since. */
+   Feature k must be flat, and the disc's last impact must have been on feature k. The wall must not have begun another
+   leg (straight part of its path) since that impact. */
 static inline bool returns_to(const State *s, Index i, Index k, double time) {
     const Disc *a = &s->discs[i];
     const Feature *f = &s->features[k];

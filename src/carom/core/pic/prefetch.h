@@ -21,9 +21,9 @@
 #endif
 
 enum {
-    /* number of discs from which on memory is prefetched, because the rows of all discs no longer fit into a cache.
-       Prefetching multiplies the time of a run of 8,000 discs by 1.01, of 16,000 discs by .91, and of 30,000 discs by
-       .78. The factors were measured on a processor with 1 MB of cache per core. */
+    /* smallest number of discs for which memory is prefetched, because the rows of all discs no longer fit into a
+       cache. Prefetching multiplies the time of a run of 8,000 discs by 1.01, of 16,000 discs by .91, and of 30,000
+       discs by .78. The factors were measured on a processor with 1 MB of cache per core. */
     PREFETCH_FROM = 10000
 };
 

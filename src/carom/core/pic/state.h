@@ -222,7 +222,7 @@ typedef struct Grid {
     /* for each disc, the next disc in its cell's chain (list of further discs), or NOBODY */
     int *chain;
     /* for each tile (block of cells with a common list of obstacles): twice the index in `lists` at which the tile's
-       list begins. For a tile at the border of the grid, 1 is added */
+       list begins, plus 1 if the tile is at the border of the grid */
     unsigned int *list_of;
     /* the lists of all tiles, one after the other. Each list contains numbers of obstacles in ascending order and ends
        with NO_OBSTACLE */
