@@ -128,7 +128,7 @@
      pit/frame.h                  one frame: all its tests, or only those that can find an impact
      pit/pending_tests.h          remaining tests of a frame, in the order of Algorithm 1
      pit/motion.h                 motion between frames; driven bodies
-     pit/impacts.h                interference tests and impacts
+     pit/interference_test.h      interference tests and impacts
      pit/separation.h             bodies that a disc cannot approach on its present path
      pit/contact.h                contacts after restitution 0, and approaches that are only rounding errors
      pit/schedule.h               which tests a disc needs at a frame, and when it needs the next tests

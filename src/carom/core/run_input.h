@@ -92,7 +92,7 @@ static inline Leg leg_of(const RunInput *input, Index n) {
 }
 
 /* Return whether some impact has restitution 0. */
-static inline bool can_stop(const RunInput *input) {
+static inline bool has_inelastic_body(const RunInput *input) {
     bool found = input->law.restitution == 0.0 || (input->wall_count > 0 && input->law.wall_restitution == 0.0);
     for (Index k = 0; k < input->wall_count && input->materials != NULL; k++)
         found = found || input->materials[MATERIAL_NUMBERS * k] == 0.0;

@@ -250,7 +250,7 @@ size_t carom_set_up(State *s, const RunInput *input) {
     s->until = input->until;
     s->solves_all_pairs = input->solves_all_pairs;
     set_acceleration(s, input);
-    s->has_touched = can_stop(input);
+    s->has_touched = has_inelastic_body(input);
     s->has_special_paths = s->feature_count > 0 || s->driving.count > 0;
     s->has_special_impacts = s->has_special_paths || s->record.has_spins;
     s->has_few_bodies = has_few_bodies(s, input);

@@ -6,7 +6,7 @@
 
 #pragma once
 
-#include "carom/core/pit/impacts.h"
+#include "carom/core/pit/interference_test.h"
 #include "carom/core/pit/motion.h"
 #include "carom/core/pit/schedule.h"
 #include "carom/core/pit/pending_tests.h"

@@ -39,7 +39,7 @@ static inline size_t lay_out(State *s, const RunInput *input, void *memory) {
     s->chains = has_chains ? RESERVE_ROWS(&arena, Chain, walls) : NULL;
     s->edges = RESERVE_ROWS(&arena, ChainEdge, input->edge_count);
     s->hits = RESERVE_ROWS(&arena, ChainHit, has_chains ? discs : 0);
-    s->stops = can_stop(input) ? RESERVE_ROWS(&arena, Stops, discs) : NULL;
+    s->stored = has_inelastic_body(input) ? RESERVE_ROWS(&arena, StoredImpacts, discs) : NULL;
     s->slowing = RESERVE_ROWS(&arena, Slowing, s->motion == SLOWING ? discs : 0);
     s->paths = RESERVE_ROWS(&arena, Path, s->path_count);
     s->legs = RESERVE_ROWS(&arena, Leg, input->leg_count);

@@ -12,7 +12,7 @@
 
 #pragma once
 
-#include "carom/core/pit/impacts.h"
+#include "carom/core/pit/interference_test.h"
 #include "carom/core/pit/motion.h"
 
 enum {

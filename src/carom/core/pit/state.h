@@ -21,7 +21,7 @@ enum {
     MAX_STEPS = 512,
     /* In the plane, the components along two normals that are not parallel determine a velocity. A third contact is
        needed if a wall is stored twice. */
-    MOST_STOPS = 3,
+    MOST_STORED = 3,
 };
 
 /* ---- discs ---- */
@@ -51,7 +51,7 @@ typedef struct ChainHit { /* the part of a chain that a disc hit last */
 } ChainHit;
 
 /* the last impact of a disc with a body, stored if its restitution was 0: see pit/contact.h */
-typedef struct Stop {
+typedef struct StoredImpact {
     /* number of the body: j for disc j, -1 - k for half-plane k, -1 - wall_count - f for feature f of a chain */
     int body;
     double nx;   /* unit normal of the impact */
@@ -65,12 +65,12 @@ typedef struct Stop {
     /* rounding errors of the relative velocity along the normal and along the tangent, in metres per second */
     double normal_error;
     double tangent_error;
-} Stop;
+} StoredImpact;
 
-typedef struct Stops { /* stored impacts of one disc, oldest first */
+typedef struct StoredImpacts { /* stored impacts of one disc, oldest first */
     int count;
-    Stop last[MOST_STOPS];
-} Stops;
+    StoredImpact last[MOST_STORED];
+} StoredImpacts;
 
 typedef enum MotionKind { /* motion of all movable discs between impacts */
     STRAIGHT = 0,
@@ -190,7 +190,7 @@ typedef struct State {
     Chain *chains;            /* one per wall; NULL if all walls are half-planes */
     ChainEdge *edges;         /* edges of all chains (finite walls), chain by chain */
     ChainHit *hits;           /* part of a chain that each disc hit last; used only if there are chains */
-    Stops *stops; /* for each disc, its last impacts with restitution 0; NULL if no impact has restitution 0 */
+    StoredImpacts *stored; /* for each disc, its last impacts with restitution 0; NULL if no impact has restitution 0 */
     Turning *turning;         /* rotation of each disc; used only if discs spin */
     Slowing *slowing;         /* deceleration of each disc; used only on a table that slows discs down */
     Path *paths;

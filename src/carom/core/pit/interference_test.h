@@ -139,7 +139,7 @@ static inline void apply_pair_impact(State *s, Index i, Index j) {
                                  NO_FEATURE, false});
     slow_disc(s, i);
     slow_disc(s, j);
-    note_stopped_discs(s, i, j, &impact);
+    store_impact_of_discs(s, i, j, &impact);
 }
 
 /* Apply the impact of a falling disc on a wall, like `collide_wall`, but with rolling resistance. */
@@ -188,5 +188,5 @@ static inline void apply_wall_impact(State *s, Index i, Index k) {
     record_at_frame(s, &impact, &spins, (Contact){seen->x, seen->y, edge},
                     &(Ambiguity){0.0, law->wall_contact.friction > 0.0, true, false, NO_FEATURE, false});
     slow_disc(s, i);
-    note_stopped_by_wall(s, i, k, seen, is_chain(s, k) ? s->hits[i].feature : NO_FEATURE, &impact);
+    store_impact_on_wall(s, i, k, seen, is_chain(s, k) ? s->hits[i].feature : NO_FEATURE, &impact);
 }
