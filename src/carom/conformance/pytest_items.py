@@ -82,7 +82,7 @@ class CaseItem(pytest.Item):
     def _format_command(self, setup: Setup) -> str:
         scene = setup.scene.name
         if not setup.catalogued:
-            cache = getattr(self.config, "cache", None)  # the attribute is missing with -p no:cacheprovider
+            cache = getattr(self.config, "cache", None)  # the attribute does not exist with -p no:cacheprovider
             if cache is None:
                 return f"the scene is {scene!r} in carom.conformance.suite_scenes"
             path = cache.mkdir("carom") / f"{scene}.toml"
@@ -193,7 +193,7 @@ class ConformanceRun:
         return f"{summary}; cases that need a reason: {len(without_reason)}" if without_reason else summary
 
     def pytest_sessionfinish(self) -> None:
-        """End the processes of engines."""
+        """End the worker processes of all engines."""
         for plan in self._plan.engines:
             if plan.subject is not None:
                 plan.subject.close()
