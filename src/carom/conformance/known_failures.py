@@ -311,7 +311,7 @@ def _build_table(entry: KnownFailure) -> dict[str, object]:
 
 
 def _parse_entries(text: str) -> list[dict[str, object]]:
-    """Parse a text, and return its entries as tables like those of `_build_table`."""
+    """Parse a text, and return its entries as tables."""
     tables = tomllib.loads(text).get("known_failure", [])
     return [{**one, "reason": one["reason"].strip()} for one in tables]
 

@@ -18,7 +18,7 @@ class Setup:
         scene: The scene.
         profile: Name of the profile.
         dt_s: Step size, in seconds.
-        catalogued: Whether the scene is in the catalogue. If it is, `carom run` finds the scene by its name.
+        catalogued: Whether `carom run` finds the scene by its name, because the scene is in the catalogue.
     """
 
     scene: Scene
