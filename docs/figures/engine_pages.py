@@ -68,8 +68,7 @@ def hazards() -> dict[str, tuple[Row, tuple[Row, ...]]]:
 
 
 def _cells(heading: str, engine: str) -> Iterator[tuple[str, str, str]]:
-    """Yield an engine's figures in a table of hazards: name of the figure, value with default settings, and PIT's
-    value."""
+    """Yield the rows of a table of hazards for an engine: name of the figure, default settings, PIT."""
     heads, rows = hazards()[heading]
     pit = next(row for row in rows if row[0] == "pit")
     for row in (row for row in rows if row[0] == f"{engine} default"):
