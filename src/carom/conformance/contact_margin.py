@@ -6,9 +6,8 @@ relative speed, and b the distance at which the centres would pass each other wi
 early by at most ``(sqrt((R + m)^2 - b^2) - sqrt(R^2 - b^2)) / w``. Without friction, an impact changes a velocity by
 ``(1 + e) mu / m_i w cos(a)`` along a normal at the angle a, with ``sin(a) = b / R``. So the velocity error is at most
 ``(1 + e) mu / m_i w sin(a - a')``, where ``sin(a') = b / (R + m)``. Bodies whose surfaces would pass each other at a
-distance below m may also collide. The errors of time and velocity grow with m. So the engine's first impact may be as
-wrong as in the exact solution with bodies thicker by m, and this solution also shows how the error affects later
-impacts.
+distance below m may also collide. The errors of time and velocity grow with m. So the exact solution with bodies
+thicker by m has the greatest allowed errors, both at the first impact and later.
 """
 
 from __future__ import annotations

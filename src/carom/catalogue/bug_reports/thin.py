@@ -21,7 +21,7 @@ _LAW = "Newton's law: an impact reverses the velocity along the normal"
 
 
 def _build_solid(*points: complex) -> Chain:
-    """Return a solid body of straight edges."""
+    """Return a wall that is a polygon, solid inside."""
     return edges(*points, closed=True, solid=True)
 
 

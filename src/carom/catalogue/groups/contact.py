@@ -109,7 +109,7 @@ def _lands_sliding() -> Staged:
 def _between_thresholds() -> Staged:
     """A disc that bounces down a slope still slips when the bounces end, and rolls only after 3/8 s."""
     source = (
-        "Friction ends the slip in bounces on slopes up to f (1 + 1/k)(1 + e)/2 = 0.675, and in lasting contact on "
+        "A bouncing disc stops slipping on slopes up to f (1 + 1/k)(1 + e)/2 = 0.675, and a disc in lasting contact on "
         "slopes up to f (1 + 1/k) = 0.9"
     )
     rolled, rolling_s = 11 / 40 + 31 / 20 / 8 + 36 / 10 / 128, 1.0
@@ -215,7 +215,7 @@ def _edge() -> Staged:
     flight_s = duration - end / speed
     discs = [build_disc(complex(0.0, _RADIUS_M), speed, _RADIUS_M, spin_rad_s=-6.0)]
     scene = _build_floor_scene(discs, walls=[edges(-5, end)], wall_friction=0.5, duration_s=duration)
-    source = "Galileo: the disc flies on a parabola; at u^2 = 9 > g R = 5 it can't turn about the end of the edge"
+    source = "Galileo: the disc flies on a parabola; at u^2 = 9 > g R = 5 a disc can't turn about the end of the edge"
     end_state = complex(speed * duration, _RADIUS_M - _G * flight_s * flight_s / 2), complex(speed, -_G * flight_s)
     return build_staged(scene, [], source, final=[end_state], spins=(-6.0,))
 

@@ -116,7 +116,7 @@ def _box() -> Staged:
 
 
 def _falling_pair() -> Staged:
-    """Two discs collide while they fall. For an observer who also falls, they collide as without gravity."""
+    """Two discs collide while they fall. For an observer who also falls, the discs collide as without gravity."""
     m1, m2, r1, r2, time, duration, e = 2.0, 3.0, 0.2, 0.3, 0.55, 1.25, 0.9
     v1, v2 = 3 + 1j, -1 + 2.5j  # at the impact, for a falling observer
     normal = compute_normal(v1 - v2, 0.35)

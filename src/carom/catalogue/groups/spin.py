@@ -147,9 +147,7 @@ def _stage_between_plates(
 def _plates() -> Staged:
     """A disc bounces between two rough plates. At every bounce its speed along the plates falls to a third."""
     states = [(2.0 / 3.0**n, (-2.0, 2.0)[n % 2] / 3.0**n) for n in range(5)]
-    source = (
-        f"{_CROSS}; a disc that rolls on one plate meets the other plate at twice the slip, so v' = v (1 - k)/(1 + k)"
-    )
+    source = f"{_CROSS}; a disc that rolls on one plate slips at 2 v on the other plate, so v' = v (1 - k)/(1 + k)"
     return _stage_between_plates(states, 3.0, 2.0, 0.937, source)
 
 
@@ -186,7 +184,11 @@ def _superball_table() -> Staged:
 
 def _superball_hop() -> Staged:
     """A superball whose rim speed is twice its speed hops to and fro between two spots for ever."""
-    pull, drop, duration = 8.0, 1.0, 2.75  # the first impact is after half a second, at 4 m/s; a hop takes a second
+    pull, drop, duration = (
+        8.0,
+        1.0,
+        2.75,
+    )  # the first impact is after half a second, at 4 m/s; each flight takes a second
     disc = Disc(position_m=(-0.5, 1.0 + drop), velocity_m_s=(1.0, 0.0), radius_m=1.0, spin_rad_s=2.0)
     scene = build_scene(
         [disc], walls=[FLOOR], wall_friction=_GRIP, wall_tangential_restitution=1.0, pull=pull, duration_s=duration
@@ -220,7 +222,7 @@ def _corner() -> Staged:
     walls = [FLOOR, upright(0.0, 1)]
     scene = build_scene([_build_disc((1.0, 1.0), (-3.0, -2.0))], walls=walls, wall_friction=0.25, duration_s=1.0)
     # The side wall has the lower number, so its impact is applied first. The wall's friction could change the velocity
-    # of -2 m/s along the wall by up to 6/4 m/s, but a change of 2/3 m/s already stops the slip.
+    # by up to 6/4 m/s, but a change of 2/3 m/s already ends the sliding.
     impacts = (
         KnownImpact(_FIRST_S, 0, -2, (3.0, -4 / 3), spin_first_after=-4 / 3),
         KnownImpact(_FIRST_S, 0, -1, (22 / 9, 4 / 3), spin_first_after=-22 / 9),

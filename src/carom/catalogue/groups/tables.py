@@ -205,7 +205,7 @@ def _stadium_rhombus() -> Staged:
 
 @add_tags(Tag.UNSTABLE)
 def _two_posts() -> Staged:
-    """A disc bounces between two round posts, which deflect it more at each impact if it is off their axis."""
+    """A disc bounces between two round posts. If the disc is off their axis, each impact deflects the disc more."""
     posts = [Ring(centre_m=(x, 0.0), radius_m=0.75) for x in (3.0, -3.0)]
     scene = build_scene([build_disc(0, 1, 0.25)], walls=posts, duration_s=24.0)
     impacts = [build_impact(2.0 + 4.0 * k, 0, -1 - k % 2, complex(-((-1) ** k))) for k in range(6)]
