@@ -45,7 +45,7 @@ def catalogue() -> Mapping[str, CatalogueScene]:
 
 @cache
 def all_scenes() -> Mapping[str, CatalogueScene]:
-    """Return all scenes by name: the suite, and the groups that run only if the user names them."""
+    """Return all scenes by name: scenes that run by default, and groups that run only if the user names them."""
     on_request = (entry for module in _ON_REQUEST for entry in list_scenes(module))
     return MappingProxyType({**catalogue(), **{entry.name: entry for entry in chain(load_complaints(), on_request)}})
 

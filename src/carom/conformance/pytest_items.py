@@ -124,7 +124,7 @@ class ConformanceRun:
     def pytest_runtest_makereport(
         self, item: pytest.Item, call: pytest.CallInfo[None]
     ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-        """Report a case as failed if it is listed as a known failure, but passes or does not apply."""
+        """Report a known failure as failed if the case passes or does not apply."""
         report = yield
         if not isinstance(item, CaseItem) or report.when != "call":
             return report

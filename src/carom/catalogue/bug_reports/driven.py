@@ -34,7 +34,8 @@ def matter_js_672() -> Staged:
 def pymunk_137() -> Staged:
     """A ball bounces in a moving box. An observer who moves with the box sees a ball in a box at rest."""
     source = (
-        "Galileo: relative to the box, walls are at rest; if boxes are mirrored instead of the path, the path is a line"
+        "Galileo: relative to the box, walls are at rest; if the box is mirrored instead of the path, the path is a "
+        "line"
     )
     return stage_in_room(
         0.6875 + 0.4375j, 4.71875 + 3.6328125j, 0.125, 2.0, 1.5, 3.0, drive=-2.5 + 1.25j, source=source

@@ -168,8 +168,8 @@ def brax_58() -> Staged:
     rolling = (2.0 * along / 7.0, 5.0 * along / 7.0)
     ways = (gap + slides_m + rolling[0] * rolls_s, 2.0 * radius + gap + along * slid - slides_m + rolling[1] * rolls_s)
     source = (
-        "Equal elastic spheres exchange velocities and keep their spins; then each sphere conserves its angular "
-        "momentum about the floor: the spinning sphere rolls at 2/7 of v, and the other sphere at 5/7 of v"
+        "Equal elastic spheres exchange velocities and keep their spins. Friction then conserves the angular momentum "
+        "of each sphere about its contact point, so the spheres roll at 2/7 and 5/7 of v"
     )
     hit = build_impact(impact_s, 0, 1, 0, along, -along / radius, 0.0)
     final = [(complex(x, radius), speed) for x, speed in zip(ways, rolling, strict=True)]

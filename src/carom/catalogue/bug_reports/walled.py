@@ -40,7 +40,11 @@ def in_a_box(
     )
     inner = start - complex(radius, radius)
     impacts = compute_box_bounces(inner, velocity, width - 2 * radius, height - 2 * radius, duration)
-    return build_staged(scene, impacts, "Unfolding: the path is one straight line through a lattice of mirrored boxes")
+    return build_staged(
+        scene,
+        impacts,
+        "Unfolding: if the box is mirrored at each impact instead of the path, the path is a straight line",
+    )
 
 
 def pooltool_217() -> Staged:

@@ -111,8 +111,8 @@ def _three_in_line() -> Staged:
         impacts.append(build_impact(bounce.time_s, first, first + 1, after[first], after[first + 1]))
     source = (
         "Three masses on a line move like a point in a wedge of angle a = acos sqrt(m1 m3 / ((m1 + m2)(m2 + m3))). A "
-        "straight line can cross the rays of the unfolded wedge ceil(pi / a) times, here 6 times (unfolding; S. "
-        "Tabachnikov, Geometry and Billiards, 2005)"
+        "straight line can cross the rays of the unfolded wedge ceil(pi / a) times, here 6 times (S. Tabachnikov, "
+        "Geometry and Billiards, 2005)"
     )
     return build_staged(scene, impacts, source)
 

@@ -77,7 +77,7 @@ def stage_in_room(
     *,
     half_width_m: float = 0.0,
     drive: complex = 0,
-    source: str = "Unfolding: the path is one straight line through a lattice of mirrored boxes",
+    source: str = "Unfolding: if the box is mirrored at each impact instead of the path, the path is a straight line",
 ) -> Staged:
     """Build a scene with a disc in a room: a closed chain of four edges, which may be thick and may move.
 
@@ -112,10 +112,7 @@ def _box() -> Staged:
         duration_s=2.5,
     )
     impacts = compute_box_bounces(start, velocity, width - 2 * radius, height - 2 * radius, scene.duration_s)
-    source = (
-        "Unfolding: if the box is reflected instead of the path, the path is one straight line through a lattice of "
-        "boxes"
-    )
+    source = "Unfolding: if the box is mirrored at each impact instead of the path, the path is a straight line"
     return build_staged(scene, impacts, source)
 
 

@@ -157,7 +157,8 @@ def _piston_that_recedes() -> Staged:
 def _moving_box() -> Staged:
     """A disc bounces in a moving box of four edges. An observer who moves with the box sees a box at rest."""
     source = (
-        "Galileo: relative to the box, walls are at rest; if boxes are mirrored instead of the path, the path is a line"
+        "Galileo: relative to the box, walls are at rest; if the box is mirrored instead of the path, the path is a "
+        "line"
     )
     start, velocity = 1.109375 + 0.765625j, 1.71875 + 0.6328125j
     return stage_in_room(start, velocity, 0.25, 4.0, 3.0, 20.0, drive=3 - 2j, source=source)

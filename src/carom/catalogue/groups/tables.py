@@ -244,7 +244,7 @@ def _fagnano() -> Staged:
     half, turns = inner / (2.0 * math.sqrt(3.0)), (1j * math.pi * (-1 / 2 + 2 * k / 3) for k in range(3))
     places = [middle + half * cmath.exp(turn) for turn in turns]
     wall = edges(0, side, side * cmath.exp(1j * math.pi / 3), closed=True)
-    source = "Fagnano, 1775: the orthic triangle of the triangle in which the centre moves"
+    source = "Fagnano, 1775: the shortest closed path connects the feet of the triangle's altitudes"
     return _stage_around_polygon(places, 1.0, radius, wall, source)
 
 

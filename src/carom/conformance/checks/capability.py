@@ -244,8 +244,8 @@ def _build_uncombined_scene(capabilities: Capabilities) -> Scene | None:
     return None if beyond is None or not capabilities.walls else scenes.build_bounce_and_pair(pair, beyond, wall=True)
 
 
-#: For each capability: its field, and a function that returns a scene which needs more than the adapter declares. The
-#: function returns None if no scene needs more. Capabilities that are True are not tested here.
+#: For each capability: the name of its field, and a function. The function returns a scene that needs more than the
+#: adapter declares, or None if no scene does. Capabilities that are True are not tested here.
 REFUSALS: dict[str, tuple[str, Callable[[Capabilities], Scene | None]]] = {
     "walls": ("walls", lambda _: scenes.build_walled_box()),
     "segments": ("segments", scenes.build_two_sided_edge),
