@@ -77,7 +77,7 @@ def resolve_scenes(scenes: Iterable[Scene | CatalogueScene | str]) -> tuple[tupl
     scenes' names as keys.
 
     Raises:
-        InputError: There is no scene, or two scenes have the same name.
+        InputError: The list of scenes is empty, or two scenes have the same name.
     """
     if isinstance(scenes, Scene | CatalogueScene | str) or not isinstance(scenes, Iterable):
         raise InputError(f"scenes must be a list, even of one item, got {type(scenes).__name__}")

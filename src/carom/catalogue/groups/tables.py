@@ -28,7 +28,7 @@ from carom.model.scene import Chain, Disc, Ring
 
 _LAW = "Newton's law: an impact reverses the velocity along the normal"
 _BUNIMOVICH = "Bunimovich, Comm. Math. Phys. 65 (1979) 295: the stadium"
-_CROSSING = "each crossing takes the distance between the walls over the speed"
+_CROSSING = "the time from wall to wall is their distance divided by the speed"
 _CHORDS = "All chords of the path subtend the same angle at the circle's centre"
 
 
