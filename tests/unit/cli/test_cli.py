@@ -1,4 +1,4 @@
-"""The command line as a user types it: what it writes, what it refuses, and how it ends."""
+"""The command line: output, refused arguments and exit codes."""
 
 import base64
 import hashlib
