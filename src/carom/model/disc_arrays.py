@@ -1,6 +1,6 @@
 """Discs and walls as arrays: the input of solvers.
 
-A scene of a million discs would consist of a million validated objects. Arrays with the same content are built in
+A scene of a million discs would consist of a million validated objects. Arrays with the same numbers are built in
 milliseconds.
 """
 
@@ -22,10 +22,10 @@ from carom.support.escaping import format_value
 from carom.support.formatting import format_number
 from carom.support.limits import LARGEST, ORDINARY, require_within
 
-#: A half-plane wall: coordinates of a point on its surface, and of the unit normal that points to the discs' side.
+#: A half-plane wall: a point on its surface, and the unit normal that points to the discs' side, as x, y, nx, ny.
 HalfPlane = tuple[float, float, float, float]
 
-#: Greatest allowed difference of a normal's length from 1. It is four times the effect of rounding.
+#: Greatest allowed difference between a normal's length and 1. It is four times the effect of rounding.
 _UNIT_WITHIN = 2.0**-50
 
 #: Path of a body that does not move.
@@ -33,7 +33,7 @@ STANDS = Drive.along([(0.0, (0.0, 0.0))])
 
 
 class Material(NamedTuple):
-    """Coefficients of a wall's restitution and Coulomb friction."""
+    """Coefficients of restitution and Coulomb friction of a wall."""
 
     restitution: float
     friction: float
@@ -43,7 +43,7 @@ class Material(NamedTuple):
 class DiscArrays:
     """The initial state of a run, as arrays. Two instances are equal only if they are the same object.
 
-    Discs must not overlap. This is not checked here, but when an event-driven run starts.
+    Discs must not overlap. This class does not check it; an event-driven run checks it when it starts.
 
     Attributes:
         position_m: Centres at time 0, shape ``(n, 2)``, in metres.
@@ -64,7 +64,7 @@ class DiscArrays:
         wall_materials: Coefficients of each wall; None if all walls have `wall_restitution` and `wall_friction`.
         wall_drives: Path of each wall; None if no wall is driven. `walls` contains the positions at time 0.
         belts_m_s: Speed at which each wall's surface moves, in metres per second, to the left of the normal that points
-            to the disc; None if no surface moves.
+            to the disc. None if no surface moves.
         driven_discs: Numbers of the driven discs, ascending. Driven discs have infinite masses.
         disc_drives: Path of each driven disc.
 
@@ -104,9 +104,9 @@ class DiscArrays:
         """Check shapes and values.
 
         Raises:
-            InputError: A shape does not fit. A value is not finite, or is too large or small (`carom.support.limits`).
-                A radius or mass is not positive. An immovable disc has a velocity, or a disc that can't turn has a
-                spin. A coefficient is outside its range.
+            InputError: A shape is wrong. A value is not finite, or is outside the limits of `carom.support.limits`. A
+                radius or mass is not positive. An immovable disc has a velocity, or a disc that can't turn has a spin.
+                A coefficient is outside its range.
         """
         for name in ("position_m", "velocity_m_s", "radius_m", "mass_kg"):
             if not isinstance(getattr(self, name), np.ndarray):
@@ -162,7 +162,7 @@ class DiscArrays:
             raise InputError("spin_rad_s must be 0 for a disc that can't turn (mass_kg or inertia_factor = inf)")
 
     def require_ordinary(self) -> None:
-        """Refuse numbers so large or small that results would have errors beyond rounding. Speeds may be 0 or small.
+        """Refuse numbers so large or small that results would have errors beyond rounding. Speeds may be small or 0.
 
         Raises:
             InputError: The message names the attribute, the value and the limits.
@@ -179,7 +179,7 @@ class DiscArrays:
 
     @classmethod
     def of_valid(cls, **fields: Any) -> DiscArrays:
-        """Return the initial state of a scene as read-only arrays, without checks, since the scene has made them."""
+        """Return a scene's state as read-only arrays, without checks, because the scene has checked the same values."""
         start = object.__new__(cls)
         start.__dict__.update(fields)
         for array in fields.values():
@@ -203,7 +203,7 @@ class DiscArrays:
 
     @property
     def driven(self) -> bool:
-        """Whether a wall or a disc is driven, or the surface of a wall moves."""
+        """Whether a wall or disc is driven, or the surface of a wall moves."""
         return bool(self.driven_discs) or self.wall_drives is not None or self.belts_m_s is not None
 
     def drive_of_wall(self, k: int) -> Drive:
@@ -241,10 +241,10 @@ class DiscArrays:
 
     @property
     def rubs(self) -> bool:
-        """Whether friction can act at all."""
+        """Whether friction can act between any two bodies."""
         return self.rubs_discs or self.rubs_walls
 
-    @cached_property  # cached, since computing it takes a quarter of the time for solving two discs
+    @cached_property  # computing it takes a quarter of the time for solving two discs
     def turns(self) -> bool:
         """Whether discs spin, or friction can make them spin. If not, a run stores no spins."""
         return self.rubs or bool(self.spins.any())
@@ -276,12 +276,12 @@ class DiscArrays:
         return (Material(self.wall_restitution, self.wall_friction),) * len(self.walls)
 
     def restitution_of(self, second: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the coefficient of restitution of each impact, given the numbers of the impacts' second bodies."""
+        """Return the coefficient of restitution of each impact. `second` has the number of its second body."""
         walls = np.array([material.restitution for material in self.materials] or [math.nan])
         return np.where(second < 0, walls[np.maximum(-1 - second, 0)], self.restitution)
 
     def friction_of(self, second: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the coefficient of friction of each impact, given the numbers of the impacts' second bodies."""
+        """Return the coefficient of friction of each impact. `second` has the number of its second body."""
         walls = np.array([material.friction for material in self.materials] or [math.nan])
         return np.where(second < 0, walls[np.maximum(-1 - second, 0)], self.friction)
 
@@ -292,14 +292,14 @@ class DiscArrays:
 
     @property
     def has_plain_walls(self) -> bool:
-        """Whether all walls are half-planes, and none has a restitution or friction of its own."""
+        """Whether all walls are half-planes, and all have the scene's coefficients of restitution and friction."""
         return self.wall_materials is None and self.has_half_planes
 
     def half_planes(self) -> tuple[HalfPlane, ...]:
-        """Return the walls, which must be half-planes without coefficients of their own.
+        """Return the walls, which must be half-planes with the scene's coefficients.
 
         Raises:
-            InputError: A wall is not a half-plane, or walls have their own coefficients.
+            InputError: A wall is not a half-plane, or has its own coefficients.
         """
         if self.wall_materials is not None:
             raise InputError("walls have their own restitution or friction, which the caller does not support")
@@ -310,14 +310,14 @@ class DiscArrays:
         return planes
 
     def overlaps(self, disc_name: str, wall_name: str) -> tuple[list[Overlap], bool]:
-        """Return the first overlaps, and whether there are more. The names are used as in `overlap.find_overlaps`."""
+        """Return the first overlaps, and whether there are more. `overlap.find_overlaps` describes the names."""
         return find_overlaps(self.position_m, self.radius_m, self.movable, self.walls, disc_name, wall_name)
 
     def require_apart(self) -> None:
-        """Refuse an initial state in which two discs, or a disc and a wall, overlap by more than rounding can explain.
+        """Refuse a state in which two discs, or a disc and a wall, overlap by more than rounding errors.
 
         Raises:
-            InputError: Bodies overlap; the message names the first ten pairs of each kind.
+            InputError: Bodies overlap. The message names the first ten pairs of each kind.
         """
         overlaps, has_more = self.overlaps("disc {}", "wall {}")
         if overlaps:
