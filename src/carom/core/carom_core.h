@@ -14,8 +14,8 @@
    half-plane, a circle, or a chain of edges and arcs. The parts of a wall that a disc can hit are its features:
    half-planes, faces (sides of straight edges), vertices, and the outside or inside of arcs. An obstacle is what PIC
    tests a disc against: a whole wall in simple scenes, and else a feature (pic/state.h states when). Obstacle k also
-   has the number -1 - k. A driven body moves on a prescribed path, whatever it hits. The ground of a disc is the
-   half-plane or face on which it slides, rolls or rests.
+   has the number -1 - k. Impacts do not change the path of a driven body. The ground of a disc is the half-plane or
+   face on which it slides, rolls or rests.
 
    A RUN OF PIC calls these functions:
 
@@ -28,13 +28,13 @@
 
    A RUN OF PIT calls `carom_pit_set_up`, `carom_pit_begin`, `carom_pit_run` and `carom_pit_write_states`.
 
-   EVENTS of PIC (`EventKind` in pic/state.h) are of two sorts. An event of the first sort changes predictions only. For
-   example, a disc crosses an edge of its cell, its predicted partner has changed its path, a prediction is missing, or
-   only a lower bound of an impact's time is known yet. An event of the second sort changes a motion: two discs collide,
-   a disc hits an obstacle, or a disc stops sliding, rolling, resting or moving on a table.
+   EVENTS of PIC (`EventKind` in pic/state.h) are of two sorts. Events of the first sort change predictions only.
+   Examples are a disc that crosses an edge of its cell, and a disc whose predicted partner has changed its path. An
+   event of the second sort changes a motion: two discs collide, a disc hits an obstacle, or a disc stops sliding,
+   rolling, resting or moving on a table.
 
-   Several events may have the same instant. Events that change only predictions are then processed first. The ends of
-   motions follow, in the order of the discs' numbers. Impacts are last, in ascending order of the numbers (first,
+   Several events may have the same instant. Events that change only predictions are then processed first. Then come
+   ends of motions, in the order of the discs' numbers. Impacts are last, in ascending order of the numbers (first,
    second) of their two bodies. For two discs, `first` is the lower number. For a disc and a wall, `first` is the disc.
    For the same `first`, walls come before discs, because the numbers of walls are negative. `Trace.ambiguous` lists the
    impacts whose result depends on this order.
@@ -44,20 +44,19 @@
    - Each disc has a prediction. For any two discs A and B, the later of the two predictions was made from the current
      paths of both. The smaller of the times predicted for A and for B is therefore never later than the impact of A on
      B. A prediction is stale if the partner's path has changed since the prediction was made.
-   - The computed time of impact of two discs depends only on their two paths, and not on when it is computed. For this
-     purpose, both discs are first moved to the later of the two times at which their paths began.
+   - The computed time of impact of two discs depends only on their two paths, and not on when it is computed. To
+     compute this time, both discs are first moved to the later of the two times at which their paths began.
    - Cells, bounds, prefetching, skipped frames and pauses decide when something is computed, and never change a result.
-     The all-pairs loop (all_pairs.h) uses none of them and returns bit-identical results.
    - A bound includes its own rounding errors. If bounds do not decide a comparison, it is decided exactly. There are no
      tolerances.
    - Floating-point operations are neither reordered nor fused, and only correctly rounded operations are used. Results
-     are therefore bit-identical on every machine and in WebAssembly.
+     are therefore bit-identical everywhere.
    - The core does not call an allocator. Arrays of fixed length are in one block of memory, the arena. The caller's
      function `Resize` supplies memory for arrays that grow. There is no global state, no input and no output.
    - For discs that accelerate, an instant is the sum of two floats, its high and its low part
      (arithmetic/double_double.h). Runs without acceleration begin a new epoch after 32 impacts per disc. Times then
      stay small, so their floats stay precise (clock.h).
-   - Quantities that the physical law makes 0 are set to 0 and not computed. Such quantities are the gap and the normal
+   - Quantities that the physical law makes 0 are set to 0 and not computed. Examples are the gap and the normal
      speed of a disc in contact, the slip of a rolling disc, and the normal speed of two bodies that touch after an
      impact with restitution 0 (pic/touched_bodies.h).
 
@@ -202,10 +201,9 @@ typedef struct Wall { /* a half-plane: the points p on its free side have (p - q
 } Wall;
 
 typedef struct Surface { /* motion of a driven wall, a driven disc, or a conveyor wall */
-    double vx;           /* velocity of the body, in metres per second */
+    double vx;           /* velocity of the body, in m/s */
     double vy;
-    /* speed at which a conveyor's surface moves relative to its wall, in metres per second; positive to the left of the
-       normal */
+    /* speed at which a conveyor's surface moves relative to its wall, in m/s; positive to the left of the normal */
     double belt;
 } Surface;
 
@@ -232,7 +230,7 @@ static inline Point displacement_on(const Leg *leg, double time) {
 }
 
 typedef struct Turning { /* rotation of a disc, in a scene with spin */
-    double spin;         /* spin of the disc, in radians per second, counterclockwise */
+    double spin;         /* spin of the disc, in rad/s, counterclockwise */
     /* 1/k, where k is the moment of inertia divided by mass times radius squared; 0 if the disc never turns */
     double inverse_inertia_ratio;
 } Turning;
@@ -270,7 +268,7 @@ typedef struct Impact { /* a recorded impact, a row of `carom.model.trace.IMPACT
     int64_t first;      /* disc */
     int64_t second;     /* body */
     double normal[2];   /* unit vector from the first body to the second */
-    double first_before[2]; /* velocities of both bodies before and after the impact, in metres per second */
+    double first_before[2]; /* velocities of both bodies before and after the impact, in m/s */
     double second_before[2];
     double first_after[2];
     double second_after[2];

@@ -1,7 +1,6 @@
 /* Constants of the core. Each has a value, a reason and, unless it is a ratio or a count, a unit.
 
-   Constants that Python code also defines are compared with it by tests/unit/core/test_constants.py. Integer constants,
-   such as capacities, are enums in the headers that use them. */
+   Constants that Python code also defines are compared with it by tests/unit/core/test_constants.py. */
 
 #pragma once
 
@@ -41,9 +40,9 @@
 #define CAROM_SPLITTER 134217729.0
 /* Bound of the relative errors of b, c and D, the coefficients and the discriminant of the quadratic equation in
    pair_time.h: 8 roundings of 2^-53. Before the last sum, the terms of b have 4 roundings, those of c have 5, and those
-   of D have fewer than 8, including the factor 2 in the bound of D's error. */
+   of D have fewer than 8. */
 #define CAROM_ERROR 0x1p-50
-/* Smaller products may have underflow errors (at most 2^-1075 each) that are not negligible. For such products, the
+/* Smaller products may have underflow errors (at most 2^-1075 each) that are not negligible. For smaller products, the
    error-free form of pair_time.h is used. */
 #define CAROM_NEGLIGIBLE 0x1p-900
 /* Adding 2^28 R to a number and subtracting it again rounds the number to a grid. The spacing of the grid is 2^-25 R to
@@ -61,15 +60,15 @@
 /* Bound of the relative error of the cross product of two vectors: the direction to an end of an arc, and a position.
    Both vectors consist of rounded pairs of floats. */
 #define CAROM_PAIR_ERROR 0x1p-100
-/* Result of a function that can't compute a time of impact without the error-free form. It can't be a time of impact,
-   which is never negative. */
+/* Result of a function that can't compute a time of impact without the error-free form. A time of impact is never
+   negative. */
 #define CAROM_UNCERTAIN (-1.0)
 /* Range of relative positions, relative velocities and sums of radii in which terms of fourth degree stay within the
    range of floats. `math.frexp` returns exponents from -100 to 100 in this range. */
 #define CAROM_PAIR_LEAST 0x1p-101
 #define CAROM_PAIR_MOST 0x1p100
 
-/* ---- ordinary numbers: used without scaling, in metres, metres per second, seconds and kilograms ---- */
+/* ---- ordinary numbers: used without scaling, in metres, m/s, seconds and kilograms ---- */
 
 /* Largest and smallest magnitude of an ordinary number. Formulas have terms of at most the fourth degree. For ordinary
    numbers, these terms and their errors stay within the range of floats. */
@@ -93,10 +92,10 @@
 
 /* Number of impacts per disc after which a new epoch begins, in which time is counted from 0 again: see clock.h. */
 #define CAROM_EPOCH_IMPACTS 32
-/* A cell is wider than the largest sum of two radii. The first constant is the additional width as a fraction of that
-   sum. It only must exceed the rounding errors of a path and of the cells' edges. The second constant is a further
-   width, as a fraction of the largest coordinate. It is twice the rounding errors of the positions of two discs: eight
-   roundings (2^-53 each) for each disc. */
+/* A cell is wider than the largest sum of two radii. CAROM_CELL_MARGIN is the additional width as a fraction of that
+   sum. It only must exceed the rounding errors of a path and of the cells' edges. CAROM_COORDINATE_ERROR is a further
+   width, as a fraction of the largest coordinate. This constant is twice the rounding errors of the positions of two
+   discs: eight roundings (2^-53 each) for each disc. */
 #define CAROM_CELL_MARGIN 0x1p-10
 #define CAROM_COORDINATE_ERROR 0x1p-48
 /* Largest number of cells per disc, which limits memory. More cells would contain so few discs that most work would be
@@ -117,8 +116,8 @@
 #define CAROM_ROOT_ERROR 0x1p-22
 #define CAROM_CERTAIN 0x1p24
 
-/* Bound of the relative errors of c and D in few_bodies.h. It is 64 times CAROM_ERROR, and so includes the roundings of
-   the root, and the error of b as explained there. */
+/* Bound of the relative errors of c and D in few_bodies.h. This bound is 64 times CAROM_ERROR, and so includes the
+   roundings of the root and the error of b. */
 #define CAROM_FEW_ERROR 0x1p-44
 
 /* ---- frame_loop.c ---- */
@@ -126,35 +125,34 @@
 /* Margin in a test of squared distances that must not exclude a contact. The square of a rounded distance R differs
    from R^2 by at most two roundings (2^-53 each). */
 #define CAROM_ROOT_ROOM 0x1p-50
-/* Bound of the rounding error of a disc's path, relative to the path's extent. It is valid for all frames for which a
-   lower bound of a disc's next impact is used, and includes the rounding error of that bound. docs/theory/pit.md
-   derives this constant. */
+/* Bound of the rounding error of a disc's path, relative to the path's extent. This bound is valid for all frames for
+   which a lower bound of a disc's next impact is used, and includes the rounding error of that bound.
+   docs/theory/pit.md derives this constant. */
 #define CAROM_PATH_MARGIN 0x1p-34
 /* Bound of two rounding errors, relative to the times: that of a sum of two times, and that of a frame's time. */
 #define CAROM_TIME_MARGIN 0x1p-50
-/* Largest rounding error of a normal, in radians, with which PIT tells slow approaches from rounding errors. Such
-   approaches then can't cause a visible overlap: see pit/contact.h. */
+/* Largest rounding error of a normal, in radians, with which PIT tells slow approaches from rounding errors. With this
+   value, ignored approaches can't cause a visible overlap: see pit/contact.h. */
 #define CAROM_COARSEST_CONTACT 0x1p-20
-/* Result of a function if two bodies approach and may overlap at this frame. It can't be a wait, which is never
-   negative. */
+/* Result of a function if two bodies approach and may overlap at this frame. A wait is never negative. */
 #define CAROM_IN_CONTACT (-1.0)
 /* 2^64 divided by the golden ratio, as an odd integer. A cell's list is found by hashing its row, column and level (see
    `list_of` in pit/grid.h). This factor spreads rows evenly over the lists, whose number is a power of 2 (D. E. Knuth,
-   TAOCP vol. 3, 6.4). Cells in neighbouring columns have neighbouring lists. The second constant, also odd, multiplies
-   the level. */
+   TAOCP vol. 3, 6.4). Cells in neighbouring columns have neighbouring lists. CAROM_LEVEL_STEP, also odd, multiplies the
+   level. */
 #define CAROM_ROW_STEP 0x9E3779B97F4A7C15ull
 #define CAROM_LEVEL_STEP 0xC2B2AE3D27D4EB4Full
 /* Largest magnitude of the number of a row or column of cells. Coordinates farther out have this number. Floats of this
    size can still represent halves. */
 #define CAROM_LAST_CELL 0x1p51
-/* Leeway: how far a disc may move before it is put into a cell again. The first constant is the leeway divided by the
-   mean distance of the discs on a level of cells. The second constant is the smallest leeway divided by the largest
+/* Leeway: how far a disc may move before it is put into a cell again. CAROM_LEEWAY_PART is the leeway divided by the
+   mean distance of the discs on a level of cells. CAROM_LEAST_LEEWAY_PART is the smallest leeway divided by the largest
    radius of these discs. With a larger leeway, discs change cells less often, but each disc must be compared with more
    other discs. Both constants come from measurements at packing fractions from .05 to .6. */
 #define CAROM_LEEWAY_PART 0.2
 #define CAROM_LEAST_LEEWAY_PART 0.25
-/* Relative margin that is added to the reach of a search for near discs. It is many times the sum of the rounding
-   errors of the reach and of a cell's number. */
+/* Relative margin that is added to the reach of a search for near discs. The margin is many times the sum of the
+   rounding errors of the reach and of a cell's number. */
 #define CAROM_REACH_MARGIN 0x1p-20
 /* Cost of a search around a disc, additional cost of each cell in the search, and additional cost of each body in it.
    The unit is the cost of one test of two discs in the loop over all pairs. The values are fitted to the times of about
@@ -164,7 +162,7 @@
 #define CAROM_BODY_WORK 3.0
 /* Bound of the rounding error of a disc's distance from an edge, relative to the sum of the coordinates and radii. */
 #define CAROM_REACH_SLACK 0x1p-44
-/* Cost of one disc in a sweep (sweep.h), in tests of two discs. The second constant is the width of a sweep's cell, in
+/* Cost of one disc in a sweep (sweep.h), in tests of two discs. CAROM_SWEEP_WIDTH is the width of a sweep's cell, in
    units of the largest radius. The values were measured at packing fractions from .05 to .8. */
 #define CAROM_SWEEP_WORK 12.0
 #define CAROM_SWEEP_WIDTH 4.0
@@ -178,14 +176,14 @@
 
 /* ---- falls.h, fall_bounds.h: with u = 2^-53, half a unit in the last place of 1 ---- */
 
-/* Error of a polynomial's coefficient in pairs of floats, relative to the sum of the magnitudes of its terms. It
+/* Error of a polynomial's coefficient in pairs of floats, relative to the sum of the magnitudes of its terms. The error
    consists of 20 u^2 for the terms and their sum, and 24 u^2 for each of at most 9 shifts of the origin. */
 #define CAROM_QUARTIC_PAIR_ERROR 0x1p-98
 /* Error of a Bernstein coefficient (root_isolation.h), relative to the largest sum of the magnitudes of terms of all
-   coefficients. It consists of CAROM_ERROR, 10 u for powers, binomials and sums, and 4 u for each of at most 52
+   coefficients. The error consists of CAROM_ERROR, 10 u for powers, binomials and sums, and 4 u for each of at most 52
    halvings. */
 #define CAROM_BERNSTEIN_ERROR 0x1p-45
-/* Error of a Bernstein coefficient in pairs of floats, relative to the same sum. It consists of
+/* Error of a Bernstein coefficient in pairs of floats, relative to the same sum. The error consists of
    CAROM_QUARTIC_PAIR_ERROR and, for at most 120 halvings, the roundings in CAROM_BERNSTEIN_ERROR with 3 u^2 instead of
    u. */
 #define CAROM_BERNSTEIN_PAIR_ERROR 0x1p-95
@@ -196,8 +194,7 @@
 /* Least sum of the magnitudes of the terms of a polynomial's constant coefficient. For larger sums, underflow errors of
    terms are smaller than the rounding error of this coefficient. */
 #define CAROM_LEAST_SIZE 0x1p-600
-/* Bound of the relative error of a term in a lower bound of a time of impact: 32 u, which is more than the roundings of
-   such a term. */
+/* Bound of the relative error of a term in a lower bound of a time of impact: 32 u, more than the term's roundings. */
 #define CAROM_BOUND_ERROR 0x1p-48
 /* Upper bounds of the underflow errors of a product, and of the root of a sum of products. */
 #define CAROM_BOUND_UNDERFLOW 0x1p-1000

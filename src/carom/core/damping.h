@@ -87,7 +87,7 @@ static inline double latest_undamped_time(double rate, double time) {
 /* ---- a table ---- */
 
 typedef struct Slowing { /* deceleration of a disc on a table */
-    double ax;           /* acceleration, in metres per second squared */
+    double ax;           /* acceleration, in m/s^2 */
     double ay;
     Instant stops; /* instant at which the disc stops; NEVER if it is at rest */
 } Slowing;

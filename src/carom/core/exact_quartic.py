@@ -3,8 +3,7 @@
 Every float is a fraction whose denominator is a power of two. So a polynomial with float coefficients is a polynomial
 with integer coefficients, divided by a power of two. Sturm's theorem gives the number of roots in an interval.
 Intervals are halved until each contains a single root. An interval in which the polynomial becomes negative is then
-halved until floats can't distinguish its ends. A root at which the polynomial only touches zero is a graze, not an
-impact.
+halved until floats can't distinguish its ends. A root without a change of sign is a graze, not an impact.
 
 Source: J. C. F. Sturm's theorem with pseudo-remainders; D. E. Knuth, TAOCP vol. 2, 4.6.1, exercise 22.
 """
@@ -32,7 +31,7 @@ def solve_quartic(powers: Sequence[Sequence[tuple[float, float]]], begin: float,
         powers: For each power of time, lowest power first, a list of pairs of numbers. The coefficient of the power is
             the sum of the pairs' products.
         begin: Instant at which the search starts, in seconds.
-        is_closed: Whether the gap is exactly 0 at `begin`. If so, 0 replaces the value of the polynomial at this time.
+        is_closed: Whether the gap is exactly 0 at `begin`. 0 then replaces the value of the polynomial at `begin`.
         index: Number of the instant, from 0. For -1, the sign of the gap at `begin` is returned instead.
     """
     gap = [sum((Fraction(a) * Fraction(b) for a, b in products), Fraction(0)) for products in powers]
@@ -63,12 +62,12 @@ def find_closings(gap: Sequence[Fraction]) -> Iterator[float]:
         return
     if powers[0] < 0 and len(powers) < len(gap):
         yield 0.0
-    unit = max(power.denominator for power in powers)  # all are powers of two
+    unit = max(power.denominator for power in powers)  # all denominators are powers of two
     yield from find_falls([int(power * unit) for power in powers])
 
 
 def find_falls(polynomial: Sequence[int]) -> Iterator[float]:
-    """Yield the times t > 0 at which a polynomial becomes negative, in order. It must not be 0 at t = 0."""
+    """Yield the times t > 0 at which a polynomial becomes negative, in order. The polynomial is not 0 at t = 0."""
     p = list(polynomial)
     while p[-1] == 0:
         del p[-1]

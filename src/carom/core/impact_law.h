@@ -5,10 +5,10 @@
    - The caller decides whether and when bodies collide. In the TC model, the caller also decides whether the impact
      loses energy (`elastic`).
    - No unit vector is used. Let d point from centre to centre, and let u be the velocity of the second body relative to
-     the first. The normal impulse is g d, so rounding of the length of d adds no energy. The tangential impulse is h
-     times d turned by +90 degrees.
+     the first. The normal impulse is g d with a factor g, so rounding of the length of d adds no energy. The tangential
+     impulse is h times d turned by +90 degrees.
    - An impact never pulls the bodies together. If rounding makes the bodies of a very weak graze separate, the impulse
-     is 0. There are no tolerances.
+     is 0.
    - `has_spins` is a constant at each call, so the code for spins costs no time in a scene without spins. The functions
      are inlined, because calls through a pointer slow the event loop down by a tenth.
 
@@ -29,8 +29,7 @@
    This is the three-parameter law (e, f, b) of Walton, Mech. Mater. 16 (1993) 239, and Foerster, Louge, Chang and
    Allia, Phys. Fluids 6 (1994) 1108. b = 0 is Coulomb's law alone. b = 1 with enough friction is Garwin's superball
    (Am. J. Phys. 37 (1969) 88). A wall and an immovable disc have 1/m = 0. docs/theory/pic.md and
-   docs/theory/friction.md derive both impulses. Tests compare results bit by bit, so no operation may be reordered or
-   fused. */
+   docs/theory/friction.md derive both impulses. No operation may be reordered or fused. */
 
 #pragma once
 
@@ -50,7 +49,7 @@ static inline double normal_impulse(double dx, double dy, double ux, double uy, 
     return (1.0 + restitution) * along / ((dx * dx + dy * dy) * inverse_masses);
 }
 
-/* Return the impulse of friction. It makes the surfaces stick, but is at most Coulomb's limit. */
+/* Return the impulse of friction. The impulse makes the surfaces stick, but is at most Coulomb's limit. */
 static inline double tangential_impulse(const ContactFriction *contact, double slip, double inverse_effective_mass,
                                         double pressed) {
     double sticking = (1.0 + contact->restitution) * slip / inverse_effective_mass;

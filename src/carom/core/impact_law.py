@@ -6,12 +6,10 @@ restitution ``e``,
 
     J = (1 + e) w / (1/m1 + 1/m2),   v1' = v1 - (J/m1) n,   v2' = v2 + (J/m2) n,
 
-This conserves momentum and multiplies the normal relative velocity by ``-e``. For ``e = 1`` it also conserves kinetic
-energy. An infinite mass has ``1/m = 0``. The paper on which Carom is based does not contain this formula; see
-``docs/theory/pic.md``.
+An infinite mass has ``1/m = 0``. See ``docs/theory/pic.md``.
 
 With friction, the law is that of `core/impact_law.h`. Spins are given as rim speeds ``R w`` (radius times spin) in
-metres per second, because the law adds them to velocities.
+m/s, because the law adds them to velocities.
 """
 
 from __future__ import annotations
@@ -34,7 +32,7 @@ def resolve_impact(
     """Return the velocities of both bodies just after an impact.
 
     Args:
-        v1: Velocity of body 1 before the impact, in metres per second; shape ``(..., 2)``.
+        v1: Velocity of body 1 before the impact, in m/s; shape ``(..., 2)``.
         m1: Mass of body 1, in kilograms, above 0; infinity for an immovable body; shape ``(...)``.
         v2: Velocity of body 2 before the impact.
         m2: Mass of body 2; `m1` and `m2` must not both be infinite.
@@ -94,8 +92,8 @@ class RoughBodies(NamedTuple):
     """The first bodies, or the second bodies, of `m` impacts. A wall has infinite mass.
 
     Attributes:
-        velocity: Velocities, in metres per second, shape ``(m, 2)``.
-        rim: Rim speeds ``R w`` (radius times spin), counterclockwise, in metres per second, shape ``(m,)``.
+        velocity: Velocities, in m/s, shape ``(m, 2)``.
+        rim: Rim speeds ``R w`` (radius times spin), counterclockwise, in m/s, shape ``(m,)``.
         mass: Masses, in kilograms, shape ``(m,)``.
         inertia: The factors k in the moments of inertia ``k m R^2``; infinity for a body that does not turn; shape
             ``(m,)``.

@@ -52,8 +52,8 @@ static inline double wall_resolution(double sizes, double speed) {
     return speed > 0.0 ? gap_resolution(sizes) / speed : CAROM_INF;
 }
 
-/* Return the resolution of a time since the start, in seconds. It includes the rounding of a root, and the rounding of
-   the sum of a time and this root. */
+/* Return the resolution of a time since the start, in seconds. The resolution includes the rounding of a root, and the
+   rounding of the sum of a time and this root. */
 static inline double clock_resolution(double time) {
     return 2.0 * CAROM_ULP * time;
 }
@@ -64,10 +64,10 @@ static inline double clock_resolution(double time) {
 
    An impact is ambiguous if it may have the same instant as an earlier recorded impact of the same movable disc.
    Whether two impacts may have the same instant follows from the resolutions of their times. Two impacts with exactly
-   orthogonal normals are not ambiguous, because neither impulse changes the result of the other impact. By convention,
-   impacts are applied in the order of (time, first, second). Friction also acts perpendicular to the normal. So the
-   normal of an impact with friction is stored as NaN, which is not orthogonal to any normal. For some pairs of faces of
-   finite walls, the order also has no effect: see `are_decidable` in `carom.core.wall_features`.
+   orthogonal normals are not ambiguous, because neither impulse changes the result of the other impact. Friction also
+   acts perpendicular to the normal. So the normal of an impact with friction is stored as NaN, which is not orthogonal
+   to any normal. For some pairs of faces of finite walls, the order also has no effect: see `are_decidable` in
+   `carom.core.wall_features`.
 
    Two earlier impacts of each disc are sufficient for this decision. `Recent.furthest` is the impact whose interval of
    possible times ends last. A new impact is ambiguous if its interval begins before the interval of `furthest` ends,

@@ -37,7 +37,7 @@ cdef class Kernel:
         standstill: Largest number of impacts at one instant. After more impacts the run ends, because time stands
             still.
         cell_factor: Factor that multiplies the width of a cell; infinity makes a single cell.
-        all_pairs: Whether to use the all-pairs loop, see `all_pairs.h`. It does not change results.
+        all_pairs: Whether to use the all-pairs loop, see `all_pairs.h`. This loop does not change results.
 
     Raises:
         ValueError: There are too many discs or obstacles.
@@ -272,9 +272,10 @@ def solve_two_discs(first, second, double restitution, double end):
     """Solve a scene of two discs without walls.
 
     Returns:
-        Two objects of bytes. The first has the row of the impact, and is empty without impact. The second has the
-        positions and velocities at the end, shape ``(2, 2, 2)``. Return None if a number is not of ordinary size
-        (`carom.support.limits`), or if the discs meet too far from the origin. The caller then uses the event loop.
+        Two objects of bytes. The first object has the row of the impact, and is empty without impact. The second object
+        has the positions and velocities at the end, shape ``(2, 2, 2)``. Return None if a number is not of ordinary
+        size (`carom.support.limits`), or if the discs meet too far from the origin. The caller then uses the event
+        loop.
     """
     cdef TwoDiscsResult result
     if not solve_two_discs_in_c(free_disc(first), free_disc(second), restitution, end, &result):

@@ -162,7 +162,7 @@ cdef class FrameLoop:
         return self.states(time)[:, 2:].copy()
 
     def present_spins(self):
-        """Return the spins, in radians per second, shape ``(n,)``; None if no disc spins."""
+        """Return the spins, in rad/s, shape ``(n,)``; None if no disc spins."""
         cdef Index i
         spins = [self.s.turning[i].spin for i in range(self.s.disc_count)]
         return np.array(spins) if self.s.record.has_spins else None

@@ -1,6 +1,6 @@
 """Single formulas of the core for Python: times of impact, features of a wall, and impulses.
 
-Lengths are in metres, velocities in metres per second, times in seconds from now. A time is 0 for bodies that approach
+Lengths are in metres, velocities in m/s, times in seconds from now. A time is 0 for bodies that approach
 while they touch or overlap, and infinity for bodies that never collide. A disc relative to a wall is a
 `carom.core.wall_features.Mover`.
 """
@@ -69,8 +69,8 @@ def disc_fall_time(
     """Return the seconds until an accelerating disc touches a fixed disc.
 
     If the accelerating disc has just hit the fixed disc, `leaving` is its normal speed after the impact. The gap is
-    then assumed to be exactly 0 with the rate of change `leaving`, whatever the rounded positions and velocities are.
-    If `leaving` is None, the disc's path does not begin with this impact.
+    then assumed to be exactly 0 with the rate of change `leaving`. If `leaving` is None, the disc's path does not begin
+    with this impact.
     """
     cdef ExactQuartic exact = exact_solver()
     cdef FallingDisc disc = FallingDisc(x, y, vx, vy, radius)
@@ -158,8 +158,8 @@ cdef class WallFeatures:
     def overlap_start(self, int number, disc):
         """Return when a disc began to touch a feature that it now overlaps and approaches, in seconds from now.
 
-        The path is straight, and times are computed in double precision. The result is 0 or negative. It is 0 if the
-        speed of approach is 0 after rounding.
+        The path is straight, and times are computed in double precision. The result is 0 or negative. The result is 0
+        if the speed of approach is 0 after rounding.
         """
         cdef Mover seen = mover_from(disc)
         cdef const Feature *feature = self.at(number)

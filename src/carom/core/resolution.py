@@ -4,7 +4,7 @@ A coordinate has an error of at most one unit in the last place: half a unit fro
 gap between two bodies has an error of at most five units in the last place of the sum of their sizes (`size_of`). This
 bound includes the rounding of the root and of the radii.
 
-`core/impact_record.h` has the same bounds for the core. It derives bounds of times of impact from them.
+`core/impact_record.h` has the same bounds, and derives bounds of times of impact from them.
 """
 
 from __future__ import annotations
@@ -15,9 +15,8 @@ from carom.support.formatting import format_number
 #: Distance from 1 to the next float. A number's unit in the last place is at most this fraction of the number.
 ULP = 2.0**-52
 
-#: Largest allowed ratio of two sums: the absolute coordinates of two discs at an impact, and their radii. Each
-#: coordinate is off by at most three roundings (distance moved, sum, time). At this limit, the position of one centre
-#: relative to the other is off by at most 3/16 of their distance.
+#: Largest allowed ratio of two sums: the absolute coordinates of two discs at an impact, and their radii. See
+#: CAROM_FARTHEST in core/constants.h.
 FARTHEST = 2.0**49
 
 
@@ -27,7 +26,7 @@ def size_of(x: float, y: float, radius: float) -> float:
 
 
 def gap_resolution(sizes: float) -> float:
-    """Return the resolution of the gap between two bodies, in metres. `sizes` is the sum of `size_of` for both."""
+    """Return the resolution of the gap between two bodies, in metres. `sizes` is the sum of both `size_of`."""
     return 5.0 * ULP * sizes
 
 

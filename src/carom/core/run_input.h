@@ -23,8 +23,7 @@ typedef struct RunInput {
     const double *velocity;
     const double *radius;
     const double *mass;    /* mass of each disc, in kilograms; INF for a disc that no impact moves */
-    /* spin of each disc, in radians per second. `spin` and `inertia` are NULL if no disc spins and no disc
-       accelerates */
+    /* spin of each disc, in rad/s. `spin` and `inertia` are NULL if no disc spins and no disc accelerates */
     const double *spin;
     /* moment of inertia of each disc, divided by mass times radius squared; INF if the disc never turns */
     const double *inertia;
@@ -43,7 +42,7 @@ typedef struct RunInput {
     bool has_finite_walls;
     bool has_acceleration; /* whether there is gravity or a table that decelerates discs */
     double gravity[2];
-    double deceleration;       /* deceleration of discs by the table, in metres per second squared */
+    double deceleration;       /* deceleration of discs by the table, in m/s^2 */
     double rolling_resistance; /* coefficient of rolling resistance of discs on walls */
     Law law;
     Resize resize;

@@ -1,11 +1,11 @@
 """Public function for times of impact of discs in straight uniform motion, for arrays.
 
 The core computes each time: `core/straight/pair_time.h` describes the method and its guarantee. With very large or
-small numbers, a fourth-degree term of the formulas could exceed the range of floats. Such numbers are first multiplied
-by powers of two, which is exact. If no power of two makes all numbers moderate, the time is computed in rational
-numbers.
+small numbers, a fourth-degree term of the formulas could exceed the range of floats. Very large or small numbers are
+first multiplied by powers of two, which is exact. If no power of two makes all numbers moderate, the time is computed
+in rational numbers.
 
-Exact signs, such as that of the closing speed, decide whether discs collide. There are no tolerances.
+Exact signs, such as that of the closing speed, decide whether discs collide.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def time_of_impact(
 
     Args:
         p1: Centre of disc 1, in metres; shape ``(..., 2)``.
-        v1: Velocity of disc 1, in metres per second; shape ``(..., 2)``.
+        v1: Velocity of disc 1, in m/s; shape ``(..., 2)``.
         r1: Radius of disc 1, in metres; shape ``(...)``.
         p2: Centre of disc 2.
         v2: Velocity of disc 2.
@@ -49,8 +49,8 @@ def time_of_impact(
 
     Returns:
         Seconds, in the broadcast shape of all arguments; a float if no argument is an array. The time is 0 where the
-        discs approach while they touch or overlap. It is infinity where they never collide, or where the time exceeds
-        the largest float.
+        discs approach while they touch or overlap. The time is infinity where the discs never collide, or where the
+        time exceeds the largest float.
 
     Raises:
         InputError: A value is not finite, a radius is not positive, or a last axis does not have the length 2.

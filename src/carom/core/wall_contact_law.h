@@ -57,10 +57,10 @@ static inline double clip(double x, double most) {
    F and H are the largest magnitudes of f and h (`f_most`, `h_most`). If s is positive, f is F. If s is negative, f is
    -F. If s is 0, f is from -F to F. In the same way, h depends on H and q. To find h, assume that q = 0. Then f is s1 -
    q1, limited to [-F, F]. Solve q = 0 for h, and limit h to [-H, H]. The result is the h of the law, because q
-   decreases as h grows. If s is not 0 before friction acts, its sign determines f. Likewise, q determines h. `signs`
-   contains numbers with the signs of s and q, or 0 where the sign does not determine the friction. If s becomes 0, f +
-   h is computed as (s1 + h) / (1 + y). If q becomes 0, f + h is computed as q1 / y. Adding f and h would lose digits
-   for large y. */
+   decreases as h grows. If s is not 0 before friction acts, its sign determines f. In the same way, q determines h.
+   `signs` contains numbers with the signs of s and q, or 0 where the sign does not determine the friction. If s becomes
+   0, f + h is computed as (s1 + h) / (1 + y). If q becomes 0, f + h is computed as q1 / y. Adding f and h would lose
+   digits for large y. */
 static inline Frictions share_frictions(double s1, double q1, double f_most, double h_most, double y, Slips signs) {
     double f = 0.0, h = 0.0;
     bool blocks = false;
@@ -143,9 +143,9 @@ static inline double time_to_zero(double value, double rate) {
    bounces. Bounce n has the normal speed w e^n. If the disc slides during the whole bounce, the bounce reduces the slip
    by C w e^n, where C = f (1 + e)(1 + 1/k). The flight after it adds 2 a e w e^n / P. Bounces that slide in one
    direction therefore change the slip by (2 a e / P - C sign(s)) w / (1 - e) in all. If a slip of the same sign
-   remains, no bounce stops it. If not, a bounce stops it, or a flight reverses it. After the first bounce that does not
-   slide throughout, the slip is at most proportional to the speeds of the bounces, which tend to 0. So no slip remains
-   at the end. */
+   remains, no bounce stops it. If no slip of this sign remains, a bounce stops it, or a flight reverses it. After the
+   first bounce that does not slide throughout, the slip is at most proportional to the speeds of the bounces, which
+   tend to 0. So no slip remains at the end. */
 static inline double slip_after_bounces(const Press *press, double slip, double approach, double restitution) {
     if (slip == 0.0) {
         return 0.0;
@@ -169,9 +169,10 @@ static inline double slip_after_bounces(const Press *press, double slip, double 
 /* Return the slip and rim speed after infinitely many bounces with rolling resistance. All these bounces together are
    too short for the resolution of times.
 
-   The result is an approximation: the impulses of all bounces, (1 + e) w / (1 - e) in all, are applied as one impulse,
-   after the changes of speed during all flights between bounces. The law of impact then gives the result, which may be
-   rest or rolling. The error of the approximation is proportional to the speed w of the first bounce. */
+   The result is an approximation. The changes of speed in all flights between bounces are applied first. Then the
+   impulses of all bounces, (1 + e) w / (1 - e) in all, are applied as one impulse. The law of impact then gives the
+   result, which may be rest or rolling. The error of the approximation is proportional to the speed w of the first
+   bounce. */
 static inline Slips both_after_bounces(const Press *press, Slips now, double approach, double restitution) {
     const double y = press->inverse_inertia_ratio, left = approach / (1.0 - restitution);
     const double pressed = (1.0 + restitution) * left, fallen = 2.0 * restitution * left / press->normal;

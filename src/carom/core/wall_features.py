@@ -5,9 +5,9 @@ touches the wall when the distance of its centre from that line is the half widt
 discs that touch a face form a straight line. The centres of discs that touch a vertex, or one side of an arc, form a
 circle. So a vertex is represented as a circle of radius 0. A disc meets a feature when the disc's rim touches it.
 
-Features are immutable. A feature contains all numbers from which times of impact are computed. They are computed once
-from the numbers of the scene file. A number with more digits than a float is stored as a pair ``(high, low)`` of
-floats, whose sum is nearest to the number: see `core/arithmetic/double_double.h`.
+Features are immutable. A feature contains all numbers from which times of impact are computed. A number with more
+digits than a float is stored as a pair ``(high, low)`` of floats, whose sum is nearest to the number: see
+`core/arithmetic/double_double.h`.
 
 Neighbouring edges on the same line, or on the same circle, are one feature. A joint has no vertex if the tangents of
 its two edges have the same direction. So if a wall is cut into pieces at points exactly on it, its features stay the
@@ -35,7 +35,7 @@ _ROOT_BITS = 160
 
 #: A disc fits inside a circle if the circle's radius exceeds the disc's radius by at least this fraction of the
 #: circle's coordinates. The disc's centre then has at least four to eight different float coordinates in each
-#: direction. With fewer, normals would consist of rounding errors.
+#: direction. With fewer coordinates, normals would consist of rounding errors.
 _PLACES = 2.0**-50
 
 #: Sine of a small angle. An arc that is shorter than half a circle by at most this angle is assumed to be half a circle
@@ -49,8 +49,8 @@ class Mover(NamedTuple):
     Attributes:
         x: First coordinate of the disc's centre, in metres.
         y: Second coordinate of the centre, in metres.
-        ux: First component of the disc's velocity relative to the wall, in metres per second.
-        uy: Second component of this velocity, in metres per second.
+        ux: First component of the disc's velocity relative to the wall, in m/s.
+        uy: Second component of this velocity, in m/s.
         radius: Radius of the disc, in metres.
     """
 
@@ -120,9 +120,9 @@ class Arc:
         centre: The two coordinates of the circle's centre, in metres.
         radius: Radius of the circle, in metres; 0 for a vertex.
         half_width: Half width of the wall, in metres. All points within this distance of the arc belong to the wall.
-        inside: Whether this is the inner side, on which the circle's centre is.
+        inside: Whether the circle's centre is on this side.
         sector: Directions of the arc's points from the centre; None for a whole circle.
-        fits_below: Smallest radius of discs that do not fit inside, in metres. Such discs meet the stops of the arc
+        fits_below: Smallest radius of discs that do not fit inside, in metres. Larger discs meet the stops of the arc
             (see `find_stops`) instead of its inner side.
     """
 
@@ -175,7 +175,7 @@ def compute_root(square: Fraction) -> Pair:
     """Return the pair of floats nearest to the square root of a rational number, which is 0 or more."""
     if square == 0:
         return 0.0, 0.0
-    # Multiplied by 4^shift, the number has a root with about _ROOT_BITS bits before the binary point.
+    # The root of square * 4^shift has about _ROOT_BITS bits before the binary point.
     shift = _ROOT_BITS - (square.numerator.bit_length() - square.denominator.bit_length()) // 2
     return to_pair(Fraction(math.isqrt(math.floor(square * Fraction(4) ** shift))) / Fraction(2) ** shift)
 
@@ -355,10 +355,10 @@ def find_stops(runs: list[JoinedEdges], k: int, *, closed: bool) -> list[Exact]:
     """Return the vectors from an arc's centre to its stops: points that stop discs which are too wide to fit inside.
 
     A disc with exactly the arc's radius touches the whole arc at once, so a few points can represent the arc. A whole
-    circle has four stops, a quarter turn apart. An arc of more than half a circle, which such a disc can't leave, has
-    two stops, a quarter turn from each end. Exactly half a circle has one stop, in the middle. A disc touches an end of
-    a shorter arc no later than the arc itself. So a shorter arc has stops only at ends at which the wall continues
-    smoothly, where rounding may place the point of contact outside of the edge.
+    circle has four stops, a quarter turn apart. A disc of this radius can't leave an arc of more than half a circle,
+    which has two stops, a quarter turn from each end. Exactly half a circle has one stop, in the middle. A disc touches
+    an end of a shorter arc no later than the arc itself. So a shorter arc has stops only at ends at which the wall
+    continues smoothly, where rounding may place the point of contact outside of the edge.
     """
     run = runs[k]
     if run.circle is None:

@@ -176,7 +176,7 @@ def _intersect_line(a: tuple[Number, Number], along: tuple[Number, Number], circ
 
 
 def _intersect_circles(one: ExactCircle, other: ExactCircle) -> Iterator[Place]:
-    """Yield the points at which two circles meet. They are on one line, the line of equal powers."""
+    """Yield the points at which two circles meet. Both points are on one line, the line of equal powers."""
     dx, dy = other.x - one.x, other.y - one.y
     distance2 = dx * dx + dy * dy
     if distance2 == 0:

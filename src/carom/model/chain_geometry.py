@@ -1,8 +1,9 @@
 """Geometry of finite walls in floats: straight edges, arcs and circles, and the nearest point of a wall.
 
-An edge connects one point to the next. Its bulge describes its curvature: the tangent of a quarter of the arc's angle,
-as in DXF files. An edge with bulge 0 is straight, an edge with bulge 1 is half of a circle, and a positive bulge means
-a counterclockwise arc. The wall consists of all points whose distance from the line of edges is at most the half width.
+An edge connects one point to the next. The bulge of an edge describes its curvature: the tangent of a quarter of the
+arc's angle, as in DXF files. An edge with bulge 0 is straight, an edge with bulge 1 is half of a circle, and a positive
+bulge means a counterclockwise arc. The wall consists of all points whose distance from the line of edges is at most the
+half width.
 """
 
 from __future__ import annotations
@@ -72,7 +73,7 @@ class Stretch(NamedTuple):
 
     @property
     def whole(self) -> bool:
-        """Whether this is a whole circle. Its radius may be 0."""
+        """Whether this is a whole circle, whose radius may be 0."""
         return self.edge.a == self.edge.b
 
     def find_nearest(self, x: float, y: float) -> tuple[Point, bool]:
@@ -164,7 +165,7 @@ class Outline:
 
     @cached_property
     def lengths(self) -> tuple[float, ...]:
-        """All coordinates, radii and widths of the shape. They determine the unit of length. Some are negative."""
+        """All coordinates, radii and widths of the shape, for the choice of a unit of length. Some are negative."""
         arcs = [(*stretch.centre, stretch.radius) for stretch in self.stretches if stretch.centre is not None]
         return (*(c for point in self.points for c in point), self.half_width, *(c for arc in arcs for c in arc))
 
@@ -204,7 +205,7 @@ class Outline:
         return min((_compute_square(px - x, py - y), k) for (px, py), k in places)[1]
 
     def compute_gap(self, x: float, y: float, radius: float) -> float:
-        """Return the distance between a disc's rim and the wall. It is negative if they overlap."""
+        """Return the distance between a disc's rim and the wall, which is negative if they overlap."""
         foot = self.find_nearest(x, y)
         return math.sqrt((x - foot.x) ** 2 + (y - foot.y) ** 2) - self.half_width - radius
 

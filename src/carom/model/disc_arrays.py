@@ -25,7 +25,7 @@ from carom.support.limits import LARGEST, ORDINARY, require_within
 #: A half-plane wall: a point on its surface, and the unit normal that points to the discs' side, as x, y, nx, ny.
 HalfPlane = tuple[float, float, float, float]
 
-#: Greatest allowed difference between a normal's length and 1. It is four times the effect of rounding.
+#: Greatest allowed difference between a normal's length and 1. The limit is four times the effect of rounding.
 _UNIT_WITHIN = 2.0**-50
 
 #: Path of a body that does not move.
@@ -41,20 +41,20 @@ class Material(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class DiscArrays:
-    """The initial state of a run, as arrays. Two instances are equal only if they are the same object.
+    """The initial state of a run, as arrays.
 
-    Discs must not overlap. This class does not check it; an event-driven run checks it when it starts.
+    Discs must not overlap, which an event-driven run checks at its start.
 
     Attributes:
         position_m: Centres at time 0, shape ``(n, 2)``, in metres.
-        velocity_m_s: Velocities, shape ``(n, 2)``, in metres per second.
+        velocity_m_s: Velocities, shape ``(n, 2)``, in m/s.
         radius_m: Radii, shape ``(n,)``, in metres, above 0.
         mass_kg: Masses, shape ``(n,)``, in kilograms, above 0; infinity for an immovable disc.
         walls: For each half-plane ``(x, y, nx, ny)``: a point of its surface, and the unit normal that points to the
             discs' side. For each finite wall, its `Outline`.
         restitution: Coefficient of restitution of every pair of discs, 0 to 1.
         wall_restitution: Coefficient of restitution between any disc and any wall, 0 to 1.
-        spin_rad_s: Spins at time 0, counterclockwise, shape ``(n,)``, in radians per second; None if all are 0.
+        spin_rad_s: Spins at time 0, counterclockwise, shape ``(n,)``, in rad/s; None if all are 0.
         inertia_factor: Moments of inertia divided by mass times radius squared, shape ``(n,)``, above 0 and up to 1;
             infinity for a disc that can't turn. None if all are 1/2.
         friction: Coulomb's coefficient of friction of every pair of discs, 0 or more.
@@ -63,7 +63,7 @@ class DiscArrays:
         wall_tangential_restitution: Tangential restitution between any disc and any wall, -1 to 1.
         wall_materials: Coefficients of each wall; None if all walls have `wall_restitution` and `wall_friction`.
         wall_drives: Path of each wall; None if no wall is driven. `walls` contains the positions at time 0.
-        belts_m_s: Speed at which each wall's surface moves, in metres per second, to the left of the normal that points
+        belts_m_s: Speed at which each wall's surface moves, in m/s, to the left of the normal that points
             to the disc. None if no surface moves.
         driven_discs: Numbers of the driven discs, ascending. Driven discs have infinite masses.
         disc_drives: Path of each driven disc.
@@ -211,12 +211,12 @@ class DiscArrays:
         return STANDS if self.wall_drives is None else self.wall_drives[k]
 
     def belt_of_wall(self, k: int) -> float:
-        """Return the speed of the surface of wall `k`, in metres per second."""
+        """Return the speed of the surface of wall `k`, in m/s."""
         return 0.0 if self.belts_m_s is None else self.belts_m_s[k]
 
     @property
     def spins(self) -> NDArray[np.float64]:
-        """Spin of each disc at the start, shape ``(n,)``, in radians per second."""
+        """Spin of each disc at the start, shape ``(n,)``, in rad/s."""
         return np.zeros(len(self)) if self.spin_rad_s is None else self.spin_rad_s
 
     @property
@@ -226,7 +226,7 @@ class DiscArrays:
 
     @property
     def surface_speed_m_s(self) -> NDArray[np.float64]:
-        """Spin times radius of each disc, shape ``(n,)``, in metres per second, positive if counterclockwise."""
+        """Spin times radius of each disc, shape ``(n,)``, in m/s, positive if counterclockwise."""
         return self.radius_m * self.spins
 
     @property
@@ -246,7 +246,7 @@ class DiscArrays:
 
     @cached_property  # computing it takes a quarter of the time for solving two discs
     def turns(self) -> bool:
-        """Whether discs spin, or friction can make them spin. If not, a run stores no spins."""
+        """Whether discs spin, or friction can make them spin. Without them, a run stores no spins."""
         return self.rubs or bool(self.spins.any())
 
     @cached_property
@@ -263,7 +263,7 @@ class DiscArrays:
 
     @property
     def driven_speeds(self) -> NDArray[np.float64]:
-        """All velocity components of driven bodies and all belt speeds, in metres per second. Some are negative."""
+        """All velocity components of driven bodies and all belt speeds, in m/s. Some are negative."""
         drives = (*(self.wall_drives or ()), *self.disc_drives)
         speeds = [part for drive in drives for leg in drive.legs for part in leg.velocity]
         return np.array([*speeds, *(self.belts_m_s or ())], np.float64)

@@ -1,6 +1,6 @@
 """Shorthand of scene files: lengths in pixels, and the shape of a disc instead of its moment of inertia.
 
-The shorthand is replaced when a file is read. A scene itself contains only metres and moments of inertia.
+The shorthand is replaced when a file is read.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Finds bodies that overlap at the start of a scene.
 
-Such a scene is invalid: rigid bodies never overlap, so the laws of impact don't determine how overlapping bodies move.
-Two immovable bodies may overlap, since this has no effect.
+A scene with an overlap is invalid: rigid bodies never overlap, so the laws of impact don't determine how overlapping
+bodies move. Two immovable bodies may overlap, since this has no effect.
 """
 
 from __future__ import annotations
@@ -45,9 +45,10 @@ class Overlap(NamedTuple):
 def compute_input_rounding(size: Floats) -> Floats:
     """Return the largest overlap that rounding of the input can explain.
 
-    Discs that touch exactly in the decimal numbers of a file may overlap slightly as floats. Such discs must be
-    accepted. The gap of two discs depends on six numbers. Each is rounded by at most half a unit in the last place of
-    the largest number, which gives 3 units. The computation of the gap rounds five times, by less than 3 units in all.
+    Discs that touch exactly in the decimal numbers of a file may overlap slightly as floats. Discs with this small
+    overlap must be accepted. The gap of two discs depends on six numbers. Each number is rounded by at most half a unit
+    in the last place of the largest number, which gives 3 units. The computation of the gap rounds five times, by less
+    than 3 units in all.
 
     Args:
         size: Magnitude of the largest number in the computation of a gap, in metres.

@@ -21,7 +21,7 @@ class Course(NamedTuple):
         begin_s: Time at which the leg begins, in seconds since the start.
         end_s: Time at which the next leg begins; infinity for the last leg.
         moved: Displacement of the body from time 0 to the beginning of the leg, in metres.
-        velocity: Velocity during the leg, in metres per second.
+        velocity: Velocity during the leg, in m/s.
     """
 
     begin_s: float
@@ -39,7 +39,7 @@ class Drive(NamedTuple):
     """The path of a driven body, starting from its position at time 0.
 
     Attributes:
-        legs: The straight parts of the path, in order of time. The first begins at 0.
+        legs: The straight parts of the path, in order of time. The first part begins at 0.
     """
 
     legs: tuple[Course, ...]
@@ -70,7 +70,7 @@ class Drive(NamedTuple):
 
     @property
     def fastest(self) -> float:
-        """Greatest speed of the body, in metres per second."""
+        """Greatest speed of the body, in m/s."""
         return max(math.hypot(*leg.velocity) for leg in self.legs)
 
     def leg_at(self, time_s: float) -> Course:
@@ -82,7 +82,7 @@ class Drive(NamedTuple):
         return self.legs[self._find_leg_number(time_s) :]
 
     def velocity_at(self, time_s: float) -> Vector:
-        """Return the body's velocity at a time since the start, in metres per second."""
+        """Return the body's velocity at a time since the start, in m/s."""
         return self.leg_at(time_s).velocity
 
     def moved_at(self, time_s: float) -> Vector:

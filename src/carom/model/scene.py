@@ -160,7 +160,7 @@ class Scene(Drawn, Model):
             steepest slope on which a disc stays at rest, c is the tangent of the slope's angle. Rolling resistance
             needs gravity, and `wall_tangential_restitution` must be 0. See `docs/theory/contact.md`.
         table_deceleration_m_s2: Deceleration of discs that slide on a horizontal table, in metres per second squared.
-            A scene with a table is seen from above. It can't have gravity, damping, spin, friction or driven bodies.
+            A scene with a table is seen from above, and can't have gravity, damping, spin, friction or driven bodies.
             See `docs/theory/contact.md`.
         duration_s: Duration of the simulation, in seconds, above 0.
         frame_rate_hz: Frames per second. By default, no step is longer than one frame.
@@ -269,7 +269,7 @@ class Scene(Drawn, Model):
         )
         return materials if any(material != scene for material in materials) else None
 
-    # The cached arrays are not copied, because a copy may get other discs. They are not pickled, because another
+    # The cached arrays are not copied, because a copy may get other discs. The arrays are not pickled, because another
     # process builds its own arrays.
 
     def __iter__(self) -> Generator[tuple[str, Any], None, None]:
@@ -337,7 +337,7 @@ class Scene(Drawn, Model):
         """Return the walls, which must all be half-planes.
 
         Raises:
-            InputError: A wall is not a half-plane. The message names the first such wall.
+            InputError: A wall is not a half-plane. The message names the wall.
         """
         planes = tuple(wall for wall in self.walls if isinstance(wall, Wall))
         if len(planes) < len(self.walls):

@@ -34,7 +34,7 @@ def build_scene_schema() -> dict[str, Any]:
 def load_scene(path: str | Path) -> Scene:
     """Load and validate the scene in a ``.toml`` or ``.json`` file.
 
-    A file may give lengths in pixels. It may give a disc's shape instead of its moment of inertia. See
+    A file may give lengths in pixels, and a disc's shape instead of its moment of inertia. See
     `carom.model.file_shorthand`.
 
     Raises:

@@ -29,8 +29,8 @@ class Sizes(NamedTuple):
     Attributes:
         length: Greatest coordinate or radius of any disc or wall.
         radius: Smallest radius of a disc.
-        speed: Greatest velocity component or rim speed (spin times radius) at the start, or the speed that gravity
-            gives a disc from rest within the duration, if this speed is greater.
+        speed: The greater of two speeds: the greatest velocity component or rim speed (spin times radius) at the start,
+            and the speed that gravity gives a disc from rest within the duration.
         duration: Duration of the scene.
         lightest: Smallest mass of a movable disc; 1 if there is none.
         heaviest: Greatest mass of a movable disc; 1 if there is none.

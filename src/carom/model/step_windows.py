@@ -23,8 +23,8 @@ Array = NDArray[np.float64]
 class WindowRow:
     """Comparison of one window with PIC, which starts from the engine's state at the beginning of the window.
 
-    A window is a series of steps in which a few bodies meet. Velocities and rim speeds (spin times radius) are in
-    metres per second. A number that was not requested is NaN.
+    Velocities and rim speeds (spin times radius) are in
+    m/s. A number that was not requested is NaN.
 
     Attributes:
         begin_s: Time of the first state in the window.
@@ -35,7 +35,7 @@ class WindowRow:
         entangled: Whether the window has no unique answer, because of several pairs or impacts, or an initial overlap.
         turned: Whether bodies changed direction although PIC finds no impact.
         open: Whether the run ended before the end of the window.
-        late_steps: Delay after which the engine's bodies change direction, compared with PIC's, in steps.
+        late_steps: Delay of the engine's change of direction, compared with PIC's, in steps.
         late_known: Uncertainty of `late_steps`.
         late_allowed: Greatest delay that checking once per step can cause, in steps.
         velocity: Largest difference of a velocity from PIC's velocity when the window ends.
@@ -75,7 +75,7 @@ class WindowRow:
     energy_price_j: float = 0.0
 
 
-#: One series of steps in which a few bodies meet, see `WindowRow`.
+#: One window, see `WindowRow`.
 WINDOW_DTYPE = build_dtype(WindowRow)
 
 #: One pair of bodies that meet in a window: the window's index, the numbers of the bodies, and the times of the first
@@ -95,7 +95,7 @@ MEETING_DTYPE = np.dtype(
 )
 
 #: An unexplained change of a disc's motion in a step in which the disc meets no other body. The fields are the start of
-#: the step, the changes of velocity and rim speed (metres per second), the displacement that the velocity does not
+#: the step, the changes of velocity and rim speed (m/s), the displacement that the velocity does not
 #: explain (metres), the disc's speed, and the rounding error of its position.
 SLIP_DTYPE = np.dtype(
     [
@@ -121,8 +121,8 @@ class States:
     Attributes:
         time_s: Shape ``(k,)``, in seconds, increasing.
         position_m: Shape ``(k, n, 2)``, in metres.
-        velocity_m_s: Shape ``(k, n, 2)``, in metres per second.
-        spin_rad_s: Shape ``(k, n)``, in radians per second; None if no disc of the scene spins.
+        velocity_m_s: Shape ``(k, n, 2)``, in m/s.
+        spin_rad_s: Shape ``(k, n)``, in rad/s; None if no disc of the scene spins.
     """
 
     time_s: Array
@@ -165,15 +165,15 @@ class LocalTruth:
         resting_steps: Number of steps in which a disc belonged to a resting pair, summed over all discs.
         sunk_radii: Greatest overlap of a resting pair, divided by the distance of their centres when they touch; 0 if
             no pair overlapped.
-        sinks_s: First time at which a step increased the overlap of a pair by more than free fall does. NaN if there is
-            no such time.
-        polygon: Whether the method moves discs straight in each step, so that curved paths become polygons. A position
-            can then be wrong by half of the fall in a step. With damping, it can be wrong by half of the speed lost in
+        sinks_s: First time at which a step increased the overlap of a pair by more than free fall does. NaN if free
+            fall explains all overlaps.
+        polygon: Whether the method moves discs straight in each step, so that curved paths become polygons. The error
+            of a position is then up to half of the fall in a step. With damping, it is up to half of the speed lost in
             a step times the step size.
         rests: Structured array of `REST_DTYPE`: steps outside of windows in which a pair rests, and the contact changes
             velocities.
         invented: Number of steps, summed over all discs, in which a velocity or rim speed changed by more than 1 % of
-            the disc's speed without a cause. Steps of windows are not counted.
+            the disc's speed without a cause. Steps in which bodies meet are not counted.
         first_invented_s: Time of the first step that `invented` counts; NaN if there is none.
         first_inventor: Disc that changed in this first step; -1 if there is none.
     """
@@ -197,7 +197,7 @@ class LocalTruth:
     def clip_to(self, time_s: float) -> LocalTruth:
         """Return the part of the comparison that concerns the run up to a time.
 
-        Numbers of steps remain those of the whole run. Only `invented` is 0 if it counts no step up to this time.
+        Numbers of steps remain those of the whole run. Only `invented` is 0 if no counted step is before this time.
         """
         has_invented = self.first_invented_s <= time_s
         return replace(

@@ -47,7 +47,7 @@ def format_profile(method: str, profile: str, overrides: Mapping[str, Setting]) 
     return f"{profile_name} with {values}".lstrip() if values else profile_name
 
 
-#: Spins of an impact's two bodies just before and just after the impact, in radians per second, counterclockwise.
+#: Spins of an impact's two bodies just before and just after the impact, in rad/s, counterclockwise.
 #: Walls have spin 0.
 SPIN_DTYPE = np.dtype([("first_before", "f8"), ("second_before", "f8"), ("first_after", "f8"), ("second_after", "f8")])
 
@@ -86,7 +86,7 @@ class Mode(IntEnum):
     BLOCK = 4
 
 
-#: Edge of an impact between two discs or with a half-plane: there is none.
+#: Value for an impact that is not on an edge: an impact between two discs, or with a half-plane.
 NO_EDGE = (-1, -1)
 
 
@@ -186,7 +186,7 @@ def velocities(impacts: NDArray[np.void], moment: Literal["before", "after"]) ->
 def rim_speeds(trace: Trace, moment: Literal["before", "after"]) -> NDArray[np.float64]:
     """Return the rim speeds ``R w`` of both bodies of each impact, shape ``(2, m)``: first bodies, then second bodies.
 
-    Rim speeds are in metres per second, positive if counterclockwise. Walls have rim speed 0. All rim speeds are 0 if
+    Rim speeds are in m/s, positive if counterclockwise. Walls have rim speed 0. All rim speeds are 0 if
     the trace has no spins.
     """
     speeds = np.zeros((2, len(trace.impacts)))
@@ -292,7 +292,7 @@ class Trace(ByValue, Tabular):
         settings: The settings that were used, read back from the engine if possible.
         float_bits: Number of bits of the floats in which the method declares to compute, 32 or 64.
         counts: Numbers of operations of the method, such as steps, tests of pairs and predictions.
-        impacts_per_disc: Number of impacts of each disc, shape ``(n,)``. They are counted even if `impacts` is not
+        impacts_per_disc: Number of impacts of each disc, shape ``(n,)``. Impacts are counted even if `impacts` is not
             stored. None if the method does not count them.
         notes: Warnings of the method.
         spins: Structured array of `SPIN_DTYPE`, one entry per impact. None if no disc turns in the scene (see
@@ -300,12 +300,12 @@ class Trace(ByValue, Tabular):
         edges: Structured array of `EDGE_DTYPE`, one entry per impact: the edge of a finite wall that was hit. None in a
             scene without finite walls, or if the method does not report edges.
         modes: Structured array of `MODE_DTYPE`, in order of time: the instants at which discs begin to slide, roll or
-            rest on a wall, or leave the wall. None if there is no such instant, or if the method does not report it.
+            rest on a wall, or leave the wall. None if there is no contact, or if the method does not report it.
         final_spin_rad_s: Spins at `end_time_s`, shape ``(n,)``; None if `spins` is None.
         local_truth: Comparison of every step with PIC, which starts from the method's own state before the step. None
-            if it was not requested.
-        looks: States of all discs after some steps. They show whether discs are at rest. None in a scene of many discs,
-            or in which no disc can come to rest.
+            if no comparison was requested.
+        looks: States of all discs after some steps, which show whether discs are at rest. None in a scene of many
+            discs, or in which no disc can come to rest.
 
     Examples:
         >>> trace = carom.solve_pic("paper/missed")

@@ -108,13 +108,13 @@ class Wall(_Common):
 
     Attributes:
         point_m: Any point on the wall's surface, in metres.
-        normal: Vector from the surface to the discs' side. Its length may be anything except 0, and is stored as 1.
-        restitution: Coefficient of restitution between this wall and any disc, 0 to 1. With None, the wall has the
-            scene's coefficient.
-        friction: Coulomb's coefficient of friction between this wall and any disc, 0 or more. With None, the wall has
-            the scene's coefficient.
+        normal: Vector from the surface to the discs' side. The length may be anything except 0, and is stored as 1.
+        restitution: Coefficient of restitution between this wall and any disc, 0 to 1; None for the scene's
+            coefficient.
+        friction: Coulomb's coefficient of friction between this wall and any disc, 0 or more; None for the scene's
+            coefficient.
         velocity_m_s: Velocity of a driven wall, in metres per second. Impacts don't change it. A wall with (0, 0) is at
-            rest. `point_m` belongs to time 0.
+            rest. `point_m` is the position at time 0.
         legs: Velocities of a driven wall, each with the time at which it begins; replaces `velocity_m_s`.
         surface_speed_m_s: Speed of a conveyor, in metres per second: the wall's surface moves to the left of the
             normal. It acts on discs only by friction.
@@ -141,12 +141,12 @@ class Chain(_Common):
             therefore round.
         solid: Whether the inside of a closed chain is also part of the wall, so that no disc may begin there.
         pieces: Number of pieces into which adapters divide each edge for engines. PIC and PIT ignore this number.
-        restitution: Coefficient of restitution between this wall and any disc, 0 to 1. With None, the wall has the
-            scene's coefficient.
-        friction: Coulomb's coefficient of friction between this wall and any disc, 0 or more. With None, the wall has
-            the scene's coefficient.
+        restitution: Coefficient of restitution between this wall and any disc, 0 to 1; None for the scene's
+            coefficient.
+        friction: Coulomb's coefficient of friction between this wall and any disc, 0 or more; None for the scene's
+            coefficient.
         velocity_m_s: Velocity of a driven wall, in metres per second. Impacts don't change it. A wall with (0, 0) is at
-            rest. `points_m` belong to time 0.
+            rest. `points_m` are the points at time 0.
         legs: Velocities of a driven wall, each with the time at which it begins; replaces `velocity_m_s`.
         surface_speed_m_s: Speed of a conveyor, in metres per second. On either side of the line, the surface moves to
             the left of the normal that points to the disc. It acts on discs only by friction.
@@ -191,12 +191,12 @@ class Ring(_Common):
         centre_m: Centre, in metres.
         radius_m: Radius, in metres, 0 or more.
         half_width_m: The wall consists of all points within this distance of the circle, in metres.
-        restitution: Coefficient of restitution between this wall and any disc, 0 to 1. With None, the wall has the
-            scene's coefficient.
-        friction: Coulomb's coefficient of friction between this wall and any disc, 0 or more. With None, the wall has
-            the scene's coefficient.
+        restitution: Coefficient of restitution between this wall and any disc, 0 to 1; None for the scene's
+            coefficient.
+        friction: Coulomb's coefficient of friction between this wall and any disc, 0 or more; None for the scene's
+            coefficient.
         velocity_m_s: Velocity of a driven wall, in metres per second. Impacts don't change it. A wall with (0, 0) is at
-            rest. `centre_m` belongs to time 0.
+            rest. `centre_m` is the position at time 0.
         legs: Velocities of a driven wall, each with the time at which it begins; replaces `velocity_m_s`.
         surface_speed_m_s: Speed of a conveyor, in metres per second. Inside and outside of the circle, the surface
             moves to the left of the normal that points to the disc. It acts on discs only by friction.

@@ -1,1 +1,1 @@
-"""Carom's own methods, PIC and PIT. They compute a trace (the result of a run) from a scene."""
+"""Carom's own methods, PIC and PIT, which compute a trace (the result of a run) from a scene."""

@@ -1,4 +1,4 @@
-"""PIC runs with damping. They convert the results of a run without damping. See `carom.model.damping`.
+"""PIC runs with damping, which convert the results of a run without damping. See `carom.model.damping`.
 
 Discs move along the same paths with and without damping, but at other times and with other velocities.
 """
@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 
 def build_undamped_options(options: RunOptions, damping: Damping) -> RunOptions:
-    """Return the options of the run without damping. Its contact time is 0, because damping does not support one."""
+    """Return the options of the run without damping, whose contact time is 0, because damping does not support one."""
     if options.window_s == ALWAYS:
         return replace(options, contact_duration_s=0.0)
     begin, end = options.window_s
@@ -63,11 +63,11 @@ class DampedRun(SeenRun):
         return outcome
 
     def velocities(self) -> Array:
-        """Return the current velocities, in metres per second, shape ``(n, 2)``."""
+        """Return the current velocities, in m/s, shape ``(n, 2)``."""
         return self._run.velocities() * self._damping.compute_kept_fraction(self.time_s)
 
     def spins(self) -> Array | None:
-        """Return the current spins, in radians per second, shape ``(n,)``; None if no disc in the scene turns."""
+        """Return the current spins, in rad/s; None if no disc turns."""
         spins = self._run.spins()
         return None if spins is None else spins * self._damping.compute_kept_fraction(self.time_s)
 

@@ -23,8 +23,8 @@ class RunOptions:
     Attributes:
         record: "all" records all impacts, "none" records no impact. The impacts of each disc are counted in both cases.
         window_s: Only impacts between these two times, in seconds, are recorded.
-        contact_duration_s: Contact time of the TC model, in seconds. `EventDrivenRun` explains this model. 0 turns it
-            off.
+        contact_duration_s: Contact time of the TC model, in seconds. `EventDrivenRun` explains this model. 0 turns the
+            model off.
 
     Raises:
         InputError: An option is outside its range. The message names the option.

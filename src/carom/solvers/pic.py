@@ -1,8 +1,7 @@
 """PIC, predicted instant of collision: advances from impact to impact, without frames.
 
 PIC computes the next impact of each disc, and applies the earliest one at its instant. After an impact, PIC predicts
-new impacts only for the two discs of this impact. All impacts are applied in order, even if there are many between two
-frames.
+new impacts only for the two discs of this impact.
 """
 
 from __future__ import annotations
@@ -29,7 +28,8 @@ _IMPACTS_PER_DISC = np.frombuffer(np.array([[0, 0], [1, 1]]).tobytes(), np.int64
 def start_pic_run(scene: Scene, options: RunOptions = PLAIN, *, all_pairs: bool = False) -> Run:
     """Return a PIC run of a scene, which can be advanced in pieces.
 
-    With `all_pairs`, the next impact of each pair is computed at each event. This is slower, with the same result.
+    With `all_pairs`, the next impact of each pair is computed at each event. Computing all pairs is slower, with the
+    same result.
     """
     from carom.solvers.event_driven.run import EventDrivenRun  # imported here: scenes of two discs don't need it
     from carom.solvers.units import run_in_ordinary_units
@@ -78,8 +78,8 @@ def solve_pic(
         window_s: The trace contains only impacts between these two times, in seconds.
         sample_times_s: Ascending times, in seconds, at which the trace contains all positions.
         contact_duration_s: Contact time of the TC model, in seconds. The model prevents an endless series of impacts in
-            a finite time, and `EventDrivenRun` explains it. 0 turns it off.
-        progress: Function called at intervals with the number of impacts so far and the time reached.
+            a finite time, and `EventDrivenRun` explains it. 0 turns the model off.
+        progress: Function called at intervals with the number of impacts and the time so far.
 
     Returns:
         The trace. If the run ended early, the final state is the state at the last impact.

@@ -26,7 +26,7 @@ def advance_run(
         end_s: Time of the end.
         max_impacts: Stop after this many impacts; None for no limit.
         samples_s: Ascending times at which positions are sampled.
-        progress: Function called at intervals with the number of impacts so far and the time reached.
+        progress: Function called at intervals with the number of impacts and the time so far.
     """
     outcome, reached, places = Outcome.COMPLETED, [], []
     for time_s in (*(time_s for time_s in samples_s if time_s <= end_s), end_s):

@@ -40,14 +40,14 @@ class Rows:
         return rows
 
 
-#: Type of a row with the position of an impact and the number of the wall's part. It equals `Contact` of carom_core.h.
+#: Type of a row with the position of an impact and the number of the wall's part, equal to `Contact` of carom_core.h.
 CONTACT_DTYPE = np.dtype([("x", "f8"), ("y", "f8"), ("feature", "i8")])
 
 
 class RecordedImpacts:
     """Recorded impacts in the memory of the compiled code; implements `carom.solvers.run.RunImpacts`.
 
-    `edges_of` converts contacts (`CONTACT_DTYPE`) to edges of walls. It is None in scenes without finite walls.
+    `edges_of` converts contacts (`CONTACT_DTYPE`) to edges of walls. `edges_of` is None in scenes without finite walls.
     """
 
     def __init__(
@@ -69,7 +69,7 @@ class RecordedImpacts:
         return self._run.recorded
 
     def array(self) -> NDArray[np.void]:
-        """Return the impacts so far. The first call doesn't copy them."""
+        """Return the impacts so far. The first call makes no copy."""
         if len(self._taken) < self._run.recorded:
             impacts, spins, contacts = self._run.take_impacts()
             self._taken.add(np.frombuffer(memoryview(impacts), IMPACT_DTYPE))

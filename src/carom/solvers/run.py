@@ -13,7 +13,7 @@ from carom.model.disc_arrays import DiscArrays
 from carom.model.scene import Scene
 from carom.model.trace import Outcome, Trace
 
-#: Function called at intervals with the number of impacts so far and the time reached, in seconds.
+#: Function called at intervals with the number of impacts and the time so far, in seconds.
 Progress = Callable[[int, float], None]
 #: Function that converts rows of impacts, spins or modes.
 SeenRows = Callable[["NDArray[np.void]"], "NDArray[np.void]"]
@@ -53,20 +53,20 @@ class RunImpacts(Protocol):
         """Return the impacts as a read-only array of `trace.IMPACT_DTYPE`, in order."""
 
     def spins(self) -> NDArray[np.void] | None:
-        """Return the spins of impacts as a read-only array of `carom.model.trace.SPIN_DTYPE`; None if no disc spins."""
+        """Return the spins of impacts as an array of `trace.SPIN_DTYPE`; None if no disc spins."""
 
     def edges(self) -> NDArray[np.void] | None:
-        """Return the wall edges that impacts hit, as an array of `trace.EDGE_DTYPE`; None without finite walls."""
+        """Return the wall edges that impacts hit, as `trace.EDGE_DTYPE`; None without finite walls."""
 
     def modes(self) -> NDArray[np.void] | None:
-        """Return the times at which discs change between flight, sliding, rolling and rest, as `trace.MODE_DTYPE`."""
+        """Return the changes between flight, sliding, rolling and rest, as `trace.MODE_DTYPE`."""
 
     def ambiguous(self) -> tuple[int, ...]:
         """Return the rows of impacts that may be simultaneous with an earlier impact of one of their movable discs."""
 
 
 class Run(Protocol):
-    """A run in progress. It can be advanced in any number of pieces, without an effect on the result."""
+    """A run in progress, which can be advanced in any number of pieces without an effect on the result."""
 
     @property
     def time_s(self) -> float:
@@ -95,13 +95,13 @@ class Run(Protocol):
         """Return the current centres, in metres, shape ``(n, 2)``."""
 
     def velocities(self) -> NDArray[np.float64]:
-        """Return the current velocities, in metres per second, shape ``(n, 2)``."""
+        """Return the current velocities, in m/s, shape ``(n, 2)``."""
 
     def spins(self) -> NDArray[np.float64] | None:
-        """Return the current spins, in radians per second, shape ``(n,)``; None if no disc in the scene turns."""
+        """Return the current spins, in rad/s; None if no disc turns."""
 
     def impacts_per_disc(self) -> NDArray[np.int64]:
-        """Return the number of impacts that each disc has had with discs and walls, shape ``(n,)``."""
+        """Return the number of impacts of each disc, shape ``(n,)``."""
 
 
 class SeenRun:
@@ -122,7 +122,7 @@ class SeenRun:
         return self._run.counts
 
     def impacts_per_disc(self) -> NDArray[np.int64]:
-        """Return the number of impacts that each disc has had with discs and walls, shape ``(n,)``."""
+        """Return the number of impacts of each disc, shape ``(n,)``."""
         return self._run.impacts_per_disc()
 
     def positions(self) -> NDArray[np.float64]:
@@ -152,12 +152,12 @@ class SeenLog:
         return self._convert(self._log.array())
 
     def spins(self) -> NDArray[np.void] | None:
-        """Return the spins of impacts as a read-only array of `carom.model.trace.SPIN_DTYPE`; None if no disc spins."""
+        """Return the spins of impacts as an array of `trace.SPIN_DTYPE`; None if no disc spins."""
         spins = self._log.spins()
         return None if spins is None else self._convert(spins)
 
     def modes(self) -> NDArray[np.void] | None:
-        """Return the times at which discs change between flight, sliding, rolling and rest, as `trace.MODE_DTYPE`."""
+        """Return the changes between flight, sliding, rolling and rest, as `trace.MODE_DTYPE`."""
         modes = self._log.modes()
         return None if modes is None else self._convert(modes)
 

@@ -1,7 +1,7 @@
 """Units of a run.
 
 A scene with extremely large or small numbers is converted to units in which the numbers are neither large nor small.
-The units are powers of two times SI units, so the conversion causes no rounding. Most scenes are not converted.
+The units are powers of two times SI units, so the conversion causes no rounding.
 """
 
 from __future__ import annotations
@@ -26,8 +26,9 @@ from carom.support.limits import ORDINARY
 
 Array = NDArray[np.float64]
 _LEAST = 1.0 / ORDINARY
-#: Binary exponent of the greatest speed in the new units. It is above 0, because other speeds are mostly smaller. It is
-#: far below the exponent of `ORDINARY`, so that gravity is not too large even if it causes this speed in a short scene.
+#: Binary exponent of the greatest speed in the new units. The exponent is above 0, because other speeds are mostly
+#: smaller. It is far below the exponent of `ORDINARY`, so that gravity is not too large even if it causes this speed in
+#: a short scene.
 _FASTEST = 100
 
 
@@ -109,7 +110,7 @@ SI = Units(0, 0, 0)
 
 
 def choose_units(scene: Scene) -> Units:
-    """Return the units in which to run a scene. They are SI units if all numbers have ordinary sizes."""
+    """Return the units in which to run a scene. If all numbers have ordinary sizes, SI units are returned."""
     if _is_ordinary(scene):
         return SI
     sizes = Sizes.of(scene.arrays, scene.gravity_m_s2, scene.duration_s)
@@ -173,11 +174,11 @@ class RunInUnits(SeenRun):
         return np.ldexp(self._run.positions(), self._units.length)
 
     def velocities(self) -> Array:
-        """Return the current velocities, in metres per second, shape ``(n, 2)``."""
+        """Return the current velocities, in m/s, shape ``(n, 2)``."""
         return np.ldexp(self._run.velocities(), self._units.length - self._units.time)
 
     def spins(self) -> Array | None:
-        """Return the current spins, in radians per second, shape ``(n,)``; None if no disc in the scene turns."""
+        """Return the current spins, in rad/s; None if no disc turns."""
         spins = self._run.spins()
         return None if spins is None else np.ldexp(spins, -self._units.time)
 

@@ -17,9 +17,9 @@ class Package:
 
     Attributes:
         script: Script file of the package, relative to its folder.
-        exported: Name of the default export, if the script is an ECMAScript module. It is empty if the script sets
+        exported: Name of the default export, if the script is an ECMAScript module; empty if the script sets
             ``module.exports``.
-        binary: WebAssembly file of the package; empty if the package has no such file.
+        binary: WebAssembly file of the package; empty if there is none.
         closed: Pieces of code that need Node or violate the page's security policy, each with its replacement. A piece
             must occur exactly once in the script.
     """
@@ -93,7 +93,7 @@ def load_package_script(package: Package, folder: Path) -> str:
         InputError: The package has an unexpected version.
         OSError: A file of the package can't be read.
     """
-    # The file is read as bytes to keep its line ends. They may be part of WebAssembly in a string.
+    # The file is read as bytes to keep its line ends, which may be part of WebAssembly in a string.
     text = (folder / package.script).read_bytes().decode("utf-8")
     ended = {f"export default {package.exported};": _build_default_export(package, folder)} if package.exported else {}
     for old, new in (ended | dict(package.closed)).items():

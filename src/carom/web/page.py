@@ -31,7 +31,7 @@ MODULES = (
 MOST_DISCS = 10
 #: The 91 characters in which binary data is encoded. "<" is excluded, so that the data can't end its HTML element.
 _LETTERS = np.frombuffer(bytes(range(35, 126)).replace(b"<", b"!"), np.uint8)
-#: Parameter lc (number of literal context bits) of LZMA. It must be the same in `unpack_blocks.js`.
+#: Parameter lc (number of literal context bits) of LZMA. The parameter must be the same in `unpack_blocks.js`.
 _LITERAL_BITS = 3
 #: Scenes of the catalogue that the page offers. The page opens with the first scene.
 GALLERY = (

@@ -1,8 +1,8 @@
 /* Double-double arithmetic: numbers as exact sums of two floats ("pairs"). The file also has sums of three floats,
    error-free sums and products, and instants (times as pairs).
 
-   Every operation is rounded correctly, as IEEE 754 requires. Compilers must neither fuse nor reorder operations. The
-   error bounds in this file are valid if nothing overflows or underflows.
+   Compilers must neither fuse nor reorder operations. The error bounds in this file are valid if nothing overflows or
+   underflows.
 
    Sources: T. J. Dekker, "A floating-point technique for extending the available precision", Numer. Math. 18 (1971). D.
    E. Knuth, TAOCP vol. 2, 4.2.2 (two_sum). T. Ogita, S. M. Rump, S. Oishi, "Accurate sum and dot product", SIAM J. Sci.
@@ -30,7 +30,8 @@ typedef struct TripleDouble {
    pair_time.h). */
 enum { MOST_TERMS = 768 };
 
-/* Return the smaller number, in one machine instruction, while `fmin` would be a call. Neither argument may be NaN. */
+/* Return the smaller number, in one machine instruction, while `fmin` would be a call. The arguments must not be
+   NaN. */
 static inline double lesser(double a, double b) {
     return a < b ? a : b;
 }
@@ -216,8 +217,8 @@ static inline DoubleDouble exact_sum(const double *terms, int count) {
     return two_sum(sum.high, sum.low);
 }
 
-/* Return the length of a vector of any size, rounded to the nearest float. It is the root of an error-free sum of
-   squares, corrected once. */
+/* Return the length of a vector of any size, rounded to the nearest float. The length is the root of an error-free sum
+   of squares, corrected once. */
 static inline double nearest_length(double x, double y) {
     double largest = greater(fabs(x), fabs(y));
     if (!(largest > 0.0 && largest < CAROM_INF))

@@ -15,8 +15,7 @@
 #include "carom/core/arithmetic/double_double.h"
 #include "carom/core/arithmetic/wide_integer.h"
 
-/* Lower limit of x in e^x. For smaller x, e^x may have fewer than 53 bits. For x above CAROM_EXP_MOST, e^x exceeds the
-   largest float. */
+/* Lower limit of x in e^x. For smaller x, e^x may have fewer than 53 bits. */
 #define CAROM_EXP_LEAST (-708.0)
 /* Below this x, e^x - 1 rounds to -1, because e^x is less than a quarter of the last place of 1. */
 #define CAROM_EXPM1_LEAST (-40.0)
@@ -76,7 +75,7 @@ static const double EXP_TERMS[6] = {
 };
 
 /* An exponential in parts: e^x = 2^exponent (base + growth base), where `growth` is e^r - 1 for some |r| <= ln 2 / 64.
-   `is_small` is true if |x| is at most ln 2 / 64. In this case, `exponent` is 0 and `base` is 1. */
+   `is_small` is true if |x| is at most ln 2 / 64. For a small x, `exponent` is 0 and `base` is 1. */
 typedef struct Exponential {
     DoubleDouble base;
     DoubleDouble growth;

@@ -1,9 +1,8 @@
 /* Lower bounds of times of impact on a parabola: times before which a disc certainly does not touch a given body.
 
-   Computing a bound costs a small fraction of computing a time by fall_time.h. For most features near a disc, a bound
-   makes the exact solution unnecessary. Each bound is decreased by more than the sum of its rounding errors, which are
-   below CAROM_BOUND_ERROR times its terms. If numbers exceed the range of floats, the bound is 0. Times are in seconds
-   from now. CAROM_INF means never. */
+   For most features near a disc, a bound makes the exact solution unnecessary. Each bound is decreased by more than the
+   sum of its rounding errors, which are below CAROM_BOUND_ERROR times its terms. If numbers exceed the range of floats,
+   the bound is 0. Times are in seconds from now. */
 
 #pragma once
 
@@ -121,7 +120,7 @@ static inline bool misses_line(double gap, double gap_size, double speed, double
    along the face, its rate of change and its acceleration. All six are multiplied by the face's length. The first two
    tests use a bound of the change of the gap, s t + p t^2/2. The third test uses the position along the face when the
    gap closes. Then w + s t + p t^2/2 = 0, so the position multiplied by -s is f (-s) + g w, up to terms with p and h.
-   If this is not between the face's ends, the disc misses the face. */
+   If this position is not between the face's ends, the disc misses the face. */
 static inline bool fall_misses_face(double x, double y, double ux, double uy, const Feature *f, double ax, double ay,
                                     double place_size, double thick, double way, double within) {
     const double ex = f->ex.high, ey = f->ey.high, length = f->size.high;

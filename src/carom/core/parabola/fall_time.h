@@ -7,8 +7,8 @@
    If the gap to an arc's circle closes outside of the arc's sector, there is no contact. Then the next time at which
    the gap closes is tried.
 
-   Times are in seconds from now. The result is 0 for bodies that touch and approach. It is also 0 for bodies that
-   touch, do not separate and accelerate towards each other. If there is no impact, the result is infinity. If the
+   Times are in seconds from now. The result is 0 for bodies that touch and approach. The result is also 0 for bodies
+   that touch, do not separate and accelerate towards each other. If there is no impact, the result is infinity. If the
    disc's current path begins with an impact on the same body (`has_just_left`), the gap is exactly 0 now, although the
    rounded value may differ. The gap then opens at the speed `leaving`, 0 or more. The functions of this file are also
    used for two discs on a decelerating table. The path is then that of one disc relative to the other.
@@ -29,8 +29,8 @@ static inline double return_time(DoubleDouble speed, DoubleDouble pull) {
 
 /* Return the seconds until a gap with the rate of change `speed` and the acceleration `pull` closes.
 
-   The error is at most 4 units in the last place if `speed`^2 and `pull` * `gap` are between 1e-250 and 1e290. It may
-   be larger if the apex of the path is nearer to the wall than 2^-80 times the path's height. */
+   The error is at most 4 units in the last place if `speed`^2 and `pull` * `gap` are between 1e-250 and 1e290. The
+   error may be larger if the apex of the path is nearer to the wall than 2^-80 times the path's height. */
 static inline double descent_time(DoubleDouble gap, DoubleDouble speed, DoubleDouble pull) {
     const double w = gap.high, s = speed.high, a = pull.high;
     if (w <= 0.0) {
@@ -50,8 +50,8 @@ static inline double descent_time(DoubleDouble gap, DoubleDouble speed, DoubleDo
     DoubleDouble twice = {2.0 * gap.high, 2.0 * gap.low};
     DoubleDouble d = discriminant_from_gap(speed, twice, pull);
     if (!(d.high > 0.0)) {
-        /* Either the disc is pulled back before it reaches the wall. Or rounding places the disc inside the wall, and
-           it is pulled back before it has left the wall. */
+        /* The disc is pulled back before it reaches the wall. Or rounding places the disc inside the wall, and the disc
+           is pulled back before it has left the wall. */
         return a > 0.0 ? CAROM_INF : linear_root(speed, pull);
     }
     if (w > 0.0 && !(s > 0.0))
@@ -99,8 +99,8 @@ static inline double face_fall_time(const Mover *disc, const Feature *face, doub
     DoubleDouble speed = cross_product(face->ex, face->ey, disc->ux, disc->uy);
     const bool is_on_face = gap.high <= 0.0 && is_before_face(disc, face);
     if (gap.high <= 0.0 && !is_on_face) {
-        /* The disc is behind the face's line or outside of the edge. It can hit the face only if it first moves in
-           front of the line and then falls back. */
+        /* The disc is behind the face's line or outside of the edge. The disc can hit the face only if it first moves
+           in front of the line and then falls back. */
         if (!(speed.high > 0.0 && pull.high < 0.0))
             return CAROM_INF;
         DoubleDouble twice = {2.0 * gap.high, 2.0 * gap.low};
@@ -124,14 +124,14 @@ static inline Gap line_form(const LineGap *gap) {
 }
 
 /* Prepare `falls` for a search for the instants at which the gap to a circle becomes negative (see falls.h). Return the
-   current sign of the gap. It is 0 if the disc has just left the circle. */
+   current sign of the gap. The sign is 0 if the disc has just left the circle. */
 static inline int begin_circle_falls(Falls *falls, const ExactQuartic *exact, const CircleGap *gap, const Gap *form) {
     begin_falls(falls, exact, form);
     write_circle_floats(gap, &falls->floats);
     return gap->has_left ? 0 : sign_of_gap(falls);
 }
 
-/* Tell `falls` the sign of the gap now. If `is_closed`, the sign is set to 0, whatever the gap's coefficients are. */
+/* Set the current sign of the gap in `falls`. If `is_closed`, the sign is set to 0. */
 static inline void start_falls(Falls *falls, CircleGap *gap, int sign, bool is_closed) {
     if (is_closed) {
         gap->is_closed = falls->is_closed = true;

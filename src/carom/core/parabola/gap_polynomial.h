@@ -89,7 +89,7 @@ static inline int degree_of_path(const FallPath *p) {
 }
 
 /* Write the coefficients of a gap to a circle in floats. `from` must be 0. Each coefficient has at most 8 roundings:
-   two for each position (a difference and a sum), and one for each velocity or reach (its low part is omitted). */
+   two for each position, and one for each velocity or reach. */
 static inline void write_circle_floats(const CircleGap *gap, Polynomial *p) {
     const FallPath *path = &gap->path;
     double x = (path->x.high - path->from_x.high) + (path->x.low - path->from_x.low);

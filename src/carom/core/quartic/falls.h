@@ -1,15 +1,14 @@
 /* Falls of a gap between two bodies: the instants at which the gap, a polynomial in time of degree 4 or less, becomes
    negative.
 
-   Roots are found in three stages. Each stage accepts only results that its error bounds prove. There are no
-   tolerances.
+   Roots are found in three stages. Each stage accepts only results that its error bounds prove.
 
    1. With coefficients in floats, find intervals that contain one root each. For most gaps that never close, this stage
       proves that there is no root.
    2. With coefficients in pairs of floats, find the intervals that floats cannot find, for example near a graze. Refine
       every root until its nearest float is certain.
-   3. Call the caller's exact solver for cases that remain undecided. These are double roots, and gaps whose terms are
-      too large or too small for floats.
+   3. Call the caller's exact solver for cases that remain undecided: double roots, and gaps whose terms are too large
+      or too small for floats.
 
    Results are bit-identical to those of the exact solver, `find_falls` in `carom/core/exact_quartic.py`, as
    root_refinement.h explains. A root at which the gap only touches 0 is a graze without overlap, and not a fall. A gap

@@ -55,12 +55,12 @@ typedef struct Gap {
     const void *source;
 } Gap;
 
-/* The caller's function `solve` computes exact results for numbers of any size. It must not be NULL.
+/* The caller's function `solve` computes exact results for numbers of any size. `solve` must not be NULL.
 
    The instants at which the gap closes are numbered from 0. `solve` returns instant number `index`, in seconds after
-   `from`, or infinity if there is no such instant. In Python, `find_closings` of `carom/core/exact_quartic.py` computes
-   these instants. For the index QUARTIC_SIGN, `solve` ignores `is_closed` and returns the sign of the polynomial at
-   `from`: -1, 0 or 1. */
+   `from`, or infinity if the gap closes less often. In Python, `find_closings` of `carom/core/exact_quartic.py`
+   computes these instants. For the index QUARTIC_SIGN, `solve` ignores `is_closed` and returns the sign of the
+   polynomial at `from`: -1, 0 or 1. */
 typedef struct ExactQuartic {
     double (*solve)(void *context, const Products *gap, int index);
     void *context;

@@ -1,5 +1,5 @@
 /* Refinement and rounding of a root of a polynomial of degree 4 or less. The root is the only one in a known interval,
-   its bracket. It is refined to twice the precision of floats.
+   its bracket. The root is refined to twice the precision of floats.
 
    First the root is approximated in floats. Then the polynomial is evaluated in pairs of floats, so that the correction
    by Newton's method has a relative error of about 2^-45. Bounds of the derivatives near the root give a bound of its
@@ -112,12 +112,12 @@ static inline bool round_quartic_root(const QuarticRoot *root, double *time) {
 
 /* ---- the rounding of the exact solver ---- */
 
-/* The exact solver isolates all roots t > 0 in intervals whose ends are binary fractions. It begins with (0, 1] and
-   doubles the end until the interval contains the next root. Then it halves the interval until the interval contains no
-   other root and the ends agree to 55 bits. The result is the rounded middle. For the first root, the result is the
-   nearest float. The interval of a later root begins at the end of the previous interval, so the result may be a
-   neighbour of the nearest float. The functions below find the same result from roots that are known to twice the
-   precision of floats. */
+/* The exact solver isolates all roots t > 0 in intervals whose ends are binary fractions. The solver begins with (0, 1]
+   and doubles the end until the interval contains the next root. Then the solver halves the interval until the interval
+   contains no other root and the ends agree to 55 bits. The result is the rounded middle. For the first root, the
+   result is the nearest float. The interval of a later root begins at the end of the previous interval, so the result
+   may be a neighbour of the nearest float. The functions below find the same result from roots that are known to twice
+   the precision of floats. */
 
 /* Return -1 if a root is certainly before an instant, 1 if it is certainly after the instant, and 0 if neither. */
 static inline int compare_root(const QuarticRoot *root, double t) {
@@ -209,8 +209,8 @@ static inline bool is_certainly_nonzero(const PairPolynomial *p, const Polynomia
     return fabs(at.value.high) > at.error;
 }
 
-/* Return whether no end of the intervals in which the exact solver isolates the first root is itself a root. The exact
-   solver computes another result for such an end. */
+/* Return whether the exact solver isolates the first root with intervals whose ends are no roots. For an end that is a
+   root, the exact solver computes another result. */
 static inline bool is_grid_clear(const PairPolynomial *p, const Polynomial *floats, const QuarticRoot *first) {
     double low = 0.0, high = 1.0;
     while (compare_root(first, high) >= 0)

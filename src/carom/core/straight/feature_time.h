@@ -19,10 +19,10 @@
    disc hits the arc. The decision does not matter, because the disc then touches the arc at the same time as the arc's
    end or the adjoining edge.
 
-   The centre of a disc may be outside the circle of radius R by one unit in the last place if the disc touches the
-   inside of an arc, or moves from a straight edge onto it. If the disc's path then never enters the circle (D < 0), the
-   path is the arc's tangent up to rounding, and the disc glides along the arc. The disc also glides if its path through
-   the circle is so short that it may result from rounding errors of the velocity. */
+   If a disc touches the inside of an arc, or moves from a straight edge onto it, rounding may place its centre outside
+   the circle of radius R. If the disc's path then never enters the circle (D < 0), the disc glides along the arc. The
+   disc also glides if its path through the circle is so short that it may result from rounding errors of the
+   velocity. */
 
 #pragma once
 
@@ -131,7 +131,7 @@ static inline double outer_arc_time(const Mover *disc, const Feature *arc) {
 }
 
 /* Return the later time at which the disc's centre is on the circle of radius `reach`, and whether the path only
-   touches this circle (`glides`). If there is no such time in the future, return infinity. */
+   touches this circle (`glides`). If this time is not in the future, return infinity. */
 static inline Touch later_root(DoubleDouble x, DoubleDouble y, const Mover *disc, DoubleDouble reach, DoubleDouble a,
                                DoubleDouble b, DoubleDouble c) {
     DoubleDouble d = accurate_discriminant((Encounter){x, y, disc->ux, disc->uy, reach}, b, c, a);

@@ -6,21 +6,20 @@
 
        a t^2 + 2 b t + c = 0,   a = u.u,   b = d.u,   c = d.d - R^2.
 
-   They collide at the earlier root t = c / (-b + sqrt(D)), with D = b^2 - a c = a R^2 - (d x u)^2. There are three
-   conditions for this: they approach (b < 0), are apart (c > 0) and do not miss each other (D > 0). There are three
-   steps, each with its own guarantee:
+   The discs collide at the earlier root t = c / (-b + sqrt(D)), with D = b^2 - a c = a R^2 - (d x u)^2. A collision
+   needs three conditions: the discs approach (b < 0), are apart (c > 0) and do not miss each other (D > 0). There are
+   three steps, each with its own guarantee:
 
-   1. The plain form evaluates b, c and D in double precision. It decides a condition only if the quantity exceeds the
-      bound of its rounding error.
-   2. The root of a collision is refined by one step. For this step, |d + u t|^2 - R^2 is computed near the contact
-      without cancellation: each operand is split into a part on a common grid, whose square is exact, and a small rest.
-      The step also finds whether its error is certainly below 2 units in the last place.
-   3. The error-free form computes the cases that the first two steps leave undecided. It uses sums of exact products,
-      scaled by powers of two. If the products nearly cancel, so that rounding their sum in steps is too inaccurate,
-      exact sums are used.
+   1. The plain form evaluates b, c and D in double precision. This form decides a condition only if the quantity
+      exceeds the bound of its rounding error.
+   2. The root of a collision is refined by one step. This step computes |d + u t|^2 - R^2 without cancellation. Each
+      operand is split into a part on a common grid, whose square is exact, and a small rest. The step also finds
+      whether its error is certainly below 2 units in the last place.
+   3. The error-free form computes the cases that the first two steps leave undecided. The error-free form uses sums of
+      exact products, scaled by powers of two. If the products nearly cancel, so that rounding their sum in steps is too
+      inaccurate, exact sums are used.
 
-   docs/theory/pic.md derives the bounds. There are no tolerances for times or distances. Lengths are in metres,
-   velocities in metres per second, times in seconds. */
+   docs/theory/pic.md derives the bounds. Lengths are in metres, velocities in m/s, times in seconds. */
 
 #pragma once
 

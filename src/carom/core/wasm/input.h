@@ -1,7 +1,7 @@
 /* Input and output of a run in WebAssembly: arrays of floats, identified by kind, and single numbers, identified by
    name.
 
-   `carom/web/wasm_core.js` has the names of these enums in the same order. Only one run exists at a time, because
+   `carom/web/wasm_core.js` has the same names in the same order. Only one run exists at a time, because
    `begin_input` frees the memory of the previous run. */
 
 #pragma once
@@ -79,7 +79,7 @@ typedef struct Input {
 extern Input carom_input;
 extern double carom_results[RESULTS];
 
-/* The `Resize` function of all runs. It never frees memory. `begin_input` frees all memory at once. */
+/* The `Resize` function of all runs. The function never frees memory. `begin_input` frees all memory at once. */
 void *carom_resize(void *memory, size_t used, size_t size);
 
 /* Return the input of a run of either solver. */

@@ -2,9 +2,9 @@
 
 The discs are split into halves repeatedly, along the longer side of the box around their centres. The halves form a
 tree. Each node stores the box of its discs, their largest reach and their lowest number. The search for one disc starts
-at the root. It skips every node that is out of reach or contains only higher numbers. So the search is fast for every
-arrangement of discs, such as lines or a few far discs, and for radii of all sizes. Immovable discs have a tree of their
-own. The search starts only from movable discs, so overlaps among immovable discs cost no time.
+at the root. The search skips every node that is out of reach or contains only higher numbers. So the search is fast for
+every arrangement of discs, such as lines or a few far discs, and for radii of all sizes. Immovable discs have a tree of
+their own. The search starts only from movable discs, so overlaps among immovable discs cost no time.
 
 Two discs are near if a comparison of floats is true. A node of the tree is skipped if this comparison is false for the
 node's box. Rounding is monotone, so the comparison is then false for all discs of the node. The search therefore finds

@@ -219,7 +219,7 @@ cdef class Search:
     cdef bint find_of(self, Item disc, bint movable, Pairs* pairs) noexcept nogil:
         """Add the pairs of one disc with lower-numbered discs. Return False if the array of pairs is full.
 
-        Pairs of two immovable discs are not added. Immovable discs may overlap, so there may be many such pairs.
+        Pairs of two immovable discs are not added.
         """
         cdef const Tree* tree
         cdef Py_ssize_t kind

@@ -1,9 +1,9 @@
 """Detection of infinitely many impacts in a finite time: inelastic collapse, and discs that moving walls crush.
 
-Both are inferred from many past impacts, without a proof. Moving walls can crush a single disc or a row of discs, in
-any direction. By symmetry, discs stay on a line if their centres and velocities are exactly on this line, and no force
-or friction acts sideways. Discs in a row are crushed when the gap between the bodies at both ends of the row equals the
-sum of the discs' diameters.
+A collapse or crush is inferred from many past impacts, without a proof. Moving walls can crush a single disc or a row
+of discs, in any direction. By symmetry, discs stay on a line if their centres and velocities are exactly on this line,
+and no force or friction acts sideways. Discs in a row are crushed when the gap between the bodies at both ends of the
+row equals the sum of the discs' diameters.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from carom.solvers.certified.obstacles import Obstacle, Plane, Round, dot, subtr
 from carom.solvers.certified.recording import Recording
 from carom.solvers.certified.result import Degeneracy, Degenerate
 
-#: Many impacts whose times differ by at most one unit in the last place count as a collapse. Their number must exceed
-#: this factor times the squared number of their bodies. Three equal discs without collapse have at most some 600
-#: impacts.
+#: Many impacts whose times differ by at most one unit in the last place count as a collapse. The number of these
+#: impacts must exceed this factor times the squared number of their bodies. Three equal discs without collapse have at
+#: most some 600 impacts.
 _COLLAPSE = 20
 #: A disc between two approaching bodies counts as crushed after this many impacts.
 _CRUSH = 256
@@ -114,9 +114,9 @@ class _Facing(NamedTuple):
 def _find_crush_in_row(log: Recording, bodies: BallBodies) -> Degeneracy | None:
     """Return the crush of a row of discs between two bodies, if the last impacts were all in this row.
 
-    The time of the crush is exact. It can only be computed if centres, velocities and normals are on one line, the
-    discs have had no impacts with other bodies, and no other body moves. If both end bodies move, the scene must not
-    have other bodies.
+    The time of the crush is exact. A crush is found under three conditions: centres, velocities and normals are on one
+    line, the discs have had no impacts with other bodies, and no other body moves. If both end bodies move, the scene
+    must not have other bodies.
     """
     last = [row.values for row in log.rows[-_CRUSH:]]
     if not bodies.fastest_drive or len(last) < _CRUSH:

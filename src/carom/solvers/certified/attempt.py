@@ -53,11 +53,11 @@ class Stop(NamedTuple):
 class Attempt:
     """An attempt to certify a run.
 
-    It repeats the events that earlier attempts certified, and then continues with further events.
+    An attempt repeats the events that earlier attempts certified, and then continues with further events.
 
     Attributes:
         bits: Precision at the start, in bits.
-        precision: Current precision, in bits. It becomes lower during the attempt.
+        precision: Current precision, in bits, which becomes lower during the attempt.
         bodies: State of the bodies after the last impact.
         events: For each event, its two bodies and a lower bound of its time. The next attempt repeats the events from
             these data.

@@ -11,19 +11,19 @@ from flint import arb, fmpq
 from carom.model.prescribed_motion import Drive
 
 ZERO = arb(0)
-#: Bound of the relative error of rounding to a 64-bit float. It is slightly larger than 2^-53.
+#: Bound of the relative error of rounding to a 64-bit float. The bound is slightly larger than 2^-53.
 ROUNDING = 2.0**-53 * (1.0 + 2.0**-40)
 #: If an interval has at least this many accurate bits, its width is less than the amount by which `ROUNDING` is larger.
 NEGLIGIBLE_RADIUS_BITS = 100
-#: Relative tolerance of lengths and speeds in a search. It is far above the rounding of 64-bit floats, but so small
-#: that the search finds few additional pairs.
+#: Relative tolerance of lengths and speeds in a search. The tolerance is far above the rounding of 64-bit floats, but
+#: so small that the search finds few additional pairs.
 SLACK = 2.0**-40
 #: A limit for floats. The rounding errors of larger floats are normal floats themselves.
 SMALLEST = 2.0**-900
 
 
 def ball(number: Fraction) -> arb:
-    """Return an interval that contains a rational number. It has width 0 if the precision is sufficient."""
+    """Return an interval that contains a rational number, with width 0 if the precision is sufficient."""
     return arb(fmpq(number.numerator, number.denominator))
 
 

@@ -1,4 +1,4 @@
-"""Proven lower bounds of times of impact, as 64-bit floats. They make most interval arithmetic unnecessary.
+"""Proven lower bounds of times of impact, as 64-bit floats, which make most interval arithmetic unnecessary.
 
 `docs/theory/certified.md` derives the bounds and their margins for rounding. Numbers are scaled by powers of two, which
 causes no rounding: see `carom.solvers.units`. If a number is too large or too small to compute a bound, the bound is

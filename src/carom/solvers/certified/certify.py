@@ -24,8 +24,7 @@ def certify(
 
     The 64-bit floats of the scene are the exact input. All numbers are intervals that contain the true value. If a
     comparison of two overlapping intervals is necessary, the run is repeated with a higher precision. The run ends
-    early at an event that the greatest precision can't decide, or at an interrupt (Ctrl-C). The result then contains
-    everything that was certified so far.
+    early at an event that the greatest precision can't decide, or at an interrupt (Ctrl-C).
 
     Args:
         scene: The scene, or its name in the catalogue.

@@ -120,7 +120,7 @@ class BallContacts:
         return self.start_mode(i, gliding.ground, end.time, instant_s, state._replace(slip=slip, rim=rim))
 
     def release(self, i: int, time: arb, instant_s: float) -> None:
-        """Release disc `i` from its wall before an impact. Its new path is the tangent of the old path.
+        """Release disc `i` from its wall before an impact. The disc's new path is the tangent of the old path.
 
         The tangent is meant in the reference frame that falls with gravity.
         """

@@ -1,7 +1,7 @@
 """State of all discs in interval arithmetic. Every number is an interval that contains the true value.
 
 The 64-bit floats of the scene are the exact input. The state of each disc is stored for an exact instant: a float just
-before the disc's last impact. For this purpose, the path after the impact is extended backwards. The uncertainty of the
+before the disc's last impact. The path after the impact is extended backwards to this instant. The uncertainty of the
 impact's time then has little effect on the stored position.
 
 With gravity, states of movable discs are relative to a reference frame that falls from rest at time 0. The position of
@@ -44,7 +44,7 @@ def bound_drive_speeds(scene: Scene) -> float:
 def _find_gravity_sign(scene: Scene, shape: Plane | Round) -> int:
     """Return the sign of gravity's component along the normal of a straight part of a wall.
 
-    The sign is negative if discs fall towards this part. It is 0 for round parts.
+    The sign is negative if discs fall towards this part, and 0 for round parts.
     """
     if isinstance(shape, Round):
         return 0
@@ -65,9 +65,9 @@ class BallBodies:
             With gravity, all are relative to a reference frame that falls from rest at time 0.
         falls: Whether the scene has gravity.
         pulls: Sign of gravity's component along the normal of each straight obstacle; 0 for other obstacles.
-        fastest_drive: A bound of the speeds of driven bodies, in metres per second.
+        fastest_drive: A bound of the speeds of driven bodies, in m/s.
         turns: Whether spins are stored: see `carom.DiscArrays.turns`.
-        spin: Spin of each disc, in radians per second.
+        spin: Spin of each disc, in rad/s.
         inverse_inertia_ratio: 1 / k for each disc, whose moment of inertia is ``k m R^2``; 0 for a disc that can't
             turn.
         inverse_mass: 1 / m for each disc of mass m; 0 for a disc that impacts do not move.
@@ -76,7 +76,7 @@ class BallBodies:
         last_met: For each disc, an upper bound of the times of its past impacts; 0 before the first impact.
         partner: Body that each disc met last; None before the disc's first impact.
         acceleration: Acceleration of each disc in contact, relative to the walls; None for a disc in flight.
-        spin_rate: Rate at which contact changes each disc's spin, in radians per second squared.
+        spin_rate: Rate at which contact changes each disc's spin, in rad/s^2.
         contacts: Lasting contacts of discs with walls.
     """
 
@@ -147,7 +147,7 @@ class BallBodies:
         return min(self._compute_accuracy_bits(i) for i in range(len(self)))
 
     def best_accuracy_bits(self) -> int:
-        """Return the accuracy of the most accurate inexact velocity, in bits. If all are exact, it is the precision."""
+        """Return the accuracy of the most accurate inexact velocity, in bits; the precision if all are exact."""
         inexact = [i for i in range(len(self)) if not (self.vx[i].is_exact() and self.vy[i].is_exact())]
         return max((self._compute_accuracy_bits(i) for i in inexact), default=int(ctx.prec))
 
@@ -208,7 +208,7 @@ class BallBodies:
         return body if body >= 0 else wall_body(self.obstacles[wall_index(body)].wall)
 
     def legs(self, body: int) -> tuple[BallLeg, ...]:
-        """Return the parts of a body's prescribed motion; empty without such a motion."""
+        """Return the parts of a body's prescribed motion; empty for a body without one."""
         key = self.trace_body(body)
         if key not in self._drives:
             return ()

@@ -25,7 +25,7 @@ from carom.solvers.certified.result import Degeneracy, Degenerate
 def find_contact_at_start(bodies: BallBodies, grounds: Mapping[int, int]) -> Degeneracy | None:
     """Return the first pair of bodies that touch or overlap at the start and approach each other, or else None.
 
-    The motion after such a start has no certain result. Discs that start in lasting contact with a wall are ignored.
+    The motion after this start has no certain result. Discs that start in lasting contact with a wall are ignored.
     `grounds` maps the numbers of these discs to their walls. Finite walls are not checked here.
     """
     for i, j in _find_near_bodies(bodies):
@@ -57,8 +57,8 @@ def do_graze(bodies: BallBodies, i: int, j: int) -> bool:
 def does_graze_wall(bodies: BallBodies, i: int, k: int) -> bool:
     """Return whether a disc on its initial path turns back under gravity exactly where it touches a half-plane.
 
-    With the normal n, the condition is ``s^2 = 2 a (P - r |n|)``. Here s, a and P are the components along n of
-    velocity, gravity and the centre's offset, and r is the radius.
+    With the normal n, the condition is ``s^2 = 2 a (P - r |n|)``. The components along n of velocity, gravity and the
+    centre's offset are s, a and P, and the radius is r.
     """
     offset, rim2, toward = _find_root_form(bodies, i, wall_body(k))
     pull = dot(bodies.scene.gravity_m_s2, _plane_of(bodies, wall_body(k)).normal)
@@ -69,7 +69,7 @@ def does_graze_wall(bodies: BallBodies, i: int, k: int) -> bool:
 def are_simultaneous(bodies: BallBodies, one: tuple[int, int], other: tuple[int, int]) -> bool:
     """Return whether two impacts on initial paths are at exactly the same instant.
 
-    Both impacts must certainly happen. If one of them is on a finite wall, the result is False.
+    Both impacts must certainly happen. If an impact is on a finite wall, the result is False.
 
     The condition ``(P1 - sqrt(Q1)) / A1 = (P2 - sqrt(Q2)) / A2`` is equivalent to ``k + sqrt(C) = sqrt(B)`` with ``k =
     P2 A1 - P1 A2``, ``C = A2^2 Q1`` and ``B = A1^2 Q2``. Squaring twice makes this equation rational.

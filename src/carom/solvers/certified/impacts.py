@@ -1,9 +1,9 @@
 """Effect of an impact on discs, in interval arithmetic.
 
-Two kinds of impacts are linear in the state: impacts on walls, and impacts of two discs along an axis. They use linear
-formulas, in which errors do not grow. Friction is added afterwards. If it is undecided whether discs stick or slide,
-the resulting intervals include both cases. The state after an impact is stored for the instant `Meeting.at` just before
-the impact. For this purpose, the new path is extended backwards.
+Two kinds of impacts are linear in the state: impacts on walls, and impacts of two discs along an axis. These two kinds
+use linear formulas, in which errors do not grow. Friction is added afterwards. If it is undecided whether discs stick
+or slide, the resulting intervals include both cases. The state after an impact is stored for the instant `Meeting.at`
+just before the impact, by extending the new path backwards.
 """
 
 from __future__ import annotations
@@ -26,8 +26,9 @@ from carom.solvers.certified.two_frictions import BallFrictions, limit_sticking,
 class BallImpact(NamedTuple):
     """A certified impact: its time, its normal (of any length), and the velocities and spins after it.
 
-    `before` contains the velocities just before the impact. It is None if they equal those after the previous impact.
-    `second` is the second body's number in traces. `edge` is the part of a finite wall that the disc hit.
+    `before` contains the velocities just before the impact. `before` is None if no velocity has changed since the
+    previous impact. `second` is the second body's number in traces. `edge` is the part of a finite wall that the disc
+    hit.
     """
 
     first: int
@@ -224,7 +225,7 @@ def _exchange(law: PairLaw, vi: arb, vj: arb, xi: arb, xj: arb, contact: arb) ->
 def _bounce_off_straight(
     bodies: BallBodies, meeting: Meeting, near: WallApproach | RoundApproach | None
 ) -> tuple[arb, arb, arb]:
-    """Apply the impact of a disc on a straight wall. It is linear unless gravity has a component along the normal."""
+    """Apply the impact of a disc on a straight wall. The formulas are linear if gravity has no normal component."""
     i = meeting.first
     if isinstance(near, RoundApproach):
         return _bounce_off_round(bodies, meeting, near)
@@ -240,7 +241,7 @@ def _bounce_off_straight(
     elif not law.m_xy.is_zero():
         x, y = law.m_xx * x + law.m_xy * y + law.shift_x, law.m_xy * x + law.m_yy * y + law.shift_y
         vx, vy = law.m_xx * vx + law.m_xy * vy, law.m_xy * vx + law.m_yy * vy
-    elif law.ny.is_zero():  # do not multiply by exactly 1, because this would round
+    elif law.ny.is_zero():  # do not multiply by exactly 1, because the multiplication would round
         x, vx = law.m_xx * x + law.shift_x, law.m_xx * vx
     else:
         y, vy = law.m_yy * y + law.shift_y, law.m_yy * vy

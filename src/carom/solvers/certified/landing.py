@@ -1,7 +1,7 @@
 """End of infinitely many bounces in certified runs: the disc's state, and a check that no other event comes earlier.
 
-If the disc slips in the same direction in all bounces, or sticks in all of them, geometric series give its speed, slip
-and position after the bounces: see `docs/theory/contact.md`.
+If the disc slips in one direction in all bounces, or sticks in all of them, geometric series give its later speed, slip
+and position: see `docs/theory/contact.md`.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ def sum_bounces(
 ) -> GlideState | None:
     """Return the state of a disc after all remaining bounces; None if it may slip in some and stick in others.
 
-    Friction can reverse the slip. In this case, the remaining slip may be uncertain by at most the fraction
-    `tolerance`. None means no limit.
+    If friction can reverse the slip, the remaining slip may be uncertain by at most the fraction `tolerance`. None
+    means no limit.
     """
     material = bodies.materials[bodies.obstacles[wall_index(bounce.body)].wall]
     y, e, c = bodies.inverse_inertia_ratio[i], arb(material.restitution), bodies.scene.wall_rolling_resistance

@@ -17,7 +17,7 @@ class PairApproach(NamedTuple):
     """Centres, relative position and relative velocity of two discs at the instant `Meeting.at` before their impact.
 
     `root` is the closing speed at contact times the sum of the radii. `wait` is the time until contact, in seconds.
-    `pull` is the relative acceleration. It is None if both discs have the same acceleration.
+    `pull` is the relative acceleration, and None if both discs have the same acceleration.
     """
 
     xi: arb
@@ -92,7 +92,7 @@ class Meeting(NamedTuple):
             time.
         latest: Upper bound of `time`, as a 64-bit float.
         decided: Whether the impact is certain.
-        resting: Whether an undecided impact is undecided because the bodies may already be in contact. If not, the
+        resting: Whether an undecided impact is undecided because the bodies may already be in contact. With False, the
             bodies may only graze each other.
         turning: Whether an undecided impact is undecided because a driven body may change its velocity before it.
         proven: Whether the bodies certainly touch, so that only the order of impacts is undecided.

@@ -79,8 +79,8 @@ class Obstacle:
         half_width: The wall consists of all points within this distance of the line in its middle, in metres.
         kind: Which part of an edge this is; None for a half-plane.
         edges: Numbers of the edges to which the part belongs. A vertex has only the lower number.
-        neighbours: Body numbers of the obstacles that follow at the beginning and at the end of this one. They are None
-            if no obstacle follows.
+        neighbours: Body numbers of the obstacles that follow at the beginning and at the end of this one. A number is
+            None if no obstacle follows.
     """
 
     wall: int

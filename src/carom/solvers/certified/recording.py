@@ -107,11 +107,11 @@ class Recording:
         return build_impact_array(row.values for row in self.rows)
 
     def spins(self) -> NDArray[np.void] | None:
-        """Return the spins of impacts as a read-only array of `carom.model.trace.SPIN_DTYPE`; None if no disc spins."""
+        """Return the spins of impacts as an array of `trace.SPIN_DTYPE`; None if no disc spins."""
         return build_spin_array(row.values for row in self.rows) if self._turns else None
 
     def edges(self) -> NDArray[np.void] | None:
-        """Return the wall edges that impacts hit, as an array of `trace.EDGE_DTYPE`; None without finite walls."""
+        """Return the wall edges that impacts hit, as `trace.EDGE_DTYPE`; None without finite walls."""
         return build_edge_array(row.values for row in self.rows) if self._has_edges else None
 
     def modes(self) -> NDArray[np.void] | None:

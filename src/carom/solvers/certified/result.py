@@ -52,8 +52,8 @@ class Degeneracy:
         earliest_s: Earliest possible time of the event, in seconds.
         latest_s: Latest possible time of the event, in seconds. For a collapse, it is the time of the last counted
             impact. For a graze that may be no contact, it is infinity.
-        proven: Whether exact arithmetic proves this event. If not, the event is undecided although the state of the
-            bodies is known to `bits` bits.
+        proven: Whether exact arithmetic proves this event. Without a proof, the event is undecided although the state
+            of the bodies is known to `bits` bits.
         bits: Accuracy of the state of the bodies, in bits.
     """
 
@@ -86,11 +86,11 @@ class Undecided(Exception):  # noqa: N818 - a signal that more precision may be 
 
 @dataclass(frozen=True, repr=False, eq=False)
 class CertifiedTrace(ByValue, Drawn):
-    """A trace with a proven error bound for every number. Traces are equal if their values are; they have no hash.
+    """A trace with a proven error bound for every number. Traces with equal values are equal.
 
     Attributes:
-        trace: The trace, with the method "certified". It ends at the end of the scene or at the last certified impact.
-            Each number differs from its true value by at most its radius.
+        trace: The trace, with the method "certified". The trace ends at the end of the scene or at the last certified
+            impact. Each number differs from its true value by at most its radius.
         radii: Structured array like ``trace.impacts`` with the bound of each number's error, including float rounding.
             The fields `first` and `second` are the numbers of the bodies.
         final_position_radius_m: Error bounds of `trace.final_position_m`, shape ``(n, 2)``.
@@ -141,7 +141,7 @@ def proven_decimal(value: float, radius: float) -> str:
     """Return a value, whose error is at most `radius`, as a decimal number with all proven digits.
 
     With k decimals, the decimal number differs from the true value by at most ``radius + 10^-k / 2``. The largest k is
-    chosen with which this is at most one unit in the last digit. If no digit is proven, the text is a bound.
+    chosen with which this difference is at most one unit in the last digit. If no digit is proven, the text is a bound.
     """
     if radius == 0.0:
         return repr(value)

@@ -28,8 +28,8 @@ from carom.solvers.certified.wall_meetings import find_finite_contact_at_start
 from carom.solvers.options import require_goal
 from carom.solvers.run import Progress
 
-#: Precision of the first attempt, in bits, in addition to the bits of the requested digits. It suffices for a few
-#: hundred impacts in most scenes.
+#: Precision of the first attempt, in bits, in addition to the bits of the requested digits. This precision suffices for
+#: a few hundred impacts in most scenes.
 _FIRST_BITS = 160
 #: The next precision is predicted from the bits that were lost so far, and multiplied by the first of these factors.
 #: Predictions from few impacts are inaccurate. So the next precision is limited to 1.5 to 8 times the last precision.
@@ -52,7 +52,7 @@ class CertifiedRun:
 
     Attributes:
         ending: How the last call of `advance_to` ended; None before the first call.
-        degeneracy: The event that could not be decided with any precision; None without such an event.
+        degeneracy: The event that could not be decided with any precision; None if all events were decided.
         replays: Number of restarts at a higher precision.
         precision_bits: Precision at the start of the last attempt, in bits.
     """
@@ -100,7 +100,7 @@ class CertifiedRun:
         Args:
             time_s: Seconds from the start.
             max_impacts: Stop after this many impacts in all; None for no limit.
-            progress: Function called at intervals with the number of impacts so far and the time reached, in seconds.
+            progress: Function called at intervals with the number of impacts and the time so far, in seconds.
             time_budget_s: Limit of elapsed seconds; None for no limit.
 
         Raises:
@@ -136,15 +136,15 @@ class CertifiedRun:
         return self.result().trace.final_position_m
 
     def velocities(self) -> NDArray[np.float64]:
-        """Return the current velocities, in metres per second, shape ``(n, 2)``."""
+        """Return the current velocities, in m/s, shape ``(n, 2)``."""
         return self.result().trace.final_velocity_m_s
 
     def spins(self) -> NDArray[np.float64] | None:
-        """Return the current spins, in radians per second, shape ``(n,)``; None if no disc in the scene turns."""
+        """Return the current spins, in rad/s; None if no disc turns."""
         return self.result().trace.final_spin_rad_s
 
     def impacts_per_disc(self) -> NDArray[np.int64]:
-        """Return the number of certified impacts that each disc has had with discs and walls, shape ``(n,)``."""
+        """Return the number of certified impacts of each disc, shape ``(n,)``."""
         bodies = [body for row in self.log.rows for body in (row.values.first, row.values.second) if body >= 0]
         return np.bincount(np.array(bodies, np.int64), minlength=len(self.scene.discs)).astype(np.int64)
 

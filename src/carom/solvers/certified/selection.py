@@ -2,13 +2,13 @@
 
 Each possible event has a lower bound of its time. To *solve* an event means to compute its time as an interval, which
 increases the bound. The event with the smallest bound is solved until the smallest bound belongs to a solved event.
-*Rivals* of this event are all events whose bounds are not after its time. They are solved too. The event is next if it
-certainly comes before each rival, or if their order does not matter. If neither is certain, the next event is
+*Rivals* of this event are all events whose bounds are not after its time. Rivals are solved too. The event is next if
+it certainly comes before each rival, or if their order does not matter. In all other cases, the next event is
 undecided.
 
 The first bound of an event can be much earlier than the impact, for example the start of both paths. A solution that
-starts from such a bound is inaccurate, and is only used as a better bound. When this better bound is the smallest of
-all, the event's time is computed again, starting from it.
+starts from an early bound is inaccurate, and is only used as a better bound. When the better bound is the smallest of
+all, the event's time is computed again from there.
 """
 
 from __future__ import annotations
@@ -175,7 +175,7 @@ class Selection:
         return {body for body in (meeting.first, meeting.second) if body >= 0 and self.bodies.movable[body]}
 
     def _are_out_of_reach(self, i: int, j: int, window: arb) -> bool:
-        """Return whether two discs are too far apart to meet in the time `window`, whatever impacts they have.
+        """Return whether two discs are too far apart to meet in the time `window`, even after other impacts.
 
         A disc of speed v that hits a body of speed s gets at most the speed ``v + 2 (v + s)``. Friction adds at most
         twice the slip speed, which is at most ``2 (v + s)`` plus both rim speeds. Both v and s are at most the greatest
@@ -189,8 +189,8 @@ class Selection:
         fastest, speed_factor = fastest.sqrt().max(arb(bodies.fastest_drive)), 5
         if bodies.rubs:
             fastest, speed_factor = max([fastest, *(abs(bodies.rim_speed(k)).upper() for k in range(len(bodies)))]), 13
-        # Each disc moves at most with 5 times the greatest speed (13 times with friction). It moves for at most twice
-        # the window plus the time from `instant_s`.
+        # Each disc moves at most with 5 times the greatest speed (13 times with friction). The disc moves for at most
+        # twice the window plus the time from `instant_s`.
         length = 2 * (window.upper() - window.lower()) + abs(window - instant_s).upper()
         gained_speed = bodies.bound_acceleration() * (window.upper() + length)  # stored velocities are those at time 0
         reach = bodies.laws.of_discs(i, j).reach + 2 * speed_factor * (fastest + gained_speed) * length

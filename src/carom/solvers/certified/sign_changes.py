@@ -1,7 +1,7 @@
 """Search for falls: times at which a polynomial with interval coefficients changes from positive to negative.
 
 The time axis is repeatedly divided into halves, until the sign of the polynomial or of its slope is certain on each
-piece. This is tested by a Taylor expansion about the middle of the piece. A fall is certain if the polynomial is
+piece. A Taylor expansion about the middle of the piece shows this. A fall is certain if the polynomial is
 positive, then has negative slope, and then is negative. If the polynomial comes too close to zero for the precision,
 the fall is uncertain.
 """
@@ -15,8 +15,8 @@ from flint import arb, arb_poly, ctx
 
 from carom.solvers.certified.ball_arithmetic import ZERO
 
-#: The first pieces of the searched time end at its end, at half of it, at a quarter, and so on. This is the number of
-#: these halvings.
+#: Number of halvings before the search: the first pieces of the searched time end at its end, at half of it, at a
+#: quarter, and so on.
 _FIRST = 8
 #: A piece stays undecided after _HALVINGS + p / 2 halvings, where p is the precision in bits. This suffices to find a
 #: double zero. A piece also stays undecided if the polynomial changes on it by at most _BLUR times the uncertainty of
@@ -173,8 +173,8 @@ def _bound_zeros(powers: Sequence[arb], until: float | arb) -> arb:
 def _refine_zero(polynomial: arb_poly, low: arb, high: arb) -> arb:
     """Return the zero between two times as an interval that is as narrow as possible.
 
-    The polynomial must decrease between the times. They are two numbers and not one interval, because an interval would
-    be slightly wider, and might contain another zero.
+    The polynomial must decrease between the times. The times are two numbers and not one interval, because an interval
+    would be slightly wider, and might contain another zero.
     """
     while True:
         middle, half = ((low + high) / 2).mid(), ((high - low) / 2).upper()

@@ -35,7 +35,7 @@ from carom.solvers.certified.obstacles import Between, Plane, Round
 from carom.solvers.certified.result import Degeneracy, Degenerate
 from carom.solvers.certified.sign_changes import build_squared_gap_powers, find_falls
 
-#: Precision, in bits, of the check for contact at the start. It is far more than 64-bit input needs.
+#: Precision, in bits, of the check for contact at the start. This precision is far more than 64-bit input needs.
 _START_BITS = 2048
 
 
@@ -297,8 +297,8 @@ def _locate_direction(sector: Between, x: arb, y: arb) -> On:
 def _does_graze(bodies: BallBodies, i: int, second: int) -> bool:
     """Return whether a disc on its initial path only grazes a vertex, or an arc from outside, which is no impact.
 
-    The condition is ``u^2 (R + r)^2 = (d x u)^2``, where r is the disc's radius plus the half width. It has the form
-    ``A + B R = 0`` with rational A, B and R^2, so squaring gives an exact test.
+    The condition is ``u^2 (R + r)^2 = (d x u)^2``, where r is the disc's radius plus the half width. This condition has
+    the form ``A + B R = 0`` with rational A, B and R^2, so squaring gives an exact test.
     """
     if not bodies.are_at_start(i) or bodies.is_driven(wall_index(second)):
         return False

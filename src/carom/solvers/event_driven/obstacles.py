@@ -15,10 +15,10 @@ from carom.model.chain_geometry import Outline
 from carom.model.disc_arrays import DiscArrays
 from carom.model.trace import EDGE_DTYPE, NO_EDGE
 
-#: Largest number of sides and vertices of walls. It equals `MOST_OBSTACLES` of pic/state.h.
+#: Largest number of sides and vertices of walls. The number equals `MOST_OBSTACLES` of pic/state.h.
 MOST_OBSTACLES = 67_108_863
-#: Value for an end of a straight side that has no vertex, because the wall continues smoothly. It equals `NO_OBSTACLE`
-#: of pic/state.h.
+#: Value for an end of a straight side that has no vertex, because the wall continues smoothly. The value equals
+#: `NO_OBSTACLE` of pic/state.h.
 NO_OBSTACLE = -1
 
 
@@ -165,8 +165,8 @@ class _Surroundings:
     def find_face_surroundings(self, face: Face) -> tuple[tuple[int, int], list[int]]:
         """Return the vertices at the ends of a straight side, and the parts of the wall that a disc on it never meets.
 
-        These parts are both sides of the edge, the vertices, and arcs that continue the wall smoothly. If a disc could
-        meet such an arc, rounding would decide whether it meets the arc or the straight side first.
+        These parts are both sides of the edge, the vertices, and arcs that continue the wall smoothly. Rounding would
+        decide whether a disc meets such an arc or the straight side first.
         """
         first, last = (self._vertices.get((end, face.half_width), NO_OBSTACLE) for end in (face.a, face.b))
         never = [*self._faces[frozenset((face.a, face.b))]]

@@ -51,9 +51,8 @@ class RunState(NamedTuple):
 class EventDrivenRun:
     """A PIC run that can be advanced in any number of pieces, without an effect on the result.
 
-    The class implements `carom.solvers.run.Run` for any number of discs. `DiscArrays` can have a million discs. With
-    gravity, discs can slide, roll and rest on straight walls. Any other lasting contact ends the run. Its kind is in
-    `carom.model.trace.Outcome` and `notes`.
+    The class implements `carom.solvers.run.Run`. With gravity, discs can slide, roll and rest on straight walls. Any
+    other lasting contact ends the run: see `carom.model.trace.Outcome` and `notes`.
 
     Args:
         start: A scene, or discs and walls as arrays.
@@ -235,15 +234,15 @@ class EventDrivenRun:
         return self._kernel.states(*self._reached)[:, :2].copy()
 
     def velocities(self) -> NDArray[np.float64]:
-        """Return the current velocities, in metres per second, shape ``(n, 2)``."""
+        """Return the current velocities, in m/s, shape ``(n, 2)``."""
         return self._kernel.states(*self._reached)[:, 2:].copy()
 
     def spins(self) -> NDArray[np.float64] | None:
-        """Return the current spins, in radians per second, shape ``(n,)``; None if no disc in the scene turns."""
+        """Return the current spins, in rad/s; None if no disc turns."""
         return self._kernel.spins_at(*self._reached)
 
     def impacts_per_disc(self) -> NDArray[np.int64]:
-        """Return the number of impacts that each disc has had with discs and walls, shape ``(n,)``."""
+        """Return the number of impacts of each disc, shape ``(n,)``."""
         return self._kernel.impact_counts
 
     def state(self) -> RunState:
@@ -257,12 +256,7 @@ class EventDrivenRun:
 
     @property
     def counts(self) -> dict[str, int]:
-        """Numbers of operations so far, by name.
-
-        Impacts, impacts on walls, predictions after impacts, outdated events, discs that cross into another cell, scans
-        of all walls for discs outside the cells, changes of the cell grid, and shifts of the origin of time are
-        counted.
-        """
+        """Numbers of operations so far, by name, such as impacts, predictions and changes of the cell grid."""
         counts = self._kernel.counts
         return {name: counts[name] for name in _SHOWN}
 
@@ -275,11 +269,11 @@ class EventDrivenRun:
 def compute_standstill_limit(bodies: int) -> int:
     """Return the largest allowed number of impacts at one instant. With more, time is assumed to stand still.
 
-    The limit must be larger than any finite number of impacts at one instant. n equal discs that touch in a line have
-    at most ``n (n - 1) / 2`` such impacts. Two discs in front of a wall have 31 impacts if their masses are 1:100, and
-    314 impacts if their masses are 1:10,000. For few bodies, the limit is a hundred times the square of their number,
-    so that a run ends within milliseconds. For many bodies, it is ten million more than for a line of discs, so that a
-    run ends within seconds.
+    The limit must be larger than any finite number of impacts at one instant. For n equal discs that touch in a line,
+    this number is at most ``n (n - 1) / 2``. Two discs in front of a wall have 31 impacts if their masses are 1:100,
+    and 314 impacts if their masses are 1:10,000. For few bodies, the limit is a hundred times the square of their
+    number, so that a run ends within milliseconds. For many bodies, it is ten million more than for a line of discs, so
+    that a run ends within seconds.
     """
     return min(100 * bodies**2, 10_000_000 + bodies**2 // 2)
 

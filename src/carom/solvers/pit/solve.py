@@ -76,7 +76,7 @@ class FrameRun:
         Args:
             time_s: Seconds from the start.
             max_impacts: Number of impacts, counted from the start of the run; None for no limit.
-            progress: Function called at intervals with the number of impacts so far and the time reached.
+            progress: Function called at intervals with the number of impacts and the time so far.
 
         Raises:
             InputError: The time is negative or not finite, or `max_impacts` is not a whole number of 0 or more.
@@ -112,18 +112,18 @@ class FrameRun:
         return self._loop.positions(self._damping.to_undamped(self.time_s))
 
     def velocities(self) -> NDArray[np.float64]:
-        """Return the current velocities, in metres per second, shape ``(n, 2)``."""
+        """Return the current velocities, in m/s, shape ``(n, 2)``."""
         velocities = self._loop.velocities(self._damping.to_undamped(self.time_s))
         kept_fraction = self._damping.compute_kept_fraction(self.time_s)
         return velocities if kept_fraction == 1.0 else velocities * kept_fraction
 
     def spins(self) -> NDArray[np.float64] | None:
-        """Return the current spins, in radians per second, shape ``(n,)``; None if no disc in the scene turns."""
+        """Return the current spins, in rad/s; None if no disc turns."""
         spins = self._loop.present_spins()
         return None if spins is None else spins * self._damping.compute_kept_fraction(self.time_s)
 
     def impacts_per_disc(self) -> NDArray[np.int64]:
-        """Return the number of impacts that each disc has had with discs and walls, shape ``(n,)``."""
+        """Return the number of impacts of each disc, shape ``(n,)``."""
         impacts = self.log.array()
         bodies = np.concatenate([impacts["first"], impacts["second"]])
         return np.bincount(bodies[bodies >= 0], minlength=len(self.positions()))

@@ -5,7 +5,7 @@ other, they get new velocities along the line of centres. Positions are not corr
 late, and its normal is the line of centres of the overlapping discs. PIT misses an impact if the overlap begins and
 ends between two frames.
 
-This module is for reading and for tests. `carom.solve_pit` returns exactly the same numbers, but skips frames at
+This module is for reading and tests. `carom.solve_pit` returns exactly the same numbers, but skips frames at
 which no impact is possible, and supports all bodies and motions.
 """
 
@@ -29,8 +29,8 @@ class MovingDisc:
     Attributes:
         x: x coordinate of the centre, in metres.
         y: y coordinate of the centre, in metres.
-        vx: x component of the velocity, in metres per second.
-        vy: y component of the velocity, in metres per second.
+        vx: x component of the velocity, in m/s.
+        vy: y component of the velocity, in m/s.
         radius: Radius, in metres.
         inverse_mass: 1 divided by the mass; 0 for an immovable disc.
         last_partner: Number of the body that this disc met last. Walls have negative numbers.

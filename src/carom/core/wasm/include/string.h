@@ -1,4 +1,4 @@
-/* The functions of string.h that the core uses, for a target without a C library. Each is one instruction of
+/* The functions of string.h that the core uses, for a target without a C library. Each function is one instruction of
    WebAssembly. */
 
 #ifndef CAROM_WASM_STRING_H
