@@ -93,9 +93,9 @@
 /* Number of impacts per disc after which a new epoch begins, in which time is counted from 0 again: see clock.h. */
 #define CAROM_EPOCH_IMPACTS 32
 /* A cell is wider than the largest sum of two radii. CAROM_CELL_MARGIN is the additional width as a fraction of that
-   sum. It only must exceed the rounding errors of a path and of the cells' edges. CAROM_COORDINATE_ERROR is a further
-   width, as a fraction of the largest coordinate. This constant is twice the rounding errors of the positions of two
-   discs: eight roundings (2^-53 each) for each disc. */
+   sum. Any width above the rounding errors of a path and of the cells' edges is correct. CAROM_COORDINATE_ERROR is a
+   further width, as a fraction of the largest coordinate. This constant is twice the rounding errors of the positions
+   of two discs: eight roundings (2^-53 each) for each disc. */
 #define CAROM_CELL_MARGIN 0x1p-10
 #define CAROM_COORDINATE_ERROR 0x1p-48
 /* Largest number of cells per disc, which limits memory. More cells would contain so few discs that most work would be
@@ -233,5 +233,5 @@
 #define CAROM_FLOOR 0x1p-1060
 /* A float of at least this size has full precision, and scaling preserves all its bits. */
 #define CAROM_NORMAL 0x1p-1020
-/* Largest speed with which no body moves by more than CAROM_TINY during the underflow error of a wait. */
+/* Largest speed at which the underflow error of a wait moves a body by less than CAROM_TINY. */
 #define CAROM_FASTEST 0x1p400

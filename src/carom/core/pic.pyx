@@ -238,7 +238,7 @@ cdef class Kernel:
 
     @property
     def crush(self):
-        """The `Crush` (pic/state.h) of a run that has ended with `CRUSHED`. Its time is in seconds since the start."""
+        """The `Crush` (pic/state.h) of a run that has ended with `CRUSHED`, with a time since the start."""
         return self.s.crush
 
     @property

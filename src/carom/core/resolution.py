@@ -31,7 +31,7 @@ def gap_resolution(sizes: float) -> float:
 
 
 def clock_resolution(time_s: float) -> float:
-    """Return the resolution of a time since the start: one rounding of a root, and one of the sum of a time and it."""
+    """Return the resolution of a time since the start, which includes the roundings of a root and of a sum."""
     return 2.0 * ULP * time_s
 
 

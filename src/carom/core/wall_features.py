@@ -251,7 +251,7 @@ def build_features(outline: Outline, widest_m: float = math.inf) -> tuple[WallFe
 
     Faces and arcs come first, in the order of the edges. Then come vertices. Where a vertex adjoins a face, a disc
     meets the face at the same time or earlier. So the impact is on the face, which has the correct normal. Stops come
-    last. Only arcs in which a disc of the radius `widest_m` does not fit have stops: see `find_stops`.
+    last. An arc has stops only if a disc of the radius `widest_m` does not fit inside: see `find_stops`.
     """
     if outline.radius == 0.0:
         return (WallFeature(Arc.vertex(outline.points[0], outline.half_width), (0,), EdgeKind.VERTEX),)
@@ -268,10 +268,10 @@ def build_features(outline: Outline, widest_m: float = math.inf) -> tuple[WallFe
 def are_decidable(one: Feature, other: Feature, *, elastic: bool) -> bool:
     """Whether two simultaneous impacts of a disc on features without friction have the same result in both orders.
 
-    The result is True for two faces at an angle of 90 degrees. If both are elastic, it is also True at 60, 45 and 30
-    degrees. The orders have the same result at all angles pi/n, but only these angles have rational squared cosines,
-    which can be tested exactly. If both features are the same feature, the result is True, because a disc meets a
-    feature again only after it has left it.
+    The result is True for two faces at an angle of 90 degrees. If both faces are elastic, the result is also True at
+    60, 45 and 30 degrees. The orders have the same result at all angles pi/n, but only these angles have rational
+    squared cosines, which can be tested exactly. If both features are the same feature, the result is True, because a
+    disc meets a feature again only after it has left it.
     """
     if one == other:
         return True

@@ -40,7 +40,7 @@ class Foot(NamedTuple):
     Attributes:
         x: x coordinate of the point, in metres.
         y: y coordinate of the point, in metres.
-        edge: Number of the edge that contains the point. At a joint of two edges, it is the lower number.
+        edge: Number of the edge that contains the point. A joint of two edges has the lower number.
         inner: Whether the point is not an end of the edge.
     """
 

@@ -110,7 +110,7 @@ def _find_disc_overlaps(discs: _Discs, name: str) -> Iterator[Overlap]:
     # reduce the radius of each disc by half of this value.
     reach = radius * _ROUNDED_UP - compute_input_rounding(size) / 2.0
     for first, second in find_near_pairs(position, reach, movable):
-        if not len(first):  # often true, and the following steps would take longer than the search
+        if not len(first):  # usually true, and the next steps take longer than the search
             continue
         offset = position[second] - position[first]
         gap = np.hypot(offset[:, 0], offset[:, 1]) - (radius[first] + radius[second])

@@ -27,8 +27,8 @@ from carom.support.limits import ORDINARY
 Array = NDArray[np.float64]
 _LEAST = 1.0 / ORDINARY
 #: Binary exponent of the greatest speed in the new units. The exponent is above 0, because other speeds are mostly
-#: smaller. It is far below the exponent of `ORDINARY`, so that gravity is not too large even if it causes this speed in
-#: a short scene.
+#: smaller. The exponent is far below that of `ORDINARY`, so that gravity is not too large even if it causes this speed
+#: in a short scene.
 _FASTEST = 100
 
 

@@ -1,4 +1,4 @@
-"""Builds the play page, a single HTML file. Its security policy forbids external scripts and all requests."""
+"""Builds the play page, a single HTML file whose security policy forbids external scripts and all requests."""
 
 from __future__ import annotations
 

@@ -75,7 +75,7 @@ static const double EXP_TERMS[6] = {
 };
 
 /* An exponential in parts: e^x = 2^exponent (base + growth base), where `growth` is e^r - 1 for some |r| <= ln 2 / 64.
-   `is_small` is true if |x| is at most ln 2 / 64. For a small x, `exponent` is 0 and `base` is 1. */
+   `is_small` is true if |x| is at most ln 2 / 64. Then `exponent` is 0 and `base` is 1. */
 typedef struct Exponential {
     DoubleDouble base;
     DoubleDouble growth;
@@ -189,7 +189,7 @@ static CAROM_NOINLINE double decide_log1p(double x, double near) {
 
 /* ---- the functions ---- */
 
-/* Return a times 2^exponent, for exponents from -1022 to 1024 and a of about 1. If the product exceeds the largest
+/* Return `a` times 2^exponent, for exponents from -1022 to 1024 and `a` of about 1. If the product exceeds the largest
    float, return infinity. */
 static inline double scale_by_two(double a, int exponent) {
     return exponent > -1000 && exponent < 1000 ? a * ldexp(1.0, exponent) : ldexp(a, exponent);
@@ -292,7 +292,7 @@ static inline DoubleDouble expand_log1p(double x, double *error) {
 /* A number 1 + x and its logarithm. From it, logarithms of numbers near 1 + x are computed faster. */
 typedef struct LogAnchor {
     double x;
-    DoubleDouble log; /* of 1 + x */
+    DoubleDouble log; /* logarithm of 1 + x */
     double error;     /* upper bound of the error of `log` */
 } LogAnchor;
 

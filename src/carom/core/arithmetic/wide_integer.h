@@ -1,5 +1,5 @@
-/* Integers of 256 bits. They are used for the few exponentials and logarithms for which floats cannot decide how the
-   result rounds: see exponentials.h.
+/* Integers of 256 bits, for the few exponentials and logarithms whose rounding floats cannot decide: see
+   exponentials.h.
 
    A number consists of eight limbs (digits of 32 bits), the lowest first, in two's complement. Limbs have only 32 bits
    because compilers for 32-bit machines do not support products of two 64-bit numbers. Operations ignore overflow, so

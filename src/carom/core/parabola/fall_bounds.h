@@ -37,7 +37,7 @@ static inline bool is_bound_after(double bound, double within) {
 
    The disc's centre has the position (x, y) relative to the point, with an error of at most `error`, and the velocity
    (ux, uy). Consider the circle of radius `reach` around the point, and the tangent at its point nearest to the disc.
-   As long as the centre has not crossed this tangent, it is outside the circle. */
+   The centre is outside the circle as long as it has not crossed this tangent. */
 static inline double circle_lower_bound(double x, double y, double ux, double uy, double ax, double ay, double reach,
                                         double error) {
     double distance = sqrt(x * x + y * y);

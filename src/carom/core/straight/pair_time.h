@@ -281,8 +281,8 @@ static inline double exact_pair_time(Encounter e) {
 
 /* Return the seconds until two discs collide, from their relative position and velocity.
 
-   The result is 0 if they approach while they touch or overlap, and infinity if they never collide. If the discs only
-   graze each other without any overlap (D = 0), they exchange no momentum, so the graze is not an impact. */
+   The result is 0 if the discs approach while they touch or overlap, and infinity if they never collide. If the discs
+   only graze each other without any overlap (D = 0), they exchange no momentum, so the graze is not an impact. */
 static inline double meeting_time(Encounter e) {
     Bounded b = approach(e.x.high, e.y.high, e.ux.high, e.uy.high);
     if (b.value > b.error)

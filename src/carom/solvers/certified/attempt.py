@@ -44,7 +44,7 @@ class Goal(NamedTuple):
 
 
 class Stop(NamedTuple):
-    """Result of an attempt: how it ended, or which event is undecided. If intervals became too wide, both are None."""
+    """Result of an attempt: how it ended, or the undecided event. Both are None if the intervals became too wide."""
 
     ending: Ending | None = None
     degeneracy: Degeneracy | None = None

@@ -1,7 +1,7 @@
 """Exact tests in rational numbers: whether impacts are simultaneous, discs only graze, or bodies touch at the start.
 
 For bodies on their initial paths, times of impact have the form ``(P - sqrt(Q)) / A`` with rational P, Q and A > 0. For
-two discs, let ``a t^2 + 2 b t + c`` be their squared distance minus the squared sum of their radii. Then ``P = -b``,
+two discs whose squared distance minus the squared sum of their radii is ``a t^2 + 2 b t + c``, these are ``P = -b``,
 ``Q = b^2 - a c`` and ``A = a``. For a disc of radius r, centre p and velocity v, and a wall through q with normal n,
 ``P = (p - q).n``, ``Q = r^2 n.n`` and ``A = -v.n``.
 """

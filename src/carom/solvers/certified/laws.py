@@ -33,7 +33,7 @@ class PairLaw(NamedTuple):
 class WallLaw(NamedTuple):
     """Constants of a wall for discs of one radius.
 
-    An impact changes a velocity v to ``M v`` and a position x to ``M x + shift``. With restitution 1, this is a
+    An impact changes a velocity v to ``M v`` and a position x to ``M x + shift``. With restitution 1, the impact is a
     reflection.
     """
 

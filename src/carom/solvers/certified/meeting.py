@@ -88,13 +88,12 @@ class Meeting(NamedTuple):
             event is not an impact: the disc stops sliding, rolling or resting.
         at: Lower bound of the time, as a 64-bit float in seconds. The new paths after the impact are stored for this
             instant.
-        time: Interval that contains the time of impact. If the impact is not certain, this is the earliest possible
-            time.
+        time: Interval that contains the time of impact. For an uncertain impact, the earliest possible time.
         latest: Upper bound of `time`, as a 64-bit float.
         decided: Whether the impact is certain.
-        resting: Whether an undecided impact is undecided because the bodies may already be in contact. With False, the
+        resting: Whether the impact is undecided because the bodies may already be in contact. With False, the
             bodies may only graze each other.
-        turning: Whether an undecided impact is undecided because a driven body may change its velocity before it.
+        turning: Whether the impact is undecided because a driven body may change its velocity before.
         proven: Whether the bodies certainly touch, so that only the order of impacts is undecided.
         near: Relative motion just before the impact; None for a straight obstacle that the disc approaches at constant
             speed.

@@ -56,10 +56,10 @@ class Round(NamedTuple):
     Attributes:
         centre: Centre, in metres.
         radius2: Square of the radius of the line in the middle of the wall, in square metres; 0 for a vertex.
-        inside: Whether this is the inner side of an arc.
+        inside: Whether the side is the inner side of an arc.
         sector: Vectors from the centre to the start and end of the arc, counterclockwise; None for a whole circle.
-        stops2: If this is a point of an arc that stops discs which don't fit into the arc, the square of the arc's
-            radius, or else 0.
+        stops2: Square of the arc's radius for a stop, a point of an arc that only discs too large for the arc can meet;
+            0 for all other shapes.
     """
 
     centre: Exact
@@ -77,7 +77,7 @@ class Obstacle:
         wall: Number of the wall.
         shape: Shape of the part.
         half_width: The wall consists of all points within this distance of the line in its middle, in metres.
-        kind: Which part of an edge this is; None for a half-plane.
+        kind: Kind of the part; None for a half-plane.
         edges: Numbers of the edges to which the part belongs. A vertex has only the lower number.
         neighbours: Body numbers of the obstacles that follow at the beginning and at the end of this one. A number is
             None if no obstacle follows.

@@ -189,8 +189,8 @@ class Recording:
         time, *after = +impact.time, *(+v for v in impact.after)
         t, t_radius = round_to_float(time)
         velocities = [to_vector(*after[:2]), to_vector(*after[2:])]
-        # These error bounds include float rounding. Where they exceed the limit, the widths of the intervals are
-        # compared with the limit instead.
+        # These error bounds include float rounding. Where error bounds exceed the limit, the widths of the intervals
+        # are compared with the limit instead.
         widest = max(velocities[0].radius + velocities[1].radius)
         if self._speed_tolerance < widest and not all(v.rad() <= self._speed_tolerance for v in after):
             return False

@@ -34,7 +34,7 @@ _FIRST_BITS = 160
 #: The next precision is predicted from the bits that were lost so far, and multiplied by the first of these factors.
 #: Predictions from few impacts are inaccurate. So the next precision is limited to 1.5 to 8 times the last precision.
 _MARGIN, _MOST_RISE, _LEAST_RISE = 1.125, 8.0, 1.5
-#: Outcomes of runs that end with infinitely many impacts, by kind of this event.
+#: Outcomes of runs that end with infinitely many impacts: a collapse or a crush.
 _ENDLESS = {Degenerate.COLLAPSE: Outcome.STANDSTILL, Degenerate.CRUSH: Outcome.CRUSHED}
 #: Outcomes of runs that can be advanced further, by ending of the run.
 _GOES_ON = {

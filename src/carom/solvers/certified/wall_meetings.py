@@ -110,7 +110,7 @@ def _fall_on_plane(bodies: BallBodies, i: int, second: int, instant_s: float, le
 
 
 def _turns_back(bodies: BallBodies, i: int, k: int) -> bool:
-    """Return whether a disc on its initial path turns back exactly where it touches a half-plane. This is no impact."""
+    """Return whether a disc on its initial path turns back (without impact) exactly where it touches a half-plane."""
     obstacle = bodies.obstacles[k]
     is_at_start = obstacle.kind is None and bodies.are_at_start(i) and not bodies.is_driven(k)
     return is_at_start and does_graze_wall(bodies, i, k)
@@ -138,7 +138,8 @@ def meet_feature(bodies: BallBodies, i: int, second: int, instant_s: float, leg:
     """
     launch = bodies.contacts.launch_from(i, second)
     if launch is not None:
-        # When the disc flew off, the gap and its rate of change were 0. The other coefficients give the next contact.
+        # When the disc flew off its surface, the gap and its rate of change were 0. The other coefficients give the
+        # next contact.
         fall = next(find_falls(launch.powers), None)
         if fall is None:
             return None

@@ -165,8 +165,8 @@ class _Surroundings:
     def find_face_surroundings(self, face: Face) -> tuple[tuple[int, int], list[int]]:
         """Return the vertices at the ends of a straight side, and the parts of the wall that a disc on it never meets.
 
-        These parts are both sides of the edge, the vertices, and arcs that continue the wall smoothly. Rounding would
-        decide whether a disc meets such an arc or the straight side first.
+        The parts never met are both sides of the edge, the vertices, and arcs that continue the wall smoothly. Rounding
+        would decide whether a disc meets such an arc or the straight side first.
         """
         first, last = (self._vertices.get((end, face.half_width), NO_OBSTACLE) for end in (face.a, face.b))
         never = [*self._faces[frozenset((face.a, face.b))]]

@@ -59,12 +59,13 @@ class EventDrivenRun:
         record: "all" or "none": which impacts to record. `impacts_per_disc` counts impacts in both cases.
         window_s: Only impacts between these two times, in seconds, are recorded.
         contact_duration_s: Contact time of the TC model (Luding & McNamara, Granular Matter 1 (1998) 113). If a disc
-            has two impacts within this time, the second loses no energy and has no friction. This prevents inelastic
-            collapse, an endless series of impacts in a finite time. 0 turns the model off.
+            has two impacts within this time, the second loses no energy and has no friction. The model prevents
+            inelastic collapse, an endless series of impacts in a finite time. 0 turns the model off.
         resume: State of an earlier run from which to continue. Positions, velocities and spins are taken from the
             state. All other data of discs and walls, and the contact time, must be the same.
         cell_factor: Factor that multiplies the width of the cells in which near discs are searched, at least 1;
-            infinity for a single cell. With 1, a run with few discs uses no cells. The factor does not change results.
+            infinity for a single cell. With the factor 1, a run with few discs uses no cells. The factor does not
+            change results.
         all_pairs: Whether to compute all pairs at each event, without cells, queue or stored predictions. This does not
             change results.
 
@@ -267,7 +268,7 @@ class EventDrivenRun:
 
 
 def compute_standstill_limit(bodies: int) -> int:
-    """Return the largest allowed number of impacts at one instant. With more, time is assumed to stand still.
+    """Return the largest allowed number of impacts at one instant. After more impacts, time is assumed to stand still.
 
     The limit must be larger than any finite number of impacts at one instant. For n equal discs that touch in a line,
     this number is at most ``n (n - 1) / 2``. Two discs in front of a wall have 31 impacts if their masses are 1:100,

@@ -13,8 +13,8 @@ from carom.solvers.units import Units
 class FrameClock(NamedTuple):
     """Times of frames: frame k, counted from 0, is at ``k * step_s / rate_hz``.
 
-    Either the length of a frame (`step_s`) or the number of frames per second (`rate_hz`) is given. The other field is
-    1, so that each time is rounded only once.
+    Either the length of a frame (`step_s`) or the number of frames per second (`rate_hz`) is given. The field that is
+    not given is 1, so that each time is rounded only once.
     """
 
     step_s: float = 1.0

@@ -18,9 +18,9 @@ from carom.solvers.rows import RecordedImpacts
 from carom.solvers.run import Progress, Start, build_trace
 from carom.solvers.units import RunInUnits, Units, run_in_ordinary_units
 
-#: PIT searches around each disc for frames at which no bodies can touch, and skips these frames. PIT stops to skip when
-#: the searches have cost more work than they saved, by as much as this many searches around all discs. The number is a
-#: guess that has not been tuned.
+#: PIT searches around each disc for frames at which no bodies can touch, and skips these frames. PIT stops skipping
+#: when the searches have cost more work than they saved, by the work of this many searches around all discs. The number
+#: is a guess that has not been tuned.
 MOST_WASTE = 2.0
 #: Number of overlap tests that one call of the compiled code makes, in some hundredths of a second. Between calls, the
 #: run reports progress and reacts to Ctrl-C.
