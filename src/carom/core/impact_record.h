@@ -72,7 +72,7 @@ static inline double clock_resolution(double time) {
    Two earlier impacts of each disc are sufficient for this decision. `Recent.furthest` is the impact whose interval of
    possible times ends last. A new impact is ambiguous if its interval begins before the interval of `furthest` ends,
    and the two normals are not orthogonal. If the two normals are orthogonal, an earlier impact matters if its normal is
-   not parallel to that of `furthest`. `Recent.across` is the one of these impacts whose interval ends last. */
+   not parallel to that of `furthest`. Among these earlier impacts, the interval of `Recent.across` ends last. */
 
 /* Return whether an earlier impact may be simultaneous with a later impact and change its result. `begin` is a lower
    bound of the later impact's time. */

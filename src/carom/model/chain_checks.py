@@ -146,8 +146,8 @@ def _find_middle(line: _Line, circle: ExactCircle) -> Place:
     """
     x, y, radius2 = circle
     ex, ey = line.along
-    # The middle is one radius from the centre, perpendicular to the line between the arc's ends. For a counterclockwise
-    # arc, it is to the right of this line.
+    # The middle is one radius from the centre, perpendicular to the line between the arc's ends. The middle of a
+    # counterclockwise arc is to the right of this line.
     square = radius2 / (ex * ex + ey * ey)
     return Place(Surd(x, line.turn * ey, square), Surd(y, -line.turn * ex, square))
 

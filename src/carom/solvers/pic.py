@@ -75,7 +75,7 @@ def solve_pic(
         max_impacts: Stop after this many impacts; None for no limit.
         until_s: Stop at this time instead of the scene's duration.
         record: "all" or "none": which impacts the trace contains. The impacts of each disc are counted in both cases.
-        window_s: The trace contains only impacts between these two times, in seconds.
+        window_s: First and last time, in seconds, of the impacts in the trace.
         sample_times_s: Ascending times, in seconds, at which the trace contains all positions.
         contact_duration_s: Contact time of the TC model, in seconds. The model prevents an endless series of impacts in
             a finite time, and `EventDrivenRun` explains it. 0 turns the model off.

@@ -34,7 +34,8 @@ class PageEngine:
         script: Script of the engine, with its adapter.
         licence: Text of the package's licence, which the page must contain.
         lacks: Features of scenes that the page can show and the engine does not support.
-        shared: Script with the functions that all adapters use. The page runs it once, before the scripts of engines.
+        shared: Script with the functions that all adapters use. The page runs the shared script once, before the
+            scripts of engines.
     """
 
     name: str

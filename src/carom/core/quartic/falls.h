@@ -39,7 +39,7 @@ typedef struct Falls {
     const Gap *gap;
     Polynomial floats; /* the gap in floats, divided by the highest possible power of t */
     PairPolynomial pairs;
-    int dropped; /* exponent of this power of t */
+    int dropped; /* exponent of the power of t by which the gap is divided */
     int start;   /* sign of the gap just after t = 0; 0 if no fall remains, for example if the gap stays 0 */
     bool has_pairs;
     bool falls_now; /* whether the gap is 0 now and becomes negative */

@@ -57,7 +57,7 @@ class EventDrivenRun:
     Args:
         start: A scene, or discs and walls as arrays.
         record: "all" or "none": which impacts to record. `impacts_per_disc` counts impacts in both cases.
-        window_s: Only impacts between these two times, in seconds, are recorded.
+        window_s: First and last time, in seconds, of the impacts to record.
         contact_duration_s: Contact time of the TC model (Luding & McNamara, Granular Matter 1 (1998) 113). If a disc
             has two impacts within this time, the second loses no energy and has no friction. The model prevents
             inelastic collapse, an endless series of impacts in a finite time. 0 turns the model off.
