@@ -1,6 +1,6 @@
-"""Build of the compiled extension: each .pyx below src is a module of it. pyproject.toml contains everything else.
+"""Builds the compiled modules, one for each .pyx file in src. pyproject.toml contains all other settings.
 
-A build in place also builds the module by which the tests call inlined functions.
+A build in place also builds modules with which tests call inlined functions.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from Cython.Build import cythonize
 from setuptools import Extension, setup
 from setuptools.command.build_ext import build_ext
 
-#: None of these changes a bit: no fused multiply-add; and no code for errno or floating-point traps, which nobody reads
-#: and which keep GCC from taking branches out of hot loops (a quarter of the speed).
+#: These flags change no bit of a result. They exclude fused multiply-add, and code for errno and floating-point traps.
+#: Carom does not use errno and traps, and this code costs a quarter of the speed.
 _GCC = ["-std=c11", "-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math", "-g0", "-Wno-unused-function"]
 FLAGS = ["/std:c11", "/O2", "/fp:precise"] if sys.platform == "win32" else _GCC
 
-#: Set here instead of in a .pyx, from which they would not reach the functions of .pxd files.
+#: These directives are not in .pyx files, because they must also apply to the functions of .pxd files.
 DIRECTIVES = {
     "language_level": 3,
     "cdivision": True,
@@ -30,36 +30,36 @@ DIRECTIVES = {
     "autotestdict": False,
 }
 
-#: Compiled into the module that stands for all: see `carom.core.extension`.
+#: This module contains the digest of all sources; see `carom.core.extension`.
 BUILT = "carom.core.built"
 DIGEST = runpy.run_path("src/carom/core/extension.py")["compute_sources_digest"]()
 
-#: Also without the backend, as ``python setup.py build_ext --inplace``.
+#: Loaded by path, because ``python setup.py build_ext --inplace`` runs without the backend.
 BACKEND = runpy.run_path("build_backend/carom_build.py")
 
-#: What tests alone need; what installs for a report says that it does without.
+#: Modules that only tests need. CAROM_WITHOUT_PROBE=1 leaves them out.
 PROBES = "tests."
 PROBE_SOURCES = [] if os.environ.get("CAROM_WITHOUT_PROBE") == "1" else Path("tests").glob("core_*functions.pyx")
 
-#: For `make coverage-compiled`: lines and branches of the sources are counted, and nothing is optimised away.
+#: For `make coverage-compiled`: the compiler counts executed lines and branches, and does not optimise.
 COVERAGE = os.environ.get("CAROM_COVERAGE") == "1"
 if COVERAGE:
     FLAGS = [*FLAGS, "-O0", "--coverage"]
 
-#: What Cython would add to each module that takes arrays, once for all of them. It is called once per call of the core,
-#: so optimising it would only double the time that it takes to compile.
+#: Code that all modules with arrays need, and which Cython would otherwise add to each of them. Each call of the core
+#: runs this code once, so full optimisation would only double the time of compilation.
 SHARED = "carom.core._cython"
 SHARED_FLAGS = [] if sys.platform == "win32" or COVERAGE else ["-O1"]
 
-#: Where Cython writes C: a module that has not changed is not translated again.
+#: Folder in which Cython writes C files. Cython translates a module again only if the module has changed.
 TRANSLATED = "build/coverage/cython" if COVERAGE else "build/cython"
 
-#: Processes that translate; elsewhere a new one would run this file again.
+#: Number of processes that translate; 0 for none. On other systems, a new process would run this file again.
 TRANSLATORS = (os.cpu_count() or 0) if sys.platform == "linux" else 0
 
 
 class BuildExtension(build_ext):
-    """Build that excludes the tests' modules from wheels, and uses zig where there is no other compiler."""
+    """Build that excludes the tests' modules from wheels, and uses zig if there is no other compiler."""
 
     def run(self) -> None:
         """Build all modules."""
@@ -74,10 +74,10 @@ class BuildExtension(build_ext):
 
 
 def _extension(name: str, source: str, sources: list[str], flags: list[str] = FLAGS) -> Extension:
-    """Return a module, which is compiled again when one of its sources has changed.
+    """Return a module, which is compiled again if one of its sources has changed.
 
-    Cython finds the .pxd files that a .pyx uses, and the .c files that its first line names. Every module depends on
-    all .h and .c files, so that no list of includes is needed.
+    Cython finds the .pxd files that a .pyx file uses, and the .c files that its first line names. Every module depends
+    on all .h and .c files, so no list of included files is needed.
     """
     stands_for_all = name == BUILT
     c_files = [path for path in sources if path.endswith((".h", ".c"))]
@@ -94,7 +94,7 @@ def _extension(name: str, source: str, sources: list[str], flags: list[str] = FL
 
 
 def _directives_may_differ() -> bool:
-    """Return whether this file is newer than what was translated by its directives, which Cython does not look at."""
+    """Return whether this file, which contains Cython's directives, is newer than a translated file."""
     return any(made.stat().st_mtime < Path(__file__).stat().st_mtime for made in Path(TRANSLATED).rglob("*.c"))
 
 

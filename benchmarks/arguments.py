@@ -1,4 +1,4 @@
-"""The command line of the benchmarks that run as modules: ``python -m benchmarks.pic --help``."""
+"""Command lines of the benchmarks, which run as modules: ``python -m benchmarks.pic --help``."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from collections.abc import Callable
 
 from carom.errors import CaromError
 
-#: What a shell reports for a command that Ctrl-C ended.
+#: Exit code of a command that Ctrl-C ended, as in a shell.
 INTERRUPTED = 130
 
 
 def parser(module: str, doc: str | None) -> argparse.ArgumentParser:
-    """Return the parser of a module's arguments, its help from the module's docstring."""
+    """Return the parser of a module's arguments. The help text is from the module's docstring."""
     described = (doc or "").partition(": ``python -m")[0]
     return argparse.ArgumentParser(
         prog=f"python -m {module}",
@@ -26,7 +26,7 @@ def count(text: str) -> int:
     """Read a whole number of 1 or more, such as ``1000`` or ``1e6``.
 
     Raises:
-        argparse.ArgumentTypeError: It is none.
+        argparse.ArgumentTypeError: The text is not a whole number of 1 or more.
     """
     try:
         value = float(text)
@@ -38,7 +38,7 @@ def count(text: str) -> int:
 
 
 def run(arguments: argparse.ArgumentParser, main: Callable[..., None]) -> None:
-    """Parse the command line and call `main` with what it says; what goes wrong is a line and no traceback."""
+    """Parse the command line and call `main` with the arguments. Errors are shown in one line, without a traceback."""
     try:
         main(**vars(arguments.parse_args()))
     except (CaromError, OSError) as error:

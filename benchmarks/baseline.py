@@ -1,4 +1,4 @@
-"""Baseline of another environment's Carom: the same measurement in both, in turn, so that only ratios count."""
+"""Measures two versions of Carom in turn, each in its own Python interpreter, to compare their speeds."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from typing import Self
 
 
 class Interpreter:
-    """A process of a Python interpreter that answers each line it is sent with a line.
+    """A process of a Python interpreter, which prints a line for each line that it receives.
 
     Args:
-        code: Program that reads lines from standard input, and prints one for each.
-        python: The interpreter; this one where none is given.
+        code: Program that prints a line for each line of its standard input.
+        python: Path of the interpreter; None for the interpreter that runs this module.
     """
 
     def __init__(self, code: str, python: str | None = None) -> None:
@@ -22,10 +22,10 @@ class Interpreter:
         )
 
     def ask(self, line: str) -> list[float]:
-        """Return the numbers that it answers with.
+        """Send a line to the process, and return the numbers in the line that the process prints.
 
         Raises:
-            OSError: It has ended.
+            OSError: The process has ended.
         """
         assert self._process.stdin is not None  # noqa: S101 - a pipe was asked for
         assert self._process.stdout is not None  # noqa: S101 - a pipe was asked for
@@ -45,6 +45,9 @@ class Interpreter:
 
 
 def alternating(interpreters: list[Interpreter], line: str, rounds: int) -> list[float]:
-    """Return the median of each interpreter's first number of `rounds` answers, asked in turn."""
+    """Send a line to each interpreter in turn, for some rounds.
+
+    Return the median of each interpreter's first number.
+    """
     answers = [[interpreter.ask(line)[0] for interpreter in interpreters] for _ in range(rounds)]
     return [statistics.median(column) for column in zip(*answers, strict=True)]

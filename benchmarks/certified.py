@@ -1,8 +1,7 @@
-"""Speed and reach of certified runs on the hard-disc gas: ``python -m benchmarks.certified [--baseline PYTHON]``.
+"""Speed of certified runs, and how long PIC agrees: ``python -m benchmarks.certified [--baseline PYTHON]``.
 
-Times are of the processor, since the machine may be shared; replays at higher precision are part of them. With another
-environment's interpreter as the baseline, both are timed in turn. The horizon is the impact up to which float64 PIC
-agrees with the certified run.
+All times are processor times, because other processes may use the machine. They include runs that are repeated with
+more bits. With ``--baseline``, another version of Carom is timed in turn.
 """
 
 from __future__ import annotations
@@ -18,12 +17,12 @@ from carom import certify, solve_pic
 from carom.comparator import compute_horizon
 from carom.studies.bench.gas import build_gas_scene
 
-#: Discs, packing and impacts of each row; the last is for `--long`.
+#: Number of discs, fraction of the box that discs fill, and number of impacts of each row. `LONG` is for ``--long``.
 GASES = ((16, 0.1, 500), (16, 0.4, 1000), (64, 0.4, 1000), (64, 0.4, 4000), (256, 0.4, 4000))
 LONG = (64, 0.4, 30_000)
 
-#: Answers discs, packing and impacts with seconds. A baseline may have bounds that it compiles when they pay: it is
-#: timed with them.
+#: For each line with discs, packing and impacts, prints the seconds of a certified run. Older versions may need to load
+#: compiled code first.
 _TIMES = """
 import sys, time
 from carom import certify
@@ -40,7 +39,7 @@ for line in sys.stdin:
     certify(scene, max_impacts=int(impacts))
     print(time.process_time() - begin, flush=True)
 """
-#: Answers once, with the seconds of a process's first certified run, the imports that it makes included.
+#: Prints the seconds of the first certified run of a process, including imports during this run.
 _FIRST = """
 import sys, time
 import carom
@@ -55,7 +54,7 @@ _FIRST_IMPACTS = 100
 
 
 class Measured(NamedTuple):
-    """One row: impacts that were certified, bits, and where float64 parts from the truth."""
+    """One row of the table: certified impacts, bits, and the number of impacts for which PIC agrees."""
 
     impacts: int
     precision_bits: int
@@ -66,7 +65,7 @@ class Measured(NamedTuple):
 
 
 def measure(discs: int, packing: float, impacts: int) -> Measured:
-    """Certify the first impacts of a gas to 15 digits."""
+    """Certify the first impacts of many discs in a box to 15 digits."""
     scene = build_gas_scene(discs, packing)
     certified = certify(scene, max_impacts=impacts)
     pic = solve_pic(scene, max_impacts=impacts)
@@ -109,14 +108,16 @@ def main(*, with_long: bool, baseline: str | None, rounds: int) -> None:
 
 
 def _beside(numbers: list[float], form: str) -> str:
-    """Return a number, followed by the baseline's and their ratio."""
+    """Format a number, the baseline's number and their ratio."""
     own, *other = numbers
     return f"{own:{form}}" + "".join(f" /{number:{form}} = {own / number:.2f}" for number in other)
 
 
 if __name__ == "__main__":
     command = parser("benchmarks.certified", __doc__)
-    command.add_argument("--long", dest="with_long", action="store_true", help="also 30,000 impacts of 64 discs")
-    command.add_argument("--baseline", metavar="PYTHON", help="the interpreter of another environment, also timed")
-    command.add_argument("--rounds", type=count, default=5, help="timings of each, of which the median counts")
+    command.add_argument(
+        "--long", dest="with_long", action="store_true", help="also measure 30,000 impacts of 64 discs"
+    )
+    command.add_argument("--baseline", metavar="PYTHON", help="Python interpreter with another version of Carom")
+    command.add_argument("--rounds", type=count, default=5, help="number of timings; the table shows the median")
     run(command, main)

@@ -1,6 +1,6 @@
-"""Make the certified answers that tests hold PIC against: ``python -m benchmarks.certified_answers [folder]``.
+"""Write the certified answers with which tests compare PIC: ``python -m benchmarks.certified_answers [folder]``.
 
-They are committed in ``tests/validation/certified``: a test that reads them needs no python-flint.
+The files are committed in ``tests/validation/certified``, so tests that read them do not need python-flint.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ if TYPE_CHECKING:
     from carom.model.scene import Scene
 
 DEFAULT_FOLDER = Path("tests/validation/certified")
-#: Few enough for small files; the gas is chaotic within them.
+#: Largest number of impacts per file. Files stay small, and rounding errors grow much within 60 impacts.
 MOST_IMPACTS = 60
 
 
 def answer_scenes() -> Iterator[Scene]:
-    """Yield the scenes: those of the catalogue with more than one impact, and a denser gas."""
+    """Yield the scenes: scenes of the catalogue with more than one impact, and a box with many discs."""
     for entry in catalogue().values():
         if {Tag.CHAIN, Tag.CONVENTION, Tag.UNSTABLE} & entry.tags and Tag.GRAVITY not in entry.tags:
             yield entry.scene
@@ -35,7 +35,7 @@ def answer_scenes() -> Iterator[Scene]:
 
 
 def main(folder: Path) -> None:
-    """Write one file a scene."""
+    """Write one file per scene."""
     folder.mkdir(parents=True, exist_ok=True)
     for scene in answer_scenes():
         certified = certify(scene, max_impacts=MOST_IMPACTS)
@@ -46,5 +46,7 @@ def main(folder: Path) -> None:
 
 if __name__ == "__main__":
     command = parser("benchmarks.certified_answers", __doc__)
-    command.add_argument("folder", nargs="?", type=Path, default=DEFAULT_FOLDER, help="where to write one file a scene")
+    command.add_argument(
+        "folder", nargs="?", type=Path, default=DEFAULT_FOLDER, help="folder for the files, one per scene"
+    )
     run(command, main)

@@ -1,7 +1,8 @@
 """Time of the first commands in a fresh clone: ``python -m benchmarks.clones --since COMMIT``, against another commit.
 
-Both are cloned into a temporary folder, and take turns. `make report` starts with nothing installed. After `make test`
-has installed its packages, all commands are timed again. This takes a quarter of an hour and the network.
+The benchmark clones HEAD and the other commit into a temporary folder, and times both in turn. First `make report` runs
+with nothing installed. After `make test` has installed packages, all commands are timed again. The benchmark takes a
+quarter of an hour and needs the network.
 """
 
 from __future__ import annotations
@@ -23,15 +24,15 @@ ROOT = Path(__file__).parents[1]
 #: Environment without variables of an active virtual environment, so that make uses its own.
 _ENVIRONMENT = {name: value for name, value in os.environ.items() if name not in {"VIRTUAL_ENV", "MAKEFLAGS"}}
 _CELL = (".venv/bin/carom", "run", "paper/missed", "-e", "pymunk", "-p", "tuned", "--dt", "1/24", "--fail-on", "never")
-#: With its report, as `make report`; in one lane, so that no processor time is lost to waiting for another.
+#: Like `make report`, but with one run at a time, so that no run waits for another.
 _SUITE = (".venv/bin/carom", "run", "--no-timing", "--jobs", "1", "--fail-on", "never", "--out", "reports/untimed")
 
 
 def called(command: tuple[str, ...], folder: Path) -> tuple[float, float]:
-    """Return the seconds that a command took in a folder, and those of its processes.
+    """Run a command in a folder. Return the elapsed seconds, and the seconds of processor time.
 
     Raises:
-        CaromError: It failed; the message has the end of what it printed.
+        CaromError: The command failed. The message contains the end of the command's output.
     """
     before, began_s = os.times(), time.perf_counter()
     done = subprocess.run(  # noqa: S603 - our own commands
@@ -45,19 +46,19 @@ def called(command: tuple[str, ...], folder: Path) -> tuple[float, float]:
 
 
 def clone(commit: str, folder: Path) -> Path:
-    """Clone the commit, and return where."""
+    """Clone a commit, and return the folder."""
     called(("git", "clone", "--quiet", str(ROOT), str(folder)), ROOT)
     called(("git", "checkout", "--quiet", commit), folder)
     return folder
 
 
 def elapsed_s(*command: str, folder: Path) -> float:
-    """Return the seconds that a command takes in a clone."""
+    """Return the elapsed seconds of a command in a clone."""
     return called(command, folder)[0]
 
 
 def processor_s(*command: str, folder: Path) -> float:
-    """Return the seconds of processor time that a command takes in a clone, all its processes together."""
+    """Return the seconds of processor time of a command and all its child processes in a clone."""
     return called(command, folder)[1]
 
 
@@ -88,6 +89,6 @@ def main(since: str, repeats: int) -> None:
 
 if __name__ == "__main__":
     command = parser("benchmarks.clones", __doc__)
-    command.add_argument("--since", default="HEAD~1", metavar="COMMIT", help="the other commit, as git names it")
-    command.add_argument("--repeats", type=count, default=3, help="times that each is measured")
+    command.add_argument("--since", default="HEAD~1", metavar="COMMIT", help="the other commit, such as HEAD~1")
+    command.add_argument("--repeats", type=count, default=3, help="number of measurements of each command")
     run(command, main)

@@ -1,8 +1,8 @@
 """Cost of a driven wall: ``python -m benchmarks.driven [discs ...]``.
 
-A gas at packing .3 in a box with one wall that recedes at a thousandth of the discs' speed is compared with the same
-gas in the box at rest. It is also compared with its run by all pairs in plain Python. Each row prints the medians of
-paired ratios of processor time an impact, with the quartiles.
+Discs fill 0.3 of a box, and one wall of the box recedes at a thousandth of the discs' speed. The run is compared with a
+run in a box at rest, and with a run that tests all pairs of bodies. Each row prints the median and the quartiles of the
+ratios of processor time per impact.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _LONG_S = 1e9
 
 
 def gas(discs: int, speed: float) -> Scene:
-    """Return the gas in its box, whose first wall recedes at a speed."""
+    """Return discs in a box whose first wall recedes at `speed`."""
     drawn = build_hard_disc_gas(discs, 0.3)
     free = [
         Disc(position_m=(x, y), velocity_m_s=(u, v), radius_m=r)
@@ -41,7 +41,7 @@ def gas(discs: int, speed: float) -> Scene:
 
 
 def seconds(of: Run, impacts: int) -> float:
-    """Return the processor time of each of the next impacts."""
+    """Return the mean processor time of the next impacts, in seconds."""
     begin = time.thread_time()
     of.advance_to(_LONG_S, of.counts["impacts"] + impacts)
     return (time.thread_time() - begin) / impacts
@@ -65,6 +65,6 @@ def main(discs: Sequence[int], impacts: int, rounds: int) -> None:
 if __name__ == "__main__":
     command = parser("benchmarks.driven", __doc__)
     command.add_argument("discs", nargs="*", type=count, default=_SIZES, help="numbers of discs")
-    command.add_argument("--impacts", type=count, default=200, help="impacts timed at a time")
-    command.add_argument("--rounds", type=count, default=9, help="times that each is timed")
+    command.add_argument("--impacts", type=count, default=200, help="impacts per timing")
+    command.add_argument("--rounds", type=count, default=9, help="number of timings")
     run(command, main)

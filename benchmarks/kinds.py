@@ -1,16 +1,15 @@
-"""Speed of each kind of motion next to the plain gas: ``python -m benchmarks.kinds``.
+"""Speed of PIC and PIT for each kind of motion, compared with discs on straight paths: ``python -m benchmarks.kinds``.
 
-A gas of discs of 0.25 m, one per square metre, starts at 1 m/s in a box. Each row adds one kind of motion: friction and
-spin, a driven wall, a chain of 100 segments instead of the box, damping, gravity, a table that slows discs. The row
-"contact" drops ten balls on each of many separate floors until all rest or have left.
+In the row "plain", discs with a radius of 0.25 m, one per square metre, start at 1 m/s in a box. Each other row adds
+one kind of motion: friction and spin, a driven wall, a chain of 100 segments instead of the box, damping, gravity, a
+table that slows discs. In the row "contact", ten balls are dropped on each of many floors until all rest or have left.
 
-PIC is timed in impacts (and changes of mode) per second, PIT in milliseconds per frame. Both have the ratio to the
-plain gas of the same round. Column "recording" is the time of PIC with all impacts recorded over that with none.
-Column "small" is `carom.solve_pic` of 16 discs and 1,000 impacts. With ``--baseline`` (the path of its Python) another
-environment is timed in turn. Times are of the processor, medians over the rounds. What a run takes before its first
-impact or frame is subtracted, except in "small" and "recording". A star marks a slow kind: it was run once, up to 48
-impacts or 4 frames, and its start is not subtracted. "<" or ">" marks a kind that did not get that far within the
-limit.
+The table shows PIC's impacts per second (with changes between sliding, rolling and rest), PIT's milliseconds per frame,
+and the ratios to the row "plain". The row "recording" is PIC's time with all impacts recorded, divided by the time
+without recording. The line "small" is `carom.solve_pic` with 16 discs and 1,000 impacts. With ``--baseline``, another
+version of Carom is timed in turn. All times are processor times, and medians over the rounds. Except in "small" and
+"recording", the time before the first impact or frame is subtracted. A star marks a slow kind, which runs once, up to
+48 impacts or 4 frames, and without this subtraction. "<" or ">" marks a kind that reached the time limit before this.
 """
 
 from __future__ import annotations
@@ -29,7 +28,7 @@ from benchmarks.arguments import count, parser, run
 from benchmarks.baseline import Interpreter
 from benchmarks.kinds_worker import KINDS
 
-#: Least ratio of PIC's impacts per second to those of the plain gas, by kind.
+#: Target for each kind: smallest ratio of PIC's impacts per second to those of the row "plain".
 PIC_TARGETS = {
     "friction": 0.8,
     "driven": 0.8,
@@ -41,21 +40,21 @@ PIC_TARGETS = {
     "gravity-chain": 0.3,
     "contact": 0.1,
 }
-#: Greatest ratio of PIT's time per frame to that of the plain gas.
+#: Target: greatest ratio of PIT's time per frame to that of the row "plain".
 PIT_TARGET = 3.0
-#: Greatest ratio of the time with all impacts recorded to that with none.
+#: Target: greatest ratio of the time with all impacts recorded to the time without recording.
 RECORDING_TARGET = 1.15
-#: Least ratio of the baseline's time to this one's in the small scene.
+#: Target: smallest ratio of the baseline's time to this version's time for "small".
 SMALL_TARGET = 1.5
 
 _SIZES = (100, 1000)
 _SMALL_DISCS, _SMALL_IMPACTS, _SMALL_SOLVES = 16, 1000, 40
-#: Impacts, or frames, of the first run of a kind, which tells how many are timed.
+#: Impacts or frames of the first run of a kind. The time of this run determines how many are timed later.
 _FIRST = {"pic": 48, "pit": 4}
 _FRAMES = 600
 _IMPACTS_PER_DISC = 100
 _RECORDED_IMPACTS = 300_000
-#: More than the contact scene has per disc, so that it runs to its end.
+#: The scene "contact" has fewer impacts per disc, so it runs to its end.
 _ALL_IMPACTS_PER_DISC = 1000
 #: A kind whose first run takes longer than this is run once.
 _SLOW_S = 0.3
@@ -65,13 +64,14 @@ _RUN_S = 0.4
 
 @dataclass
 class Speed:
-    """Impacts or frames per second of one kind in one interpreter.
+    """Impacts or frames per second of one kind of motion in one interpreter.
 
     Attributes:
-        rates: One per round, or one alone of a slow kind; NaN if the run took no longer than its start.
-        size: Impacts or frames of a run; 0 of a slow kind, which is not run again.
+        rates: Impacts or frames per second in each round; a single value for a slow kind. NaN if the run was too short
+            to measure.
+        size: Impacts or frames of a run; 0 for a slow kind, which is not run again.
         solves: Runs that are timed together in a round.
-        is_bound: Whether the rate is only known to be lower.
+        is_bound: Whether the true rate is below the given rate.
     """
 
     rates: list[float] = field(default_factory=list)
@@ -81,18 +81,18 @@ class Speed:
 
     @property
     def median(self) -> float:
-        """The median of the rates."""
+        """Median of the rates."""
         return _median(self.rates)
 
     def over(self, other: Speed) -> float:
-        """Return the median of the ratios to another's rates of the same rounds."""
+        """Return the median of the ratios of these rates to the other's rates in the same rounds."""
         if len(self.rates) != len(other.rates):
             return self.median / other.median
         return _median(a / b for a, b in zip(self.rates, other.rates, strict=True))
 
 
 def _median(numbers: Iterable[float]) -> float:
-    """Return the median of all numbers but NaN; NaN if there is no other."""
+    """Return the median of all numbers except NaN; NaN if there is none."""
     known = [number for number in numbers if not math.isnan(number)]
     return statistics.median(known) if known else math.nan
 
@@ -107,16 +107,19 @@ class Worker(Interpreter):
     def time(
         self, method: str, kind: str, discs: int, size: int, *, record: str = "all", solves: int = 1
     ) -> tuple[float, float]:
-        """Return the seconds of some solves up to a number of impacts or frames, and the events of one."""
+        """Return the total seconds of some runs with `size` impacts or frames, and the number of events of one run."""
         seconds, events = self.ask(f"{method} {kind} {discs} {size} {record} {solves} {self._limit_s}")
         return seconds, events
 
     def first_speed(self, method: str, kind: str, discs: int) -> Speed:
-        """Return the speed of a slow kind, or how many impacts or frames are to be timed of any other."""
+        """Run a kind for the first time.
+
+        Return the speed of a slow kind, and for other kinds the size of the timed runs.
+        """
         size, most = _FIRST[method], _FRAMES
         if method == "pic":
             most = discs * (_ALL_IMPACTS_PER_DISC if kind == "contact" else _IMPACTS_PER_DISC)
-        for _ in range(3):  # the first imports modules, and one that is too short is mostly the start of the run
+        for _ in range(3):  # the first run also imports modules, and a short run measures mainly its start
             seconds, events = self.time(method, kind, discs, size)
             if seconds == math.inf:
                 return Speed([_FIRST[method] / self._limit_s], is_bound=True)
@@ -127,7 +130,7 @@ class Worker(Interpreter):
         return Speed(size=size, solves=max(1, int(wanted / size)))
 
     def measure(self, method: str, kind: str, discs: int, speed: Speed) -> None:
-        """Add a round to the speed of a kind that is not slow."""
+        """Add a round to the speed of a kind, unless the kind is slow."""
         if speed.size:
             least = 0 if method == "pic" else 1
             start_s, before = self.time(method, kind, discs, least, solves=speed.solves)
@@ -137,7 +140,7 @@ class Worker(Interpreter):
 
 
 class Table:
-    """The speeds of all kinds for one number of discs, by PIC and PIT, in one or two interpreters."""
+    """The speeds of all kinds with PIC and PIT, for one number of discs and one or two interpreters."""
 
     def __init__(self, workers: Sequence[Worker], discs: int, kinds: Sequence[str], rounds: int) -> None:
         subjects = [
@@ -152,7 +155,7 @@ class Table:
                     worker.measure(method, kind, discs, speed)
 
     def speed(self, method: str, kind: str) -> dict[str, Any]:
-        """Return the speed of a kind by a method as a row of the JSON file."""
+        """Return the speed of a kind with PIC or PIT, as a row of the JSON file."""
         if (method, kind) not in self._speeds:
             return {}
         ours, *baseline = self._speeds[method, kind]
@@ -168,7 +171,7 @@ class Table:
 
 
 def measure_recording(worker: Worker, discs: int, rounds: int) -> float:
-    """Return the time of PIC of the plain gas with all impacts recorded over that with none."""
+    """Return PIC's time with all impacts recorded, divided by the time without recording."""
     ratios = []
     for _ in range(rounds):
         (none_s, _), (all_s, _) = (
@@ -179,7 +182,7 @@ def measure_recording(worker: Worker, discs: int, rounds: int) -> float:
 
 
 def measure_small(workers: Sequence[Worker], rounds: int) -> list[float]:
-    """Return the seconds of a solve of the small scene in each interpreter."""
+    """Return the seconds of a run of the small scene in each interpreter."""
     seconds = [
         [
             worker.time("pic", "plain", _SMALL_DISCS, _SMALL_IMPACTS, solves=_SMALL_SOLVES)[0] / _SMALL_SOLVES
@@ -187,11 +190,13 @@ def measure_small(workers: Sequence[Worker], rounds: int) -> list[float]:
         ]
         for _ in range(rounds + 1)
     ]
-    return [statistics.median(column) for column in zip(*seconds[1:], strict=True)]  # the first computes the arrays
+    return [
+        statistics.median(column) for column in zip(*seconds[1:], strict=True)
+    ]  # the first round also computes the scene's arrays
 
 
 def format_number(value: float) -> str:
-    """Return a number with three digits, or whole with separators where it has more."""
+    """Format a number with three digits; from 1000 on, as a whole number with separators."""
     return f"{value:,.0f}" if value >= 1000 else f"{value:.3g}"
 
 
@@ -211,7 +216,7 @@ def _columns(speed: dict[str, Any], has_baseline: bool) -> str:
 
 
 def print_table(discs: int, rows: dict[str, dict[str, Any]], recording: float, has_baseline: bool) -> None:
-    """Print the rows of one number of discs."""
+    """Print the table for one number of discs."""
     beside = f" {'x baseline':>10}" if has_baseline else ""
     heads = (f" {name:>12} {'x plain':>9} {'target':>7}{beside}" for name in ("impacts/s", "ms per frame"))
     print(f"{f'{discs} discs':<16}{''.join(heads)}")
@@ -266,8 +271,10 @@ if __name__ == "__main__":
     command = parser("benchmarks.kinds", __doc__)
     command.add_argument("--discs", nargs="+", type=count, default=_SIZES, help="numbers of discs")
     command.add_argument("--kinds", nargs="+", choices=KINDS, default=list(KINDS), help="kinds of motion")
-    command.add_argument("--baseline", default="", metavar="PYTHON", help="interpreter of another environment")
-    command.add_argument("--rounds", type=count, default=5, help="times that each is timed")
-    command.add_argument("--limit", type=_seconds, default=10.0, metavar="SECONDS", help="most that one run may take")
-    command.add_argument("--json", dest="json_path", type=Path, metavar="PATH", help="file to write the numbers to")
+    command.add_argument(
+        "--baseline", default="", metavar="PYTHON", help="Python interpreter with another version of Carom"
+    )
+    command.add_argument("--rounds", type=count, default=5, help="number of timings")
+    command.add_argument("--limit", type=_seconds, default=10.0, metavar="SECONDS", help="time limit of a run")
+    command.add_argument("--json", dest="json_path", type=Path, metavar="PATH", help="file for the numbers")
     run(command, main)

@@ -1,12 +1,13 @@
-"""Scenes and timings of `benchmarks.kinds`, run as text in an interpreter of its own.
+"""Scenes and timings of `benchmarks.kinds`, which passes this module as text to a Python interpreter.
 
-The module uses only what versions of Carom have in common. Each line of standard input is one request:
+The interpreter can have another version of Carom, so the module uses only functions that do not change. Each line of
+standard input is one request:
 
 - ``pic KIND DISCS IMPACTS RECORD SOLVES LIMIT`` times `carom.solve_pic` up to a number of impacts.
 - ``pit KIND DISCS FRAMES RECORD SOLVES LIMIT`` times `carom.solve_pit` over a number of frames; RECORD is ignored.
 
-The answer is the processor time in seconds, and how many impacts and changes of mode, or frames, one solve had.
-A request that takes longer than LIMIT seconds is answered by ``inf 0``.
+The module prints the processor time in seconds and the number of events of one run: frames, or impacts and changes
+between sliding, rolling and rest. If a request takes longer than LIMIT seconds, the module prints ``inf 0``.
 """
 
 from __future__ import annotations
@@ -25,12 +26,12 @@ from carom import Chain, Disc, Scene, Wall, solve_pic, solve_pit
 
 RADIUS_M = 0.25
 FRAME_RATE_HZ = 60.0
-#: Of the gas: discs that fall across their box gain no more speed than they have, so the gas stays comparable.
+#: Weak gravity: falling through the whole box does not double the speed of discs, so speeds stay comparable.
 WEAK_GRAVITY_M_S2 = (0.0, -0.1)
-#: Longer than any run that is timed; runs end by their number of impacts.
+#: Longer than any timed run, because timed runs end after a number of impacts.
 LONG_S = 1e5
 SEGMENTS = 100
-#: The contact scene: each floor has its balls in a row, of which the outer two roll off its ends.
+#: The scene "contact": the balls above a floor are in a row, and the outer two roll off the ends of the floor.
 BALLS_PER_FLOOR = 10
 FLOOR_M = 17.0
 FLOOR_SPACING_M = 25.0
@@ -48,7 +49,7 @@ def square_gas(discs: int, most_spin_rad_s: float = 0.0) -> list[Disc]:
 
 
 def round_gas(discs: int) -> tuple[list[Disc], float]:
-    """Return the same gas within a circle around the origin, and the radius of a circle that has all of it inside."""
+    """Return discs within a circle around the origin, and the radius of a circle that contains all discs."""
     side = math.ceil(math.sqrt(discs))
     lattice = [(x + 0.5, y + 0.5) for x in range(-side, side) for y in range(-side, side)]
     places = sorted(lattice, key=lambda place: math.hypot(*place))[:discs]
@@ -67,7 +68,7 @@ def _moving(places: list[tuple[float, float]], most_spin_rad_s: float) -> list[D
 
 
 def box(discs: int, recedes_m_s: float = 0.0) -> list[Wall]:
-    """Return the walls of a square box around the origin of a square metre per disc; the first may recede."""
+    """Return the walls of a square box around the origin, with a square metre per disc. The first wall may recede."""
     half = math.sqrt(discs) / 2
     normals = ((1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
     walls = [Wall(point_m=(-half * x, -half * y), normal=(x, y)) for x, y in normals]
@@ -75,28 +76,28 @@ def box(discs: int, recedes_m_s: float = 0.0) -> list[Wall]:
 
 
 def polygon(apothem: float) -> list[Chain]:
-    """Return a regular polygon around the origin, by the radius of the circle inside it, as one closed chain."""
+    """Return a closed chain: a regular polygon around the origin with an inscribed circle of radius `apothem`."""
     radius = apothem / math.cos(math.pi / SEGMENTS)
     angles = [2.0 * math.pi * k / SEGMENTS for k in range(SEGMENTS)]
     return [Chain(points_m=[(radius * math.cos(angle), radius * math.sin(angle)) for angle in angles], closed=True)]
 
 
 def boxed_gas(discs: int, *, most_spin_rad_s: float = 0.0, recedes_m_s: float = 0.0, **laws: Any) -> Scene:
-    """Return the gas in its box under some laws."""
+    """Return a scene with discs in a box."""
     gas = square_gas(discs, most_spin_rad_s)
     return Scene(name="gas in a box", discs=gas, walls=box(discs, recedes_m_s), duration_s=LONG_S, **laws)
 
 
 def enclosed_gas(discs: int, **laws: Any) -> Scene:
-    """Return the gas in a chain of 100 segments under some laws."""
+    """Return a scene with discs in a closed chain of 100 segments."""
     gas, apothem = round_gas(discs)
     return Scene(name="gas in a chain", discs=gas, walls=polygon(apothem), duration_s=LONG_S, **laws)
 
 
 def dropped_balls(discs: int) -> Scene:
-    """Return balls that are dropped on separate floors, ten on each, where they come to rest or roll off.
+    """Return a scene in which ten balls are dropped on each of several floors, and come to rest or roll off.
 
-    Speeds are such that no ball comes too slowly to the end of its floor, which would end the run.
+    Balls that reach the end of a floor are fast, because PIC ends a run if a ball rolls slowly over an end.
     """
     balls, floors = list[Disc](), list[Chain]()
     for floor in range(-(-discs // BALLS_PER_FLOOR)):
@@ -125,7 +126,7 @@ def dropped_balls(discs: int) -> Scene:
 
 _ROUGH = {"friction": 0.1, "wall_friction": 0.1}
 
-#: Kinds of motion by name, each with what builds its scene of a number of discs.
+#: Kinds of motion, each with the function that builds its scene from the number of discs.
 KINDS: dict[str, Callable[[int], Scene]] = {
     "plain": boxed_gas,
     "friction": lambda discs: boxed_gas(discs, most_spin_rad_s=1.0, **_ROUGH),
@@ -142,7 +143,10 @@ KINDS: dict[str, Callable[[int], Scene]] = {
 
 @cache
 def _scene(kind: str, discs: int, frames: int = 0) -> Scene:
-    """Return a scene with its arrays, which are no part of a timing; with a number of frames, as long as these."""
+    """Return a scene, for PIT with a duration of `frames` frames.
+
+    The arrays are computed here, outside of the timing.
+    """
     scene = KINDS[kind](discs)
     if frames:
         scene = scene.model_copy(update={"duration_s": frames / FRAME_RATE_HZ})
@@ -151,12 +155,12 @@ def _scene(kind: str, discs: int, frames: int = 0) -> Scene:
 
 
 class _TimeLimitError(Exception):
-    """A request has taken as long as it may."""
+    """A request has reached its time limit."""
 
 
 @contextmanager
 def _time_limit(seconds: float) -> Iterator[None]:
-    """End what runs inside by `_TimeLimitError` after some seconds of processor time."""
+    """Raise `_TimeLimitError` in the `with` block after some seconds of processor time."""
 
     def end(*_: object) -> None:
         raise _TimeLimitError
@@ -182,7 +186,7 @@ def _timed(solve: Callable[[], int], solves: int, limit_s: float) -> tuple[float
 
 
 def time_pic(kind: str, discs: int, impacts: int, record: str, solves: int, limit_s: float) -> tuple[float, int]:
-    """Return the seconds of some solves by PIC, and the impacts and changes of mode of one."""
+    """Return the total seconds of some runs of PIC, and the number of events of one run."""
     scene = _scene(kind, discs)
 
     def solve() -> int:
@@ -193,7 +197,7 @@ def time_pic(kind: str, discs: int, impacts: int, record: str, solves: int, limi
 
 
 def time_pit(kind: str, discs: int, frames: int, _: str, solves: int, limit_s: float) -> tuple[float, int]:
-    """Return the seconds of some solves by PIT, and the frames of one."""
+    """Return the total seconds of some runs of PIT, and the number of frames of one run."""
     scene = _scene(kind, discs, frames)
 
     def solve() -> int:

@@ -1,9 +1,8 @@
-"""Memory and time of a large cross-check's files: ``python -m benchmarks.memory [rows]``.
+"""Memory and time of commands that read or write large files of results: ``python -m benchmarks.memory [rows]``.
 
-The file is the sample's results.jsonl, its scenes copied under other names until there are enough rows; a second file
-has larger errors in one row of twenty. Each row is a process: its seconds by the clock and of the processor, with those
-of processes that it started, the largest memory that one of them held, and the size of the file that it reads or
-writes. ``--suite`` runs the built-in suite too.
+The first file contains the rows of the committed sample many times, each time with other names of scenes. In the second
+file, one of twenty rows has larger errors. Each printed row shows a command: elapsed time, processor time (with child
+processes), the largest memory of a process, and the size of the file.
 """
 
 from __future__ import annotations
@@ -24,13 +23,13 @@ SAMPLE = Path(__file__).parents[1] / "reports" / "sample" / "results.jsonl"
 #: Every 20th row of the second file has larger errors.
 CHANGED = 20
 _READ = (
-    "import sys, pathlib; from carom.report.results_file.records import read_records; "
+    "import sys, pathlib; from carom.report.results_file.results_jsonl import read_records; "
     "read_records(pathlib.Path(sys.argv[1]))"
 )
 
 
 def write_copies(path: Path, rows: int, *, changed: bool) -> None:
-    """Write a results.jsonl with copies of the sample's rows. Each copy has new names of scenes."""
+    """Write a results.jsonl with copies of the sample's rows. Scenes have new names in each copy."""
     head, *lines = (json.loads(line) for line in SAMPLE.read_text(encoding="utf-8").splitlines())
     names = [f" {k}" for k in range(-(-rows // len(lines)))]
     whole = {
@@ -54,7 +53,7 @@ def _copies(lines: list[dict[str, Any]], names: list[str], rows: int, changed: b
 
 
 def measure(*command: str) -> tuple[float, float, float]:
-    """Return seconds by the clock and of the processor, and the megabytes of the largest of its processes."""
+    """Run a command. Return elapsed seconds, seconds of processor time, and the megabytes of its largest process."""
     began = time.perf_counter()
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL)  # noqa: S603 - this Python
     _, status, used = os.wait4(process.pid, 0)
@@ -93,5 +92,5 @@ def main(rows: int, *, suite: bool) -> None:
 if __name__ == "__main__":
     arguments = parser("benchmarks.memory", __doc__)
     arguments.add_argument("rows", nargs="?", type=count, default=100_000, help="rows of results.jsonl")
-    arguments.add_argument("--suite", action="store_true", help="run the built-in suite too")
+    arguments.add_argument("--suite", action="store_true", help="also run the built-in scenes")
     run(arguments, main)

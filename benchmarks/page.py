@@ -1,7 +1,7 @@
-"""The first paint of a report's page in Chromium, and how large the page is: ``python -m benchmarks.page``.
+"""Time until Chromium first shows a report's page, and the size of the page: ``python -m benchmarks.page``.
 
-Each time a new browser opens the file, as a double click does; the first paint is the browser's own *first contentful
-paint*, counted from when it began to load the page. A replay's time is that until its pictures are drawn.
+For each measurement, a new browser opens the file, as after a double click. The measured time is from the start of
+loading to the browser's *first contentful paint*. For a replay, the time ends when the replay's pictures are drawn.
 """
 
 from __future__ import annotations
@@ -46,5 +46,5 @@ def main(page: Path, repeats: int) -> None:
 if __name__ == "__main__":
     arguments = parser("benchmarks.page", __doc__)
     arguments.add_argument("--page", type=Path, default=SAMPLE, help="the page of a report")
-    arguments.add_argument("--repeats", type=count, default=5, help="how often it is opened")
+    arguments.add_argument("--repeats", type=count, default=5, help="number of measurements")
     run(arguments, main)

@@ -1,9 +1,8 @@
-"""Speed and memory of event-driven PIC on the hard-disc gas: ``python -m benchmarks.pic [discs ...]``.
+"""Speed and memory of PIC with many discs in a box: ``python -m benchmarks.pic [discs ...]``.
 
-Each row times two runs in turn, in interpreters of their own, and prints the median of their paired ratios, with the
-quartiles. The first rows compare a run with that of another environment (``--baseline``: the path of its Python). The
-others compare a run that records all impacts (the finished array with its ambiguity) with one that records none. Times
-are of the processor.
+Each row times two runs in turn, each in its own interpreter, and prints the median and the quartiles of the ratios. The
+column "x baseline" compares the run with the same run in another version of Carom. The column "recorded x" compares a
+run that records all impacts with a run that records none. All times are processor times.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ from benchmarks.arguments import count, parser, run
 from benchmarks.baseline import Interpreter
 
 _PACKINGS = (0.3, 0.6)
-#: Discs and impacts of the small scenes, and how many solves are timed at a time.
+#: Discs and impacts of the small scenes, and the number of runs per timing.
 _SMALL = ((2, 1, 2000), (3, 10, 400), (16, 100, 100), (16, 1000, 40), (128, 300, 40), (999, 1000, 10))
 
 
@@ -32,7 +31,7 @@ class Worker(Interpreter):
 
 
 def paired(one: Worker, other: Worker, size: int, repeats: int) -> tuple[float, str]:
-    """Return the median time of one worker, and the other's time over it: median and quartiles of the paired ratios."""
+    """Return the median time of one worker, and the ratios of the other worker's times to it (median and quartiles)."""
     times, ratios = [], []
     for k in range(repeats):
         if k % 2:
@@ -46,7 +45,7 @@ def paired(one: Worker, other: Worker, size: int, repeats: int) -> tuple[float, 
 
 
 def kernel_rows(sizes: Sequence[int], baseline: str, impacts: int, repeats: int) -> None:
-    """Print the speed of the kernel, what recording costs, and the memory, for gases of these sizes."""
+    """Print the speed, the cost of recording and the memory, for boxes with these numbers of discs."""
     print(f"{'discs':>9} {'packing':>8} {'impacts/s':>10} {'x baseline':>18} {'recorded x':>18} {'bytes/disc':>11}")
     for discs in sizes:
         for packing in _PACKINGS:
@@ -63,7 +62,7 @@ def kernel_rows(sizes: Sequence[int], baseline: str, impacts: int, repeats: int)
 
 
 def small_rows(baseline: str, repeats: int) -> None:
-    """Print the time from `solve_pic` to the trace of scenes of a few discs."""
+    """Print the time of `solve_pic` for scenes with few discs."""
     print(f"{'discs':>9} {'impacts':>8} {'us/solve':>10} {'x baseline':>18}")
     for discs, impacts, solves in _SMALL:
         with Worker(sys.executable, "solve", discs, impacts) as ours:
@@ -87,7 +86,9 @@ def start_seconds() -> float:
 
 def main(sizes: Sequence[int], baseline: str = "", impacts: int = 300_000, repeats: int = 9) -> None:
     """Print the tables."""
-    print(f"from nothing to 100 impacts: {statistics.median(start_seconds() for _ in range(repeats)):.2f} s")
+    print(
+        f"from the start of Python to 100 impacts: {statistics.median(start_seconds() for _ in range(repeats)):.2f} s"
+    )
     small_rows(baseline, repeats)
     kernel_rows(sizes, baseline, impacts, repeats)
 
@@ -95,8 +96,10 @@ def main(sizes: Sequence[int], baseline: str = "", impacts: int = 300_000, repea
 if __name__ == "__main__":
     command = parser("benchmarks.pic", __doc__)
     sizes = (1_000, 100_000, 1_000_000)
-    command.add_argument("sizes", nargs="*", type=count, default=sizes, metavar="discs", help="sizes of the gas")
-    command.add_argument("--baseline", default="", metavar="PYTHON", help="interpreter of another environment")
-    command.add_argument("--impacts", type=count, default=300_000, help="impacts timed at a time")
-    command.add_argument("--repeats", type=count, default=9, help="times that each is timed")
+    command.add_argument("sizes", nargs="*", type=count, default=sizes, metavar="discs", help="numbers of discs")
+    command.add_argument(
+        "--baseline", default="", metavar="PYTHON", help="Python interpreter with another version of Carom"
+    )
+    command.add_argument("--impacts", type=count, default=300_000, help="impacts per timing")
+    command.add_argument("--repeats", type=count, default=9, help="number of timings")
     run(command, main)

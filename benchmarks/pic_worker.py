@@ -1,9 +1,9 @@
-"""Timed part of the benchmark of PIC, which `benchmarks.pic` runs, as text, in a separate interpreter.
+"""Timed part of `benchmarks.pic`, which passes this module as text to a Python interpreter.
 
-The module uses only what all versions of Carom have in common. The first line of standard input is the task: "gas",
-discs, packing, and whether impacts are recorded; or "solve", discs, and impacts. Each further line is a number of
-impacts or solves, and the answer is their processor time in seconds. The answer to the last line, "bytes", is the
-memory a disc.
+The interpreter can have another version of Carom, so the module uses only functions that do not change. The first line
+of standard input is the task: "gas", discs, packing, and whether impacts are recorded; or "solve", discs, and impacts.
+For each further line with a number of impacts or runs, the module prints their processor time in seconds. For the line
+"bytes", the module prints the memory per disc.
 """
 
 from __future__ import annotations
@@ -18,24 +18,24 @@ from carom.solvers.event_driven.run import EventDrivenRun
 
 try:
     from carom.studies.bench.gas import build_gas_scene, build_hard_disc_gas
-except ImportError:  # its place in an older build that is also timed
+except ImportError:  # the name of this module in older versions
     from carom.bench.gas import gas_scene as build_gas_scene  # type: ignore[import-not-found, no-redef] # not in this build
     from carom.bench.gas import hard_disc_gas as build_hard_disc_gas  # type: ignore[no-redef]
 
-#: Impacts a disc before the clock starts, in which the lattice melts.
+#: Impacts per disc before the timing starts. During these impacts, the initial lattice becomes disordered.
 _MELT = 20
 _MOST_MELT = 5_000_000
 
 
 def _gas(discs: int, packing: float, recorded: bool) -> tuple[Callable[[int], float], Callable[[], float]]:
-    """Return functions that time some impacts of a melted gas, and return its memory a disc."""
+    """Return two functions for a box of discs: one times some impacts, the other returns the memory per disc."""
     start = build_hard_disc_gas(discs, packing)
     run = EventDrivenRun(start, record="none")
     run.advance_to(math.inf, min(_MELT * discs, _MOST_MELT))
 
     def advance(impacts: int) -> float:
         nonlocal run
-        if recorded:  # the array and its ambiguity, from a fresh log; the new predictions are not timed
+        if recorded:  # The timing includes the arrays of a new log, but not the predictions at the start.
             run = EventDrivenRun(start, record="all", resume=run.state())
             run.advance_to(math.inf, run.impacts + 1)
         last = run.impacts + impacts
@@ -50,7 +50,7 @@ def _gas(discs: int, packing: float, recorded: bool) -> tuple[Callable[[int], fl
 
 
 def _solve(discs: int, impacts: int) -> Callable[[int], float]:
-    """Return a function that times solutions of a small scene by `solve_pic`; two discs have no walls."""
+    """Return a function that times runs of `solve_pic` on a small scene. A scene of two discs has no walls."""
     scene = build_gas_scene(discs, 0.3)
     if discs == 2:
         pair = [Disc(position_m=(x, 0.1 * x), velocity_m_s=(1.0 - x, 0.0), radius_m=0.5) for x in (0.0, 3.0)]

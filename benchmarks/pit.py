@@ -1,6 +1,6 @@
-"""PIT with skipping, without it, and in another environment: ``python -m benchmarks.pit [discs ...]``.
+"""Speed of PIT with and without skipping frames, and in another version: ``python -m benchmarks.pit [discs ...]``.
 
-A gas at packing .3, 60 frames per second; processor time, medians of alternating runs.
+The discs fill 0.3 of a box, and PIT makes 60 frames per second. The times are medians of processor times.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from benchmarks.baseline import Interpreter
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-#: Answers the number of frames by the seconds that they took; written for this Carom and for older ones.
+#: For each line with a number of frames, prints the seconds of these frames. Also works with older versions.
 _GAS = """
 import sys, time
 from carom.solvers.pit.clock import FrameClock
@@ -32,14 +32,16 @@ for line in sys.stdin:
     print(time.process_time() - begin, flush=True)
 """
 
-#: Numbers of discs, from two, where skipping saves least, to where a frame of the plain loop takes seconds.
+#: Numbers of discs. With two discs skipping saves least, and with the largest number a frame of the plain loop takes
+#: seconds.
 _SIZES = (2, 16, 64, 1000, 100_000)
-#: Frames a round, times the discs: enough to take some hundredths of a second; and tests a round of plain looping.
+#: Frames per round times discs, so that a round takes some hundredths of a second; tests of pairs per round of the
+#: plain loop.
 _DISC_FRAMES, _TESTS = 300_000, 2_000_000_000
 
 
 def compare(discs: int, baseline: str, rounds: int) -> str:
-    """Return a line: milliseconds a frame, plain over skipping, and the baseline's best form over skipping."""
+    """Return a line: milliseconds per frame with skipping, and the times of plain loop and baseline divided by this."""
     frames = max(3, _DISC_FRAMES // discs)
     plain_frames = max(1, min(frames, _TESTS // discs**2))
     forms = [(True, frames, None), (False, plain_frames, None)] + ([(True, frames, baseline)] if baseline else [])
@@ -64,7 +66,9 @@ def main(sizes: Sequence[int], baseline: str, rounds: int) -> None:
 
 if __name__ == "__main__":
     command = parser("benchmarks.pit", __doc__)
-    command.add_argument("sizes", nargs="*", type=count, default=_SIZES, metavar="discs", help="sizes of the gas")
-    command.add_argument("--baseline", default="", metavar="PYTHON", help="the interpreter of another environment")
-    command.add_argument("--rounds", type=count, default=9, help="alternating runs, of which medians are taken")
+    command.add_argument("sizes", nargs="*", type=count, default=_SIZES, metavar="discs", help="numbers of discs")
+    command.add_argument(
+        "--baseline", default="", metavar="PYTHON", help="Python interpreter with another version of Carom"
+    )
+    command.add_argument("--rounds", type=count, default=9, help="number of timings")
     run(command, main)

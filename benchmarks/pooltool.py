@@ -1,8 +1,8 @@
-"""PIC against pooltool, another event-driven simulation, impact by impact: ``python -m benchmarks.pooltool``.
+"""Comparison of PIC with pooltool, which also computes instants of impacts: ``python -m benchmarks.pooltool``.
 
-The scenes have equal elastic balls without walls, and the least friction that pooltool takes. The output is the number
-of impacts of each, the number of first impacts in the same order, the differences of their times, and the ratio of
-processor times. Release 0.6.0 of pooltool requires a panda3d that PyPI lacks: ``pip install --no-deps
+The scenes have equal elastic balls, no walls, and the least friction that pooltool accepts. The output shows the number
+of impacts of both programs, how many first impacts have the same order, the differences of their times, and the ratio
+of processor times. Release 0.6.0 of pooltool requires a panda3d that PyPI lacks: ``pip install --no-deps
 pooltool-billiards``, then its other requirements, with an available panda3d.
 """
 
@@ -22,12 +22,12 @@ from carom.errors import CaromError
 
 ROUNDS = 5
 
-#: pooltool refuses a friction of 0. Of this it makes a ball at 1 m/s slower by 1e-14 m/s in a second.
+#: pooltool refuses a friction of 0. This friction slows a ball by 1e-14 m/s in a second.
 FRICTION = 1e-15
 
 
 def cloud(side: int) -> carom.Scene:
-    """Return `side` times `side` balls a third of a radius apart, which move off in all directions."""
+    """Return `side` times `side` balls that start in all directions, with gaps of two thirds of a radius."""
     gas = stage_boxed_gas(side, radius_m=0.03, pitch_m=0.08, speed=1.0, duration_s=1.0).scene
     return carom.Scene(name=f"{side * side} balls", discs=gas.discs, duration_s=gas.duration_s)
 
@@ -51,7 +51,7 @@ def _of_pooltool(scene: carom.Scene) -> Any:
 
 
 def peer(scene: carom.Scene) -> tuple[list[tuple[float, int, int]], float]:
-    """Return the impacts of pooltool, (time, first, second), and its seconds of processor time.
+    """Return pooltool's impacts (time, first, second), and its processor time in seconds.
 
     Raises:
         CaromError: pooltool is not installed.
@@ -60,7 +60,7 @@ def peer(scene: carom.Scene) -> tuple[list[tuple[float, int, int]], float]:
         import pooltool
         from pooltool.physics.resolve.ball_ball.frictionless_elastic import FrictionlessElastic
     except ImportError as error:
-        raise CaromError(f"pooltool is not installed: {error}; see the head of benchmarks/pooltool.py") from error
+        raise CaromError(f"pooltool is not installed: {error}; see the docstring of benchmarks/pooltool.py") from error
     engine = pooltool.physics.PhysicsEngine()
     engine.resolver.ball_ball = FrictionlessElastic()
     system = _of_pooltool(scene)
@@ -76,7 +76,7 @@ def peer(scene: carom.Scene) -> tuple[list[tuple[float, int, int]], float]:
 
 
 def main(largest: int = 7) -> None:
-    """Compare clouds of growing size.
+    """Compare the programs on clouds of growing size.
 
     Raises:
         CaromError: pooltool is not installed.
@@ -109,5 +109,5 @@ def _ratio(scene: carom.Scene) -> float:
 
 if __name__ == "__main__":
     arguments = parser("benchmarks.pooltool", __doc__)
-    arguments.add_argument("--largest", type=count, default=7, help="balls a side of the largest cloud")
+    arguments.add_argument("--largest", type=count, default=7, help="balls on a side of the largest cloud")
     run(arguments, main)

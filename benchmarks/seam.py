@@ -1,6 +1,6 @@
-"""Cost of the adapter interface: an adapter's timed path over a loop written by hand: ``python -m benchmarks.seam``.
+"""Run time of adapters, divided by the run time of hand-written loops: ``python -m benchmarks.seam``.
 
-Both take the same steps of the engine, in turns, in processor time; the ratio is the median of the rounds'.
+Both make the same steps of the engine, in turn. The ratio is the median of ratios of processor times.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ from carom.engines.registry import explain_unavailable_engine, load_adapter
 ROUNDS = 31
 DISCS = (2, 100)
 
-#: Long enough that the two readings of the clock are negligible.
+#: In a round of this length, the time to read the clock is negligible.
 LEAST_ROUND_S = 0.02
 
 
 def lattice(discs: int) -> Scene:
-    """Return discs in a square lattice that drift apart: no contact, so every step of both loops is alike."""
+    """Return discs on a lattice that move apart. There is no contact, so all steps take the same time."""
     side = math.ceil(math.sqrt(discs))
     places = itertools.islice(itertools.product(range(side), repeat=2), discs)
     return Scene(
@@ -38,14 +38,14 @@ def lattice(discs: int) -> Scene:
 
 
 def _seconds(loop: Callable[[int], object], steps: int) -> float:
-    # Processor time of this thread: what other processes take of a busy machine is not in it.
+    # The processor time of this thread does not include the time of other processes.
     started = time.thread_time()
     loop(steps)
     return time.thread_time() - started
 
 
 def ratio(name: str, discs: int, rounds: int = ROUNDS) -> tuple[float, float]:
-    """Return the ratio of the adapter's time to the hand-written loop's, and the least seconds a step of the latter."""
+    """Return the adapter's time divided by the loop's time, and the loop's smallest time per step in seconds."""
     scene, dt_s = lattice(discs), 1 / 240
     adapter = load_adapter(name)
     world = adapter.prepare(scene, adapter.profiles["tuned"].settings(dt_s))
@@ -63,7 +63,7 @@ def ratio(name: str, discs: int, rounds: int = ROUNDS) -> tuple[float, float]:
 
 
 def reuse_ratio(name: str, worlds: int = 20, rounds: int = 5) -> float:
-    """Return the preparation time of a world in a sweep over that of a world unlike those before it."""
+    """Return the time to prepare a world like the world before, divided by the time to prepare a different world."""
     adapter = load_adapter(name)
     settings = adapter.profiles["tuned"].settings(1 / 240)
     radii = itertools.count()
@@ -86,8 +86,8 @@ def reuse_ratio(name: str, worlds: int = 20, rounds: int = 5) -> float:
 
 
 def lines() -> Iterator[str]:
-    """Measure every engine that is installed, and yield the tables."""
-    yield f"{'engine':10}{'discs':>6}{'adapter / by hand':>20}{'by hand, us a step':>20}"
+    """Measure every installed engine, and yield the lines of the tables."""
+    yield f"{'engine':10}{'discs':>6}{'adapter / by hand':>20}{'loop, us per step':>20}"
     for name, discs in itertools.product(LOOPS, DISCS):
         reason = explain_unavailable_engine(load_adapter(name).engine)
         if reason:
@@ -96,7 +96,7 @@ def lines() -> Iterator[str]:
         found, step_s = ratio(name, discs)
         yield f"{name:10}{discs:6d}{found:20.3f}{step_s * 1e6:20.2f}"
     yield ""
-    yield "preparing a world of a sweep (other start states), over preparing one that is like none before it:"
+    yield "time to prepare a world that differs only in its start state, divided by that of a different world:"
     for name in LOOPS:
         if not explain_unavailable_engine(load_adapter(name).engine):
             yield f"{name:10}{reuse_ratio(name):26.3f}"

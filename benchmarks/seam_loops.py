@@ -1,4 +1,7 @@
-"""Hand-written loops, as a user of each engine would write them, with the settings of the tuned profiles."""
+"""Hand-written loops, one per engine, as a user of the engine writes them.
+
+The settings are those of the profile `tuned`.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ from typing import Any
 
 from carom.engines.api import Scene
 
-#: A function that takes a number of steps, and one that releases its resources.
+#: Two functions: one makes a number of steps, the other releases the engine's resources.
 Loop = tuple[Callable[[int], object], Callable[[], object]]
 
 
@@ -106,7 +109,7 @@ def _box2d(scene: Scene, dt_s: float) -> Loop:
     return loop, lambda: None
 
 
-#: Builds the scene without contacts and gives its loop, by adapter.
+#: For each adapter, a function that builds a scene and returns its loop.
 LOOPS: Mapping[str, Callable[[Scene, float], Loop]] = {
     "pymunk": _pymunk,
     "pybullet": _pybullet,

@@ -1,8 +1,7 @@
-"""Cost of starting: processes, and the check of scenes for overlaps: ``python -m benchmarks.start``.
+"""Cost of starting processes, and of checking scenes for overlaps: ``python -m benchmarks.start``.
 
-Each row is the median of repeats, in processor time, followed by that of another environment (``--baseline``: the path
-of its Python), measured in turn. Memory is the growth of a process's peak. Small scenes, from `solve_pic` to the trace,
-are rows of ``python -m benchmarks.pic``.
+Each row shows the median processor time. With ``--baseline``, the row also shows the time of another version of Carom,
+measured in turn. Memory is the growth of a process's peak memory.
 """
 
 from __future__ import annotations
@@ -26,23 +25,23 @@ _FIRST_SOLVE = (
     "Disc(position_m=(3 * k, 0.1 * k), velocity_m_s=(1 - k, 0), radius_m=0.5) for k in range(3)]))"
 )
 _RUN = ("-m", "carom", "run", "--fail-on", "never")
-#: Name of a row, and arguments of Python. Processes that it starts and waits for count with it.
+#: Name of a row, and arguments of Python. The times include child processes.
 _PROCESSES = (
     ("python", ("-c", "pass")),
     ("import numpy, pydantic", ("-c", f"import numpy; {_PYDANTIC}")),
-    ("the same, and an empty model", ("-c", f"import numpy; {_PYDANTIC}\nclass Empty(BaseModel): pass")),
+    ("and an empty pydantic model", ("-c", f"import numpy; {_PYDANTIC}\nclass Empty(BaseModel): pass")),
     ("import carom, first solve", ("-c", _FIRST_SOLVE)),
     ("carom --help", ("-m", "carom", "--help")),
     ("one cell: pymunk on paper/missed", (*_RUN, "paper/missed", "-e", "pymunk", "-p", "tuned", "--dt", "1/24")),
 )
-#: The same of what takes half a minute: measured this often at most.
+#: Rows that take half a minute each, and the largest number of their measurements.
 _SUITES = (
     ("carom run --no-timing", (*_RUN, "--no-timing")),
     ("carom run", _RUN),
 )
 _MOST_SUITES = 3
 _ARRANGEMENTS = ("grid", "column", "random", "ratio 1:1e6", "outlier", "one place, immovable", "one place")
-#: Seconds after which a row of the baseline is given up: it may be quadratic in the discs.
+#: Time limit of the baseline, in seconds. Its time may grow with the square of the number of discs.
 _PATIENCE_S = 20.0
 
 
@@ -55,7 +54,7 @@ def process_seconds(command: list[str]) -> float:
 
 
 def worker(python: str, *task: object, patience_s: float | None = None) -> tuple[float, float, str] | None:
-    """Return seconds, MiB and what became of it, see `benchmarks.start_worker`; None where patience has ended."""
+    """Return seconds, MiB and outcome of a task of `benchmarks.start_worker`; None after the time limit."""
     source = Path(__file__).with_name("start_worker.py").read_text(encoding="utf-8")
     try:
         done = subprocess.run(  # noqa: S603 - an interpreter that the user names, and our own text
@@ -68,7 +67,7 @@ def worker(python: str, *task: object, patience_s: float | None = None) -> tuple
 
 
 def process_rows(baseline: str, repeats: int) -> None:
-    """Print the processor time of starting processes."""
+    """Print the processor times of processes."""
     print(f"{'process':32} {'ms':>8} {'baseline ms':>12}")
     for name, arguments in (*_PROCESSES, *_SUITES):
         ours, theirs = [], []
@@ -81,7 +80,7 @@ def process_rows(baseline: str, repeats: int) -> None:
 
 
 def check_rows(tasks: list[tuple[str, str, int]], baseline: str, repeats: int) -> None:
-    """Print processor time and memory of checks, by task, arrangement and number of discs."""
+    """Print processor time and memory of checks: a row per task, arrangement and number of discs."""
     print(f"{'task':7} {'arrangement':21} {'discs':>8} {'s':>8} {'MiB':>6} {'baseline s':>11} {'MiB':>6}  outcome")
     for task in tasks:
         ours, theirs = [], []
@@ -117,8 +116,10 @@ def main(discs: int, many: int, baseline: str = "", repeats: int = 9) -> None:
 
 if __name__ == "__main__":
     command = parser("benchmarks.start", __doc__)
-    command.add_argument("--discs", type=count, default=100_000, help="discs of the scenes")
-    command.add_argument("--many", type=count, default=1_000_000, help="discs as arrays")
-    command.add_argument("--baseline", default="", metavar="PYTHON", help="interpreter of another environment")
-    command.add_argument("--repeats", type=count, default=9, help="times that each is measured")
+    command.add_argument("--discs", type=count, default=100_000, help="number of discs of scenes")
+    command.add_argument("--many", type=count, default=1_000_000, help="number of discs as arrays")
+    command.add_argument(
+        "--baseline", default="", metavar="PYTHON", help="Python interpreter with another version of Carom"
+    )
+    command.add_argument("--repeats", type=count, default=9, help="number of measurements")
     run(command, main)

@@ -1,9 +1,10 @@
-"""Timed part of the benchmark of starts, which `benchmarks.start` runs, as text, in a separate interpreter.
+"""Timed part of `benchmarks.start`, which passes this module as text to a Python interpreter.
 
-The module uses only what all versions of Carom have in common. The arguments are the task, the arrangement of the
-discs, and their number. Task "scene" makes a scene of discs, and "load" loads it from a JSON file. Task "check" makes a
-scene of valid discs, which includes the search for overlaps; "arrays" makes `DiscArrays` and searches them. The output
-is the processor time in seconds, the growth of the process's peak memory in MiB, and the outcome.
+The interpreter can have another version of Carom, so the module uses only functions that do not change. The arguments
+are the task, the arrangement of the discs, and the number of discs. The task "scene" makes a scene, and "load" loads a
+scene from a JSON file. The task "check" only searches a scene for overlaps, and "arrays" does the same with
+`DiscArrays`. The output is the processor time in seconds, the growth of the process's peak memory in MiB, and the
+outcome.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from carom.errors import CaromError
 
 
 def arranged(arrangement: str, n: int) -> dict[str, Any]:
-    """Return positions, radii and masses of discs, in an order of their own."""
+    """Return positions, radii and masses of discs in random order."""
     rng = np.random.default_rng(1)
     rank = rng.permutation(n)
     lattice = 2.0 * np.stack(np.divmod(rank, math.isqrt(n - 1) + 1), axis=1)
@@ -71,7 +72,7 @@ def _prepared(what: str, columns: dict[str, Any]) -> Callable[[], object]:
     discs = _discs(columns)
     if what == "check":
         made = tuple(Disc.model_construct(**disc) for disc in discs)
-        # Made from discs that are valid already, a scene only looks for overlaps.
+        # With discs that are already validated, a scene only searches for overlaps.
         return lambda: Scene.model_construct(name="start", duration_s=1.0, discs=made)
     if what == "load":
         path = Path(tempfile.mkdtemp()) / "scene.json"

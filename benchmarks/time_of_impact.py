@@ -1,4 +1,4 @@
-"""Accuracy and cost of the time of impact, against the textbook form: ``python -m benchmarks.time_of_impact``."""
+"""Accuracy and cost of the time of impact, compared with textbook formulas: ``python -m benchmarks.time_of_impact``."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-#: The classes of input on which formulas differ, see ``docs/theory/pic.md``.
+#: Kinds of input for which formulas differ; see ``docs/theory/pic.md``.
 CLASSES = (
     "random",
     "grazing 1e-14..1e-4",
@@ -40,8 +40,8 @@ CLASSES = (
 def pairs_of_class(name: str, count: int, seed: int = 1) -> Array:
     """Return ten columns of `count` pairs of discs, in the order of `carom.core.primitives.pair_time`'s arguments.
 
-    Those of the last class, "as they come", are drawn blindly, and a tenth of them hit; all others approach, and hit or
-    graze.
+    Pairs of the last class, "as they come", are random, and a tenth of them hit. In the other classes, all pairs
+    approach, and hit or graze.
     """
     rng = np.random.default_rng(seed)
     if name == "as they come":
@@ -82,7 +82,7 @@ def pairs_of_class(name: str, count: int, seed: int = 1) -> Array:
 
 
 def textbook(columns: Array) -> Array:
-    """Return the root by ``(-b - sqrt(b^2 - a c)) / a``, where the discs approach."""
+    """Return the root by ``(-b - sqrt(b^2 - a c)) / a``if the discs approach; otherwise infinity."""
     x1, y1, vx1, vy1, r1, x2, y2, vx2, vy2, r2 = columns
     dx, dy, ux, uy, reach = x2 - x1, y2 - y1, vx2 - vx1, vy2 - vy1, r1 + r2
     a, b, c = ux * ux + uy * uy, dx * ux + dy * uy, dx * dx + dy * dy - reach * reach
@@ -91,7 +91,7 @@ def textbook(columns: Array) -> Array:
 
 
 def stable(columns: Array) -> Array:
-    """Return the root by ``c / (-b + sqrt(a R^2 - (d x u)^2))``, where the discs approach: the best plain form."""
+    """Return the root by ``c / (-b + sqrt(a R^2 - (d x u)^2))``, the best simple form, if the discs approach."""
     x1, y1, vx1, vy1, r1, x2, y2, vx2, vy2, r2 = columns
     dx, dy, ux, uy, reach = x2 - x1, y2 - y1, vx2 - vx1, vy2 - vy1, r1 + r2
     b, c, cross = dx * ux + dy * uy, dx * dx + dy * dy - reach * reach, dx * uy - dy * ux
@@ -100,18 +100,18 @@ def stable(columns: Array) -> Array:
 
 
 def carom_form(columns: Array) -> Array:
-    """Return `carom.time_of_impact`, its checks of the input included."""
+    """Return the result of `carom.time_of_impact`, which also checks its input."""
     c = columns
     return np.asarray(time_of_impact(c[0:2].T, c[2:4].T, c[4], c[5:7].T, c[7:9].T, c[9]))
 
 
 def _errors(columns: Array, times: Array) -> tuple[float, float, int]:
-    """Return median and largest error in units of the last place, and the number of hits and misses mixed up."""
+    """Return the median and largest error in units of the last place, and the number of wrong hits or misses."""
     try:
         from flint import arb, ctx
     except ImportError:
         raise MissingExtraError("the exact answers need python-flint: pip install 'carom[certify]'") from None
-    ctx.prec = 600  # a difference of products of two-part differences needs some 430 bits
+    ctx.prec = 600  # the exact answer needs about 430 bits
     errors, wrong = [], 0
     for row, found in zip(columns.T.tolist(), times.tolist(), strict=True):
         exact = _exact(*(arb(value) for value in row))
@@ -132,7 +132,7 @@ def _exact(x1: Any, y1: Any, vx1: Any, vy1: Any, r1: Any, x2: Any, y2: Any, vx2:
 
 
 def _nanoseconds(form: Callable[[Array], Array], columns: Array, repeats: int = 15) -> float:
-    """Return the median time an element of several runs."""
+    """Return the median time per pair of discs, in nanoseconds."""
     times: list[float] = []
     for _ in range(repeats):
         begin = time.thread_time()
@@ -142,7 +142,10 @@ def _nanoseconds(form: Callable[[Array], Array], columns: Array, repeats: int = 
 
 
 def main(count: int = 20_000, checked: int = 10_000) -> None:
-    """Print the table. Cost is that of `count` pairs at once; errors are those of the first `checked`."""
+    """Print the table.
+
+    The cost is measured for `count` pairs in one call, and errors are computed for the first `checked` pairs.
+    """
     forms = {"textbook": textbook, "stable": stable, "carom": carom_form}
     print("cost: processor time, median")
     print(f"{'class':30}" + "".join(f"{name + ': ulp median / largest, wrong, ns':>52}" for name in forms))

@@ -1,11 +1,11 @@
-"""Cost of walls for a gas that meets few of them: ``python -m benchmarks.walls [walls ...]``.
+"""Cost of walls for discs that meet few of the walls: ``python -m benchmarks.walls [walls ...]``.
 
-A gas at packing .3 in a box, and the same gas with walls more: half-planes, or segments that make up a polygon. Walls
-"far" touch a circle around the box, of the radius of its side, so the gas meets none of them and their cost is due to
-their number alone. Walls "around" are a polygon of that many walls instead of the box, and the gas meets them all.
+Discs fill 0.3 of a box. The benchmark compares this scene with scenes that have more walls: half-planes, or segments
+that form a polygon. Walls "far" touch a large circle around the box, so discs meet none of them, and only their number
+costs time. Walls "around" are a polygon instead of the box, and discs meet all of them.
 
-Each row times both gases in turn, each in an interpreter of its own, and prints the median of the paired ratios of
-processor time, with the quartiles; with ``--baseline`` (the path of its Python) the same of another environment.
+Each row times both scenes in turn, each in its own interpreter, and prints the median and the quartiles of the ratios
+of processor time. With ``--baseline``, the row also shows the ratios of another version of Carom.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 _WALLS = (8, 100, 1000)
 _SIZES = (100, 1000, 10_000)
 
-#: Answers a number of impacts by the seconds that they took.
+#: For each line with a number of impacts, prints the seconds of these impacts.
 _GAS = """
 import dataclasses, math, sys, time
 import numpy as np
@@ -57,9 +57,9 @@ for line in sys.stdin:
 
 
 def compare(discs: int, walls: int, kind: tuple[bool, bool], python: str | None, impacts: int, rounds: int) -> str:
-    """Return the time of a gas with additional walls over that of the gas in its box: median and quartiles.
+    """Return the time with additional walls, divided by the time without them: median and quartiles.
 
-    `kind` is whether the walls are segments, and whether they are around the gas.
+    `kind` states whether the walls are segments, and whether they are around the discs.
     """
     segments, around = kind
     with ExitStack() as stack:
@@ -88,8 +88,10 @@ def main(walls: Sequence[int], baseline: str, impacts: int, rounds: int) -> None
 
 if __name__ == "__main__":
     command = parser("benchmarks.walls", __doc__)
-    command.add_argument("walls", nargs="*", type=count, default=_WALLS, help="numbers of walls more")
-    command.add_argument("--baseline", default="", metavar="PYTHON", help="interpreter of another environment")
-    command.add_argument("--impacts", type=count, default=100_000, help="impacts timed at a time")
-    command.add_argument("--rounds", type=count, default=9, help="times that each is timed")
+    command.add_argument("walls", nargs="*", type=count, default=_WALLS, help="numbers of additional walls")
+    command.add_argument(
+        "--baseline", default="", metavar="PYTHON", help="Python interpreter with another version of Carom"
+    )
+    command.add_argument("--impacts", type=count, default=100_000, help="impacts per timing")
+    command.add_argument("--rounds", type=count, default=9, help="number of timings")
     run(command, main)

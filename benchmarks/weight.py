@@ -1,6 +1,7 @@
-"""Lines of code of the harness: without blanks, comments and docstrings; ``python -m benchmarks.weight [REVISION]``.
+"""Number of lines of code, without blank lines, comments and docstrings: ``python -m benchmarks.weight [REVISION]``.
 
-The harness is ``src/carom`` without the numerics and local truth. With a revision of git, its lines are also counted.
+The count includes ``src/carom`` without solvers, core and the comparison of single steps. With a revision of git, the
+table also shows the numbers at this revision.
 """
 
 from __future__ import annotations
@@ -15,19 +16,19 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = "src/carom/"
-#: Packages that are no part of the harness.
+#: Packages and modules that are not counted.
 LEFT_OUT = (
     *("core", "solvers", "model/broad_phase", "model/step_windows.py"),
     *("comparator/stepwise", "comparator/measure/stepwise_score.py", "comparator/measure/reported_impacts.py"),
-    *("physics", "broad_phase", "comparator/local_truth", "windows.py"),  # of earlier revisions
+    *("physics", "broad_phase", "comparator/local_truth", "windows.py"),  # names in earlier revisions
 )
 
-#: Tokens that make no line one of code.
+#: A line with only these tokens contains no code.
 _NO_CODE = {tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER}
 
 
 def code_lines(text: str) -> int:
-    """Return the number of a module's lines with code."""
+    """Return the number of lines with code in a module."""
     lines: set[int] = set()
     for token in tokenize.generate_tokens(io.StringIO(text).readline):
         if token.type not in _NO_CODE:
@@ -41,7 +42,7 @@ def code_lines(text: str) -> int:
 
 
 def weight(texts: dict[str, str]) -> Counter[str]:
-    """Return the lines of code of each package of the harness, from the texts of modules by their path."""
+    """Return the number of lines of each counted package. `texts` maps the paths of modules to their texts."""
     found: Counter[str] = Counter()
     for path, text in texts.items():
         inside = path.removeprefix(PACKAGE)
@@ -51,7 +52,7 @@ def weight(texts: dict[str, str]) -> Counter[str]:
 
 
 def now() -> dict[str, str]:
-    """Return the modules of the work tree."""
+    """Return the modules of the working tree."""
     return {path.relative_to(ROOT).as_posix(): path.read_text("utf-8") for path in (ROOT / PACKAGE).rglob("*.py")}
 
 
@@ -72,7 +73,7 @@ def then(revision: str) -> dict[str, str]:
 
 
 def main() -> None:
-    """Print the lines of each room and their sum, now and at a revision."""
+    """Print the number of lines of each package and the sum, now and at a revision."""
     here = weight(now())
     there = weight(then(sys.argv[1])) if len(sys.argv) > 1 else None
     for room in sorted(here.keys() | (there or {}).keys()):

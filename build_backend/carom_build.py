@@ -1,7 +1,7 @@
-"""Build backend: setuptools, and the C compiler of the ziglang wheel where there is no other.
+"""Build backend: setuptools, and the C compiler of the package ziglang on machines without a C compiler.
 
-pyproject.toml names this module and pins ziglang, which also compiles core.wasm. setup.py compiles with what
-`find_fallback_compiler` returns.
+pyproject.toml names this module, and fixes the version of ziglang, which also compiles core.wasm. setup.py uses the
+compiler that `find_fallback_compiler` returns.
 """
 
 from __future__ import annotations
@@ -38,12 +38,12 @@ __all__ = [
     "prepare_metadata_for_build_wheel",
 ]
 
-#: Without -mcpu, zig compiles for the processor of this machine alone. The others are those of CPython's own build.
+#: Without -mcpu, zig compiles only for the processor of this machine. CPython is built with the other options.
 _ZIG = ("-mcpu=baseline", "-fPIC", "-fwrapv", "-DNDEBUG")
 
 
 def get_requires_for_build_wheel(config_settings: Any = None) -> list[str]:  # noqa: ARG001 - the name is that of the interface
-    """Return ziglang where there is no C compiler. Setuptools would run setup.py to find that it requires nothing."""
+    """Return ziglang if there is no C compiler. Setuptools would run setup.py first, only to find no requirement."""
     return _compiler_requirements()
 
 
@@ -53,10 +53,10 @@ def get_requires_for_build_editable(config_settings: Any = None) -> list[str]:  
 
 
 def has_c_compiler() -> bool:
-    """Return whether the compiler that setuptools would call exists.
+    """Return whether the compiler that setuptools calls exists.
 
-    A compiler that the environment variable CC names counts as one: if it is missing, the build fails. On Windows
-    setuptools searches for Microsoft's compiler itself.
+    The answer is True if the environment variable CC names a compiler. If this compiler is missing, the build fails.
+    The answer is also True on Windows, where setuptools searches for Microsoft's compiler.
     """
     if sys.platform == "win32" or os.environ.get("CC"):
         return True
@@ -65,7 +65,7 @@ def has_c_compiler() -> bool:
 
 
 def find_fallback_compiler() -> dict[str, list[str]]:
-    """Return the executables for `distutils.ccompiler.CCompiler.set_executables`; empty where a compiler exists.
+    """Return zig's commands for `distutils.ccompiler.CCompiler.set_executables`; empty if there is a C compiler.
 
     Raises:
         SystemExit: There is no C compiler, and ziglang is not installed.
@@ -74,7 +74,7 @@ def find_fallback_compiler() -> dict[str, list[str]]:
         return {}
     if importlib.util.find_spec("ziglang") is None:
         raise SystemExit(f"no C compiler: install gcc or clang, or {_pinned_ziglang()} by pip")
-    # Otherwise zig leaves its cache in the home directory.
+    # Without this variable, zig leaves its cache in the home directory.
     os.environ.setdefault("ZIG_GLOBAL_CACHE_DIR", str(Path("build/zig").resolve()))
     compiler = [sys.executable, "-m", "ziglang", "cc"]
     compile_command = [*compiler, *_ZIG]

@@ -1,6 +1,6 @@
-"""Print the requirements of Carom with an extra: ``python build_backend/requirements.py EXTRA``.
+"""Print the packages that Carom with an extra requires: ``python build_backend/requirements.py EXTRA``.
 
-With this list, pip can install the requirements while another process compiles Carom.
+With this list, pip can install these packages while another process compiles Carom.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from pathlib import Path
 
 
 def find_requirements(needed: list[str], extras: dict[str, list[str]]) -> Iterator[str]:
-    """Yield the requirements, with those of Carom's extras in place of ``carom[EXTRA, ...]``."""
+    """Yield the requirements. The requirements of Carom's extras replace ``carom[EXTRA, ...]``."""
     for one in needed:
         if one.startswith("carom["):
             for name in one.removeprefix("carom[").removesuffix("]").split(","):

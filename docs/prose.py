@@ -1,7 +1,8 @@
-"""Style faults of documents and sources; word counts and reading ease of the hand-written documents.
+"""Finds style faults in documents and sources, counts words, and computes the reading ease of hand-written documents.
 
-``python -m docs.prose`` checks limits and style and exits with 1 on a fault; ``words`` prints the count of each
-section, ``ease`` the Flesch reading ease of each page. Blocks between the markers of a generator are not counted.
+``python -m docs.prose`` checks limits and style, and exits with 1 if there is a fault. The argument ``words`` prints
+the number of words per section, and ``ease`` prints the Flesch reading ease of each page. Generated blocks of pages are
+not counted.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from docs import prose_sources
 ROOT = Path(__file__).resolve().parents[1]
 #: Pages that are generated completely.
 GENERATED = {"docs/results/hazards.md", "docs/results/history.md", "docs/results/determinism.md"}
-#: Largest number of words of all pages together, of a page, and of the pages of each kind.
+#: Largest numbers of words: all pages together, each page, and pages of some kinds.
 MOST_WORDS, MOST_WORDS_PER_PAGE = 40_000, 3_000
 LIMITS = {
     r"README\.md": 700,
@@ -35,7 +36,7 @@ _GENERATED_BLOCK = re.compile(
     re.DOTALL,
 )
 _FENCED = re.compile(r"^ *```.*?^ *```$", re.DOTALL | re.MULTILINE)
-#: Words of the style guide's rule 3, and what to write instead.
+#: Words that the style guide excludes (rule 3), and words to write instead.
 INSTEAD = {
     r"told": "reported",
     r"held (to|against)": "compared with",
@@ -116,14 +117,14 @@ def faults(name: str, text: str) -> Iterator[str]:
 
 
 def source_faults(paths: Iterable[str]) -> Iterator[str]:
-    """Yield the faults of source files, each with its path and line."""
+    """Yield the style faults of source files, each with path and line."""
     for path in paths:
         for passage in prose_sources.passages(path, (ROOT / path).read_text(encoding="utf-8")):
             yield from faults(f"{path}:{passage.line}", passage.text)
 
 
 def over_limit(texts: dict[str, str]) -> Iterator[str]:
-    """Yield each page, and the whole, that has more words than its limit."""
+    """Yield a message for each page with too many words, and a message if all pages together have too many."""
     counts = {name: count_words(name, text) for name, text in texts.items()}
     for name, count in counts.items():
         limits = [limit for pattern, limit in LIMITS.items() if re.fullmatch(pattern, name)]

@@ -1,6 +1,6 @@
-"""Prose of source files: docstrings, comments, messages and help texts, each with its line.
+"""Finds the prose of source files: docstrings, comments, messages and help texts, each with its line.
 
-Code inside of prose (doctests, literal blocks) is left out; a field of an f-string is one word.
+Doctests and literal blocks are left out. A field of an f-string counts as one word.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class Passage(NamedTuple):
 
 
 def source_paths() -> Iterator[str]:
-    """Yield the checked files by their paths from the repository's root."""
+    """Yield the paths of the checked files, relative to the repository's root."""
     for path in sorted(path for folder in FOLDERS for path in (ROOT / folder).rglob("*")):
         name = path.relative_to(ROOT).as_posix()
         if path.suffix in ENDINGS and "node_modules" not in path.parts:
@@ -49,7 +49,10 @@ def source_paths() -> Iterator[str]:
 
 
 def passages(name: str, source: str) -> Iterator[Passage]:
-    """Yield docstrings and comments of a file, and strings of Python files outside of tests; backticks are single."""
+    """Yield docstrings and comments of a file, and strings of Python files outside of tests.
+
+    Double backticks become single.
+    """
     yield from (Passage(line, text.replace("``", "`")) for line, text in _passages(name, source))
 
 
@@ -65,7 +68,7 @@ def _passages(name: str, source: str) -> Iterator[Passage]:
 
 
 def _strings(tree: ast.Module, docstrings_only: bool) -> Iterator[Passage]:
-    parts = set[int]()  # Nodes inside of a string that is already read.
+    parts = set[int]()  # Parts of a string that was already read.
     for node in ast.walk(tree):
         match node:
             case ast.Expr(ast.Constant(value=str(text)) as docstring):
@@ -73,7 +76,7 @@ def _strings(tree: ast.Module, docstrings_only: bool) -> Iterator[Passage]:
                 yield Passage(docstring.lineno, prose_of_docstring(inspect.cleandoc(text)))
                 continue
             case ast.Dict(keys):
-                parts.update(map(id, keys))  # A key is a name.
+                parts.update(map(id, keys))  # The key of a dictionary is a name.
                 continue
             case ast.JoinedStr(values):
                 parts.update(map(id, values))
@@ -87,20 +90,20 @@ def _strings(tree: ast.Module, docstrings_only: bool) -> Iterator[Passage]:
 
 
 def prose_of_docstring(docstring: str) -> str:
-    """Return a docstring with an entry of a section as a paragraph, without section titles, entries' names and code."""
+    """Return a docstring without section titles, names of entries and code. Each entry of a section is a paragraph."""
     text = _LITERAL_BLOCK.sub(".\n\n", _DOCTEST.sub("", docstring))
     return _ENTRY.sub("\n", _SECTION.sub("", text))
 
 
 def is_prose(text: str) -> bool:
-    """Return whether a string has the least number of words, consists mainly of words and is no code."""
+    """Return whether a string has enough words, consists mainly of words, and is not code."""
     words = text.split()
     plain = sum(bool(_WORD.fullmatch(word)) for word in words)
     return plain >= LEAST_WORDS and plain >= 0.6 * len(words) and not _CODE.search(text)
 
 
 def _comments(source: str) -> Iterator[Passage]:
-    """Yield comments; those on lines of their own that follow each other are one."""
+    """Yield comments. Consecutive lines that contain only comments are one comment."""
     block = Passage(0, "")
     end = -1
     for token in tokenize.generate_tokens(io.StringIO(source).readline):
@@ -127,7 +130,7 @@ def _docstrings_of_cython(source: str) -> Iterator[Passage]:
 
 
 def _comments_of_c(source: str) -> Iterator[Passage]:
-    """Yield comments, without tables of file names; those with no code between them are one."""
+    """Yield comments, without tables of file names. Comments with no code between them are one comment."""
     source = _LITERAL_OF_C.sub(lambda found: "0" * len(found[0]), source)
     for found in re.finditer(rf"(?:(?:{_COMMENT_OF_C.pattern})\s*?\n?[ \t]*)+", source, re.DOTALL):
         text = re.sub(r"^[ \t]*(/\*+|\*+/|\*|//+)?[ \t]?|\*/", "", found[0], flags=re.MULTILINE)

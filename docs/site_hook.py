@@ -1,13 +1,12 @@
-"""Hook of MkDocs for `make docs`: what the site adds to the documents of the repository.
+"""Hook of MkDocs for `make docs`, which adds pages and contents to the documents of the repository.
 
 - The README is the first page, and CONTRIBUTING.md is a page.
-- A file outside docs/ that a page links to is a page with its text, so that no link leaves the site; the sample
-  report is there as it is.
-- The play page is a file of the site, and is embedded in the pages that mark a place for it.
-- The tutorial, a notebook, is a page with what its cells show, and the gallery has its replays.
-- The reference of commands and of the scene file is generated from their declarations.
-- Formulas become MathML here, so that a reader's browser fetches no script for them.
-- Pages of docs/ that are missing in the navigation of mkdocs.yml are added at its end.
+- If a page links to a file outside docs/, this file is a page of the site. The sample report is copied unchanged.
+- The play page is a file of the site, and is embedded in pages with a mark for it.
+- The tutorial, a notebook, becomes a page with the outputs of its cells. Replays are added to the gallery.
+- The reference pages of commands and of the scene file are generated from declarations.
+- Formulas become MathML, so that browsers need no script to show them.
+- If the navigation of mkdocs.yml lacks a page of docs/, the page is added at the end.
 """
 
 from __future__ import annotations
@@ -41,12 +40,12 @@ SHOWN_AS = {"docs/tutorial.ipynb": "tutorial.md", "reports/sample/report.md": SA
 
 _LINK = re.compile(r"(\]\(|\b(?:src|srcset)=\")([^)#\":\s]+)(?=[)#\"])")
 _FORMULA = re.compile(r'<(span|div) class="arithmatex">\\[(\[](.*?)\\[)\]]</\1>', re.DOTALL)
-#: A replay of PIC and PIT: the name of a scene, and the frames per second of PIT, the scene's own by default.
+#: Mark of a replay of PIC and PIT: the name of a scene, and PIT's frames per second (default: the scene's).
 _REPLAY = re.compile(r"<!-- replay: (\S+)(?: (\d+))? -->")
-#: The play page as a file of the site, and the mark of its place in a page.
+#: File name of the play page on the site, and the mark of its place in a page.
 THROWN = "throw.html"
 _THROW = "<!-- throw -->"
-#: End of the pictures of scenes that are shown where the play page cannot be embedded.
+#: End of the file names of pictures of scenes. Pages show these pictures if they can't embed the play page.
 _PICTURES = re.compile(rf"{_THROW}\n.*?<!-- thrown -->", re.DOTALL)
 _LANGUAGES = {".c": "c", ".h": "c", ".md": "markdown", ".py": "python", ".pyx": "cython", ".toml": "toml"}
 
@@ -57,7 +56,7 @@ log = get_plugin_logger("site")
 
 
 def on_config(config: MkDocsConfig) -> None:
-    """Add pages of docs/ that the navigation lacks to its end."""
+    """Add pages of docs/ that are missing in the navigation to the end of the navigation."""
     listed = {*_pages_in(config.nav), *PAGES.values()}
     found = {path.relative_to(ROOT / "docs").as_posix() for path in (ROOT / "docs").rglob("*.md")}
     found = {page for page in found if "decisions/0" not in page}
@@ -95,7 +94,7 @@ def on_files(files: Files, config: MkDocsConfig) -> None:
 
 
 def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
-    """Redirect links that leave docs/ to the pages of their targets, and insert the replays."""
+    """Replace links to files outside docs/ by links to the site's pages, and insert the replays."""
     if page.file.generated_by:
         return markdown
     markdown = _REPLAY.sub(lambda found: replay(found[1], found[2]), markdown)
@@ -120,7 +119,7 @@ def on_page_content(html_text: str, **_: Any) -> str:
 
 
 def replay(scene: str, rate: str | None) -> str:
-    """Return a replay of PIT next to PIC as a frame."""
+    """Return a frame (an embedded page) with a replay of PIT next to PIC."""
     frames = float(rate) if rate else None
     frame = carom.replay(carom.solve_pic(scene), carom.solve_pit(scene, frame_rate_hz=frames))._repr_html_()
     if frame is None:
@@ -130,7 +129,7 @@ def replay(scene: str, rate: str | None) -> str:
 
 
 def throw() -> str:
-    """Return the play page as a frame, and pictures of its scenes with links to them."""
+    """Return a frame (an embedded page) with the play page, and pictures of scenes with links to the play page."""
     links = " ".join(
         f'<a href="{THROWN}#{name}" target="throw" title="{name}"><img alt="{name}" width="150" '
         f'src="figures/throw/{name.replace("/", "-")}.webp"></a>'
@@ -176,7 +175,7 @@ def _pages_in(nav: Any) -> list[str]:
 
 
 def _name(folder: Path, target: str) -> str | None:
-    """Return the path in the repository to which a link that leaves docs/ leads; None for other links."""
+    """Return the target of a link to a file outside docs/, as a path in the repository; None for other links."""
     name = (folder / target).resolve().relative_to(ROOT).as_posix()
     is_page = name in PAGES or (name.startswith("docs/") and not name.endswith((".ipynb", ".py")))
     return None if is_page else name

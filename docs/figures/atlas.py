@@ -2,10 +2,10 @@
 
 The sources are `results.jsonl` of a cross-check of all scenes with all engines, `results.jsonl` of a timed cross-check
 of a few scenes, `stress.json` of a stress campaign, and the figures over many phases of `make hazards`. This module
-computes every number of the tables from these files. A number that is not finite is null in these files, and is left
-out here. `engine_pages.py` inserts the tables into the pages. `python -m docs.figures.atlas --alone REPORT HAZARDS`
-adds engines that were measured later and alone. Such engines have their own tables, and are not in the tables that rank
-all engines.
+computes every number of the tables from these files. Infinite and undefined numbers are null in these files, and are
+left out here. `engine_pages.py` inserts the tables into the pages. `python -m docs.figures.atlas --alone REPORT
+HAZARDS` adds engines that were measured later and alone. Such engines have their own tables, and are not in the tables
+that rank all engines.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ def measured(
 
 
 def with_alone(known: dict[str, Any], head: dict[str, Any], rows: Sequence[Row], hazards: Sequence[Row]) -> None:
-    """Add engines that were measured alone: their own tables, and the date of the measurement."""
+    """Add the tables of engines that were measured alone, and the date of the measurement."""
     here = head["environment"]
     methods = [one for one in methods_of(rows, (), hazards) if one.engine not in OWN]
     versions = {name: version for name, version in here["versions"].items() if name != "numpy"}
@@ -86,7 +86,7 @@ def with_alone(known: dict[str, Any], head: dict[str, Any], rows: Sequence[Row],
 
 
 def tables_of(methods: Sequence[Method], stress: dict[str, Any]) -> dict[str, Any]:
-    """Return all tables: engines by need, the ranking in a crowd, limits of engines, and the tables of each engine."""
+    """Return all tables: engines for each need, the ranking with many discs, limits of engines, tables per engine."""
     engines: dict[str, list[Method]] = {}
     for method in methods:
         if method.engine not in OWN:
@@ -137,7 +137,10 @@ def crowd(methods: Sequence[Method]) -> list[tuple[Method, Row]]:
 
 
 def _rank(found: tuple[Method, Row]) -> tuple[bool, int, int, int, float, float]:
-    """Return the sort key of a row. A largest error of null (not finite) is the worst, and rounding has no effect."""
+    """Return the sort key of a row.
+
+    A largest error of null (infinite or undefined) is the worst. Rounding errors have no effect on the order.
+    """
     _, row = found
     steps = row["local_truth"]
     ratio, energy = steps["ratio"][1], steps["energy"]
@@ -152,7 +155,7 @@ def _rank(found: tuple[Method, Row]) -> tuple[bool, int, int, int, float, float]
 
 
 def crowd_table(methods: Sequence[Method]) -> Table:
-    """Return the ranking in a crowd of discs, by the comparison of single steps from the run's own state."""
+    """Return the ranking of methods in a scene with many discs, where Carom compares single steps with PIC."""
 
     def of(say: Callable[[Row], str]) -> Callable[[tuple[Method, Row]], str]:
         return lambda found: say(found[1]["local_truth"])
@@ -231,7 +234,7 @@ def _engine(own: Sequence[Method]) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Write the data from the folders and the file on the command line."""
+    """Read the folders and the file that the command line names, and write the data of the tables."""
     if sys.argv[1] == "--alone":
         report, figures = map(Path, sys.argv[2:4])
         known = json.loads(MEASURED.read_text(encoding="utf-8"))

@@ -1,4 +1,4 @@
-"""Methods of the atlas: their rows in a cross-check, the cells of a row of the tables, and needs of users."""
+"""Methods (engines with profiles) of the tables, the cells of a method's row, and needs of users."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ ATTACKS = {
     "duration": "number of impacts before errors grow too large",
 }
 RIGHT_ANGLE = math.degrees(1.0)
-#: A scene that is chaotic within the run. One phase gives one of many figures, so a range over phases is shown.
+#: A scene that is chaotic within the run. Each phase gives another figure, so tables show the range over many phases.
 CHAOTIC = "engines/gas-of-25"
 
 Row = dict[str, Any]
@@ -46,7 +46,7 @@ class Method:
         profile: Name of the profile.
         rows: All rows of the method.
         ratio: Run time divided by PIT's at the same step, median over the timed scenes; None without timed scenes.
-        gas: Figures over many phases of the scene `CHAOTIC`; None if there are none.
+        gas: Figures over many phases of the scene `CHAOTIC`; None if not measured.
     """
 
     engine: str
@@ -72,8 +72,8 @@ class Need:
 
     Attributes:
         what: The need, in the user's words.
-        scenes: Whether a scene, given by its name, shows the need.
-        met: Whether a row meets the need.
+        scenes: Function that returns whether the scene with a given name tests the need.
+        met: Function that returns whether a row meets the need.
     """
 
     what: str
@@ -143,7 +143,10 @@ def methods_of(rows: Sequence[Row], timed: Sequence[Row], hazards: Sequence[Row]
 
 
 def numbers(rows: Sequence[Row], value: Callable[[Row], float | None]) -> list[float]:
-    """Return a number of each row that found every impact, without nulls (numbers that are not finite)."""
+    """Return a number of each row in which every impact was found.
+
+    Nulls (infinite or undefined numbers) are left out.
+    """
     said = (value(row) for row in rows if row["total"] is not None)
     return [one for one in said if one is not None]
 
@@ -154,7 +157,7 @@ def spread(values: Sequence[float], say: Callable[[float], str] = format_number)
 
 
 def grades(method: Method) -> str:
-    """Return the number of scenes by grade, each at its own frame rate."""
+    """Return the number of scenes with each grade, at each scene's own frame rate."""
     tally = Counter(row["grade"] if row["status"] == "ran" else row["status"] for row in method.coarse)
     named = {grade: grade.replace(" ", "_") for grade in GRADES}
     known = [f"{tally.pop(name)} {grade}" for grade, name in named.items() if tally[name]]
@@ -218,9 +221,9 @@ def breaking(stress: dict[str, Any], attack: str, method: Method) -> str:
 
 
 def choices(need: Need, methods: Sequence[Method]) -> list[str]:
-    """Return for each engine, in words and best first, the method and step that meet a need in the most scenes.
+    """Return, for each engine, a text with the profile and step that meet a need in most scenes.
 
-    Among equal ones the largest step comes first, then the smallest run time divided by PIT's.
+    The best engine is first. Among equally good results, larger steps come first, then smaller run times.
     """
     found: dict[str, tuple[tuple[float, ...], str]] = {}
     for method in methods:
@@ -238,9 +241,9 @@ def choices(need: Need, methods: Sequence[Method]) -> list[str]:
 
 
 def best(methods: Sequence[Method]) -> Method | None:
-    """Return the profile to copy: with the fewest scenes graded wrong, then the most graded exact, close and sampled.
+    """Return the profile to copy: the fewest scenes are graded wrong, then most are graded exact, close and sampled.
 
-    Among equal ones a tuned profile comes before `default`. None if Carom cuts the steps or changes the shapes of all.
+    Among equally good profiles, tuned profiles come before `default`. None if a program can't copy any profile.
     """
 
     def rank(method: Method) -> tuple[int | bool, ...]:

@@ -1,4 +1,4 @@
-"""Move the fragments of `changelog.d` into the changelog's newest section; ``python docs/figures/changelog.py``."""
+"""Move the entries of `changelog.d` into the changelog's newest section: ``python docs/figures/changelog.py``."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ SECTION = "\n## "
 
 
 def assemble(changelog: Path, fragments: Path) -> None:
-    """Put all fragments at the top of the newest section, and remove them.
+    """Put the entries of all files at the top of the newest section, and remove the files.
 
     Raises:
-        ValueError: There is no section, or a fragment is not a list.
+        ValueError: The changelog has no section, or a file is not a list.
     """
     found = sorted(path for path in fragments.glob("*.md") if path.name != "README.md")
     texts = [path.read_text("utf-8").strip("\n") for path in found]

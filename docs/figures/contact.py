@@ -1,8 +1,8 @@
 """`make contact`: how discs slide, roll and rest in each installed engine; the tables of `docs/results/contact.md`.
 
-Every scene of the group `contact` with gravity and one infinite floor or slope, at 240 steps per second, from eight
-initial states: each further up, where it is in the air, and faster by a fiftieth. An engine that is not installed keeps
-its rows.
+The module runs every scene of the group `contact` with gravity and one infinite floor or slope, at 240 steps per
+second. Each scene runs from eight initial states: each is faster than the one before by a fiftieth, and higher if the
+disc is in the air. The rows of engines that are not installed do not change.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ HERE = Path(__file__).resolve().parent
 PAGE, FIGURES = HERE.parent / "results" / "contact.md", HERE / "contact.json"
 DT_S, STARTS = 1 / 240, 8
 PROFILES = ("default", "tuned", "resting")  # only Box2D has the last profile
-#: The one scene without friction.
+#: The only scene without friction.
 SMOOTH = "drop"
 
-#: A figure's row: an engine's, with the largest error over its initial states in each scene.
+#: Row of figures of an engine: for each scene, the largest error over all initial states.
 Figure = dict[str, Any]
 
 
@@ -70,7 +70,7 @@ def scenes_started() -> list[str]:
 
 
 def figure_of(engine: str, version: str, profile: str, rows: list[tuple[str, Row]]) -> Figure:
-    """Return the largest error over an engine's initial states, scene by scene."""
+    """Return, for each scene, an engine's largest error over all initial states."""
     scenes: dict[str, Any] = {}
     for name, of_scene in groupby(sorted(rows, key=lambda row: row[0]), key=lambda row: row[0]):
         scored = [row.score for _, row in of_scene if row.score is not None]
@@ -90,7 +90,7 @@ def figure_of(engine: str, version: str, profile: str, rows: list[tuple[str, Row
 
 
 def measured() -> list[Figure]:
-    """Run every scene from every initial state on the engines that are installed."""
+    """Run every scene from every initial state on the installed engines."""
     names = scenes_started()
     bare = {f"{name} {start}": name.partition("/")[2] for name in names for start in range(STARTS)}
     scenes = [started(carom.scene(name), start) for name in names for start in range(STARTS)]
@@ -108,7 +108,7 @@ def measured() -> list[Figure]:
 
 
 def millimetres(value: float | None) -> str:
-    """Return a length or a speed in thousandths, to two digits; a dash for None."""
+    """Format a length or a speed in thousandths, with two digits; a dash for None."""
     if value is None:
         return "-"
     return "0" if value < 1e-9 else f"{1000.0 * value:.2g}" if value < 0.1 else f"{1000.0 * value:.0f}"

@@ -1,4 +1,4 @@
-"""`make determinism`: whether engines repeat a run to the bit; writes the page `docs/results/determinism.md`.
+"""`make determinism`: tests whether engines repeat runs bit for bit, and writes the page `docs/results/determinism.md`.
 
 The scene is a gas of 16 discs in a box, with the profiles `default` and `tuned`. Each run has a SHA-256 digest of the bits
 of all final positions and velocities and of all impacts, and the digests are compared.
@@ -93,13 +93,13 @@ def asked(engine: str, profile: str, how: str = "alone") -> dict[str, Any]:
     command = [sys.executable, __file__, engine, profile, how]
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=600)  # noqa: S603 - this script
     if done.returncode:
-        raise CaromError((done.stderr.strip().splitlines() or ["it ended without a message"])[-1])
+        raise CaromError((done.stderr.strip().splitlines() or ["the process ended without a message"])[-1])
     found: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
     return found
 
 
 def in_threads(engine: str, profile: str, expected: str) -> str:
-    """Return a word for the table: whether two simultaneous runs have the expected digest."""
+    """Return a word for the table, which states whether two simultaneous runs have the expected digest."""
     try:
         found = asked(engine, profile, "threads")
     except CaromError:
@@ -116,7 +116,7 @@ def words_of(engine: str, profile: str) -> dict[str, str]:
 
 
 def rows(lacking: list[str]) -> Iterator[list[str]]:
-    """Return a row per engine and profile, and add engines that can't run here to `lacking`."""
+    """Return a row per engine and profile. Add engines that are not installed to `lacking`."""
     for engine in sorted(list_adapter_points()):
         adapter = load_adapter(engine)
         if explain_unavailable_adapter(adapter):

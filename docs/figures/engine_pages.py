@@ -27,7 +27,7 @@ DETERMINISM = DOCS / "results" / "determinism.md"
 WALLS = DOCS / "results" / "walls.md"
 
 _PART = re.compile(r"(<!-- made by docs/figures/engine_pages\.py: (\w+) -->\n)(?s:.*?)(<!-- end -->)")
-#: Begin of a cell of `docs/results/hazards.md` if no phase has an error.
+#: Beginning of a cell in `docs/results/hazards.md` if no phase has an error.
 _NONE_OFF = re.compile(r"0 of \d+: ")
 
 Row = Sequence[str]
@@ -56,7 +56,10 @@ def measured() -> dict[str, Any]:
 
 @cache
 def hazards() -> dict[str, tuple[Row, tuple[Row, ...]]]:
-    """The tables of the page of hazards by the heading of their section: column heads and rows."""
+    """Read the tables of the page of hazards.
+
+    The keys are the headings of sections; a value has column heads and rows.
+    """
     found: dict[str, tuple[Row, tuple[Row, ...]]] = {}
     for part in HAZARDS.read_text(encoding="utf-8").split("\n## ")[1:]:
         lines = [tuple(cell.strip() for cell in line.split("|")[1:-1]) for line in part.splitlines() if line[:1] == "|"]
@@ -65,7 +68,7 @@ def hazards() -> dict[str, tuple[Row, tuple[Row, ...]]]:
 
 
 def _cells(heading: str, engine: str) -> Iterator[tuple[str, str, str]]:
-    """Yield the rows of an engine in a table of hazards: measure, cell of the default settings, and cell of PIT."""
+    """Yield the rows of a table of hazards for an engine: name of the figure, default settings, PIT."""
     heads, rows = hazards()[heading]
     pit = next(row for row in rows if row[0] == "pit")
     for row in (row for row in rows if row[0] == f"{engine} default"):
@@ -73,7 +76,7 @@ def _cells(heading: str, engine: str) -> Iterator[tuple[str, str, str]]:
 
 
 def hazards_of(engine: str) -> str:
-    """Return the hazards of an engine with default settings: scenes with an error at some phase, and at no phase."""
+    """Return a text that lists scenes with and without errors of an engine with default settings."""
     scenes = list(_cells("The group engines, as shipped", engine))
     bounces = list(_cells("How slow discs still bounce", engine))
     lines = [(f"`engines/{of}`: {all_scenes()[f'engines/{of}'].shows}", cell, pit) for of, cell, pit in scenes]
@@ -153,7 +156,7 @@ def walls_of(engine: str) -> str:
 
 
 def _same_bits() -> Iterator[dict[str, str]]:
-    """Yield the rows of the page of determinism, each as a mapping from column head to cell."""
+    """Yield the rows of the page on determinism. Each row maps column heads to cells."""
     lines = [line for line in DETERMINISM.read_text(encoding="utf-8").splitlines() if line.startswith("| ")]
     heads, _, *rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in lines]
     yield from (dict(zip(heads, row, strict=True)) for row in rows)
@@ -166,7 +169,7 @@ def _not_same(row: dict[str, str]) -> str:
 
 
 def determinism_of(engine: str) -> str:
-    """Return whether an engine is deterministic, in one sentence per profile."""
+    """Return a sentence per profile, which states whether an engine is deterministic."""
     rows = [row for row in _same_bits() if row["engine"] == engine]
     if not rows:
         return "This engine was not measured ([method](../results/determinism.md)).\n"

@@ -27,14 +27,14 @@ _WIDTH_IN, _HEIGHT_IN = 5.1, 3.4
 
 @dataclass(frozen=True)
 class ErrorMap:
-    """PIT against PIC over impact parameter and advance.
+    """Errors of PIT for many impact parameters and advances. The advance is the distance per step, in radii.
 
     Attributes:
         advance: Edges of the columns: relative speed times step over radius, shape ``(columns + 1,)``.
-        offset: Edges of the rows: impact parameter in contact distances, shape ``(rows + 1,)``.
+        offset: Edges of the rows: impact parameter over the sum of the radii, shape ``(rows + 1,)``.
         velocity_error: Mean velocity error of the impacts that PIT finds, over the relative speed, shape ``(rows,
             columns)``; NaN where PIT finds no impact.
-        missed: Fraction of the impacts that PIT misses, of the same shape.
+        missed: Fraction of the impacts that PIT misses, with the same shape.
         scenes: Number of scenes in the map.
     """
 
@@ -47,7 +47,7 @@ class ErrorMap:
 
 @cache
 def build_error_map(scenes: int = MAP_SCENES) -> ErrorMap:
-    """Run many pairs of equal discs of 1 kg with PIC and for three frames with PIT. The second disc is at rest.
+    """Run many pairs of equal discs with PIC, and for three frames with PIT. The second disc is at rest.
 
     Impact parameter, advance and phase come from a quasi-random sequence that fills the cube evenly: multiples of the
     powers of 1/x, where x^4 = x + 1 (M. Roberts, The unreasonable effectiveness of quasirandom sequences, 2018).
@@ -56,7 +56,7 @@ def build_error_map(scenes: int = MAP_SCENES) -> ErrorMap:
     Args:
         scenes: Number of scenes.
     """
-    root = 1.2207440846057596  # of x^4 = x + 1
+    root = 1.2207440846057596  # root of x^4 = x + 1
     k = np.arange(1, scenes + 1)[:, None]
     offset, along, phase = ((0.5 + k * root ** -np.arange(1.0, 4.0)) % 1.0).T
     advance = LEAST_ADVANCE * (MOST_ADVANCE / LEAST_ADVANCE) ** along
@@ -110,7 +110,7 @@ def error_map_figure(found: ErrorMap, label: str, *, missed: bool) -> str:
         levels = [k / 10 for k in range(11)] if missed else [0.0, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3, 1.0]
         across = np.log10(np.sqrt(found.advance[:-1] * found.advance[1:]))
         up = 0.5 * (found.offset[:-1] + found.offset[1:])
-        # Filled contours are vector graphics; a raster would embed a picture in the SVG.
+        # Filled contours are vector graphics. A raster would put a bitmap into the SVG.
         image = axes.contourf(
             across, up, np.ma.masked_invalid(values), levels, cmap="cividis", norm=BoundaryNorm(levels, 256)
         )

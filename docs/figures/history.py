@@ -1,6 +1,6 @@
-"""`make history`: releases of engines, run and compared; writes the page `docs/results/history.md`.
+"""`make history`: runs and compares releases of engines, and writes the page `docs/results/history.md`.
 
-It takes minutes, and needs the package registries or the releases that an earlier run downloaded. A journal per engine in
+A run takes minutes, and needs the network or the releases that an earlier run downloaded. A journal per engine in
 `reports/history` lets an interrupted run continue.
 """
 
@@ -25,7 +25,7 @@ from carom.studies.history.run import run_history
 ROOT = Path(__file__).resolve().parents[2]
 PAGE, JOURNALS = ROOT / "docs" / "results" / "history.md", ROOT / "reports" / "history"
 
-#: Short scenes of each kind: two discs, a box, many discs, impacts in quick succession, restitutions from 0 to 1.
+#: Short scenes: two discs, a box, many discs, impacts in quick succession, restitutions from 0 to 1.
 SCENES = (
     "paper",
     *(
@@ -35,7 +35,7 @@ SCENES = (
     *(f"classics/{name}" for name in ("restitution-ladder", "cradle-gaps")),
 )
 
-#: As many phases as for the hazards, because a result at nine phases may not hold at another phase.
+#: The number of phases is the same as for hazards, because results at a few phases may not hold at other phases.
 PHASES = 32
 
 #: Limit of the cache: twice the size of the page's releases. No release is larger than 300 MB.

@@ -1,9 +1,9 @@
-"""List which grades a change of the scoring changes: `honest_rows.py OLD NEW`, two results.jsonl of any format.
+"""List the grades that differ between two files of results: `honest_rows.py OLD NEW`, two results.jsonl.
 
 Each file is made by `carom run paper classics gravity spin engines issues -e pic -e pit -e pymunk -e box2d -e mujoco
--e pybullet --no-timing --report FOLDER`: the whole catalogue at each scene's own step sizes. The output is Markdown: a
-table with the number of rows for each old and new grade, and a table of the rows whose grade became worse, with their
-present verdicts. `carom diff` reads only some formats.
+-e pybullet --no-timing --report FOLDER`, so each scene runs at its own step sizes. The output is Markdown: a table with
+the number of rows for each old and new grade, and a table of the rows whose grade became worse, with their present
+verdicts. Older formats, which `carom diff` does not read, are also allowed.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def read(path: str) -> dict[Key, dict[str, Any]]:
 
 
 def word(row: dict[str, Any]) -> str:
-    """Return the grade of a row as a word, or the status of a row without a grade."""
+    """Return the grade of a row, or its status if the row has no grade."""
     return str(row["grade"] or row["status"])
 
 
@@ -41,7 +41,7 @@ def said(row: dict[str, Any]) -> str:
 
 
 def worse(old: str, new: str) -> bool:
-    """Whether a grade became worse. A row that is no longer graded counts as worse."""
+    """Return whether a grade became worse. A row that has lost its grade counts as worse."""
     if old in WORSENING and new in WORSENING:
         return WORSENING.index(new) > WORSENING.index(old)
     return old != new and not (old == UNGRADED and new in WORSENING)

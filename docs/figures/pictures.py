@@ -1,7 +1,7 @@
 """Pictures of the README and of docs/play.md, taken in Chromium by `make pictures`.
 
-They are the first screen of the sample's page, one of its replays as an animated picture, and the play page, each in
-light and in dark.
+The pictures show the first screen of the sample report, a replay (animated), and the play page, each in light and dark
+colours.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ Scheme = Literal["light", "dark"]
 SCHEMES: tuple[Scheme, Scheme] = ("light", "dark")
 
 REPLAY = "paper/missed/pymunk/tuned"
-#: Number of pictures of the replay, their total duration, and the duration of the last one, in seconds.
+#: Number of pictures of the replay, their total duration, and the duration of the last picture, in seconds.
 _FRAMES, _LASTS_S, _LAST_S = 40, 5.0, 1.5
 #: Fraction of the duration of paper/missed after which the discs have just met.
 _AT = 0.46
@@ -67,7 +67,7 @@ def take_first_screen(browser: Browser, scheme: Scheme) -> None:
 
 
 def take_replay(browser: Browser, scheme: Scheme) -> None:
-    """Write the animated picture of the replay: both halves and the time line, at evenly spaced instants."""
+    """Write the animated picture of the replay, with both halves and the time line, at evenly spaced times."""
     page = _opened(browser, scheme, 900, 700, REPLAY)
     page.wait_for_selector("#replay[open] .views canvas")
     scrubber = page.get_by_label("Time in the scene")

@@ -1,4 +1,4 @@
-"""Records of a cross-check as plain JSON objects, as tables of documents are built from committed results."""
+"""Reads the records of a cross-check as plain JSON objects. Tables of documents are built from these records."""
 
 from __future__ import annotations
 

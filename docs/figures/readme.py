@@ -1,4 +1,4 @@
-"""Blocks of results in the README, which `make docs-figures` writes from committed results.
+"""Blocks of results in the README. `make docs-figures` writes these blocks from committed results.
 
 Run time against error is from `reports/bench/bench.json`, which `make docs-bench` writes. Stability is counted in the
 table of the full stress campaign, and accuracy in the rows of the committed sample, `reports/sample/results.jsonl`, at
@@ -46,13 +46,13 @@ CAMPAIGN = stress_tables.PAGE
 #: A block: this script writes the text between its first and its last line.
 BLOCK = re.compile(r"(<!-- made by docs/figures/readme\.py: (\w+) -->\n)((?s:.*?))(<!-- end -->\n)")
 
-#: The error for which the fastest engine is named, and the methods of the table of stability.
+#: The text names the fastest engine with at most this error; below: the methods of the table of stability.
 TARGET = 0.01
 STABLE = ("pic event-driven", "box2d tuned", "mujoco tuned", "pybullet tuned", "pymunk tuned")
 
 
 def table(path: Path = SAMPLE) -> str:
-    """Return the README's table: for each engine with its best fixed-step settings, the number of scenes per grade."""
+    """Return the README's table: the number of scenes per grade, for each engine with its best fixed-step settings."""
     head, rows = read_raw_records(path)
     names = {name.lower(): f"{name} {version}" for name, version in head["environment"]["versions"].items()}
     names |= {"pic": "PIC", "pit": "PIT"}
@@ -77,7 +77,7 @@ def table(path: Path = SAMPLE) -> str:
 
 
 def bench_scene(path: Path = BENCH) -> tuple[SceneBench, ErrorKind]:
-    """Return the first scene of a committed bench, with the error that it measures."""
+    """Return the first scene of the committed results of `carom bench`, with the measured error."""
     content = json.loads(path.read_text(encoding="utf-8"))
     found = content["scenes"][0]
     curves = tuple(
@@ -138,7 +138,7 @@ def bench_figures() -> dict[str, str]:
 
 
 def stability_block() -> str:
-    """Return a row per method: how many stress tests it passes, and which test it fails nearest to the harmless end."""
+    """Return a row per method: the number of stress tests passed, and the test that fails at the mildest value."""
     head, _, *rows = stress_tables.kept(CAMPAIGN.read_text(encoding="utf-8"))["stress test"]
     axes = {line.name: line for line in list_rows()}
     lines = ["| method | tests passed | fails first in | changed quantity | fails at |", "| --- |" + " --- |" * 4]

@@ -21,7 +21,7 @@ def _tree(module: str) -> ast.Module:
 
 
 def imported_names(module: str) -> dict[str, str]:
-    """Return the names that a module imports from the comparator, and the module that each is from."""
+    """Return the names that a module imports from the comparator, each with the module that defines it."""
     found = [node for node in ast.walk(_tree(module)) if isinstance(node, ast.ImportFrom)]
     return {
         alias.name: node.module
@@ -44,7 +44,7 @@ def stages() -> list[tuple[str, str, str]]:
 
 
 def package_of(module: str) -> str:
-    """Return the part of the comparator that a module belongs to."""
+    """Return the subpackage of the comparator that contains a module."""
     return module.removeprefix(_PACKAGE).partition(".")[0]
 
 

@@ -13,15 +13,15 @@ from carom.studies.stress.document import WORDS
 
 PAGE = Path(__file__).resolve().parents[1] / "results" / "stress.md"
 
-#: The tables by the heading of their first column.
+#: The headings of the first columns, which identify the tables.
 KINDS = tuple(WORDS.values())
-#: End of a cell in a campaign's page that is too long for the table: the error at the last value that passed.
+#: Last part of a cell in the campaign's page, which is left out here: the error at the last value that passed.
 _BEHIND = re.compile(r"(= to \S+|~ \S+|x seen|= not seen) \S+")
 _PART = re.compile(r"(<!-- made by docs/figures/stress_tables\.py: ([\w ]+) -->\n)((?s:.*?))(<!-- end -->)")
 
 
 def table(text: str, kind: str) -> str:
-    """Return the table of a kind of lines in a campaign's `stress.md`, without axes and errors.
+    """Return the table with one kind of lines from a campaign's `stress.md`, without axes and errors.
 
     Raises:
         ValueError: There is no such table.

@@ -15,7 +15,7 @@ from carom.web.page import GALLERY, render_page
 
 FOLDER = Path(__file__).resolve().parent / "throw"
 _WIDTH, _QUALITY = 240, 40
-#: Displayed time divided by the time of the first impact, so that the picture shows the discs just after it.
+#: Displayed time divided by the time of the first impact. The picture shows the discs just after this impact.
 _AFTER = 1.15
 
 

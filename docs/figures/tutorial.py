@@ -18,7 +18,7 @@ from nbclient import NotebookClient
 NOTEBOOK = Path(__file__).resolve().parents[1] / "tutorial.ipynb"
 #: A cell that takes longer than this many seconds has failed.
 _LIMIT_S = 600
-#: A number of four or more digits, which is a result and not a count, width or colour.
+#: A number with four or more digits. Numbers with fewer digits can be counts, widths or colours instead of results.
 _NUMBER = re.compile(r"\d(?:\.?\d){3,}")
 _TOOK = re.compile(r"\bin [\d.]+ s\b")
 
@@ -62,7 +62,7 @@ def texts(cell: Any) -> list[str]:
 
 
 def _joined(outputs: list[Any]) -> list[Any]:
-    """Return outputs in which consecutive pieces of printed text are joined."""
+    """Return the outputs of a cell, with consecutive pieces of printed text joined."""
     joined: list[Any] = []
     for output in outputs:
         if joined and output.output_type == joined[-1].output_type == "stream" and output.name == joined[-1].name:

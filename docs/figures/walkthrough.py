@@ -1,4 +1,4 @@
-"""First steps on the page of `carom play`, in docs/play.md, for readers who do not know PIT.
+"""Writes the section "first steps" of docs/play.md, for readers who do not know PIT.
 
 `make pictures` carries out these steps in Chromium, and writes text and pictures. tests/browser/test_play.py repeats
 the steps, and asserts that the page still shows the same text.
@@ -53,7 +53,7 @@ def _share(page: Page) -> str:
 
 
 def steps(page: Page, taken: bool = False) -> Iterator[str]:
-    """Do each step on the page, and yield its description. With `taken`, also write the two pictures."""
+    """Do each step on the page, and yield its description. If `taken` is given, also write the two pictures."""
     yield (
         f"The page opens. Below the pictures it says: {_read(page)} On the right the discs go through each "
         "other, and a cross marks the missed impact."
@@ -103,7 +103,7 @@ def _picture(page: Page, name: str) -> None:
 
 
 def told(browser: Browser, taken: bool = False) -> str:
-    """Return the steps as a Markdown list, carried out on the present page."""
+    """Do the steps on the present page, and return them as a Markdown list."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "throw.html"
         file.write_text(render_page([one.scene for name in GALLERY for one in find_scenes([name])]), encoding="utf-8")

@@ -1,4 +1,4 @@
-"""`make walls`: thin walls, floors in pieces, ends and corners in each engine; the tables of `docs/results/walls.md`.
+"""`make walls`: tests thin walls, floors in pieces, ends and corners in engines, and writes `docs/results/walls.md`.
 
 `walls_python.py` and `walls_npm.mjs` run flights of discs in the engines, without adapters, for each way to build a
 wall. `walls.json` stores the figures. Run ``python docs/figures/walls.py [ENGINE...]`` (default: all engines). The rows
@@ -21,7 +21,7 @@ HERE = Path(__file__).resolve().parent
 PAGE, FIGURES = HERE.parent / "results" / "walls.md", HERE / "walls.json"
 NPM = HERE.parents[1] / "adapters/carom_adapters/npm"
 
-#: A row of figures by the names of their columns.
+#: A row of figures: names of columns with values.
 Row = dict[str, Any]
 Flight = dict[str, Any]
 End = list[float]
@@ -42,7 +42,7 @@ class Way(NamedTuple):
         return self.key.startswith("capsules")
 
 
-#: Half width of walls that are built of solid shapes, in metres.
+#: Half the thickness of walls that consist of solid shapes, in metres.
 HALF_M = 0.02
 
 WAYS = (
@@ -102,7 +102,8 @@ FROM_PYTHON = {
     "rapier3d": "rapier3d",
 }
 
-#: The thin wall: number of phases, the disc's radius, its steps per second, and how many reaches it moves in a step.
+#: Thin walls: number of phases, radius of the disc, steps per second, and distances per step in *reaches*. A reach is
+#: the sum of the disc's radius and the wall's half width.
 THIN_PHASES, THIN_RADIUS_M, THIN_HZ = 32, 0.1, 60
 SPEEDS = (0.9, 1.1, 1.5, 2.1, 3.0, 5.0, 20.0)
 #: A bounce off a thin wall is wrong if its velocity error exceeds this fraction of the speed.
@@ -111,7 +112,7 @@ WRONG = 0.01
 #: The floor: radius and speed of the disc, approach speeds, number of start positions along a metre, landing time.
 FLOOR_RADIUS_M, ALONG_M_S, APPROACHES_M_S, PHASES, LANDS_S = 0.25, 5.0, (0.01, 0.5, 2.0), 16, 0.3
 FLOOR_HZ = (60, 240)
-#: Velocities that differ by more than this count as different. 32-bit floats round them by about 1e-6 per step.
+#: Velocities count as different if they differ by more than this. 32-bit floats round them by about 1e-6 per step.
 OTHER_M_S = 1e-3
 
 #: Ends of walls: offsets of the disc's path, in reaches. Ends and corners: seconds until the impact.
@@ -119,7 +120,10 @@ OFFSETS, MEETS_S = (0.5, 0.95), 0.3
 
 
 def at_a_thin_wall(q: float, phase: float, half_width_m: float) -> Flight:
-    """Return a head-on flight of q reaches per step that begins six steps and a fraction of a step before the wall."""
+    """Return a head-on flight of q reaches per step.
+
+    The flight begins six steps and a fraction of a step before the wall.
+    """
     reach = THIN_RADIUS_M + half_width_m
     step_m = q * reach
     return {
@@ -134,7 +138,10 @@ def at_a_thin_wall(q: float, phase: float, half_width_m: float) -> Flight:
 
 
 def along_a_floor(pieces: int, hz: int, approach_m_s: float, phase: float, half_width_m: float) -> Flight:
-    """Return a flight of a second that lands on a floor of ten metres in pieces, shifted left by `phase` metres."""
+    """Return a flight of a second to a floor of ten metres that consists of pieces.
+
+    The floor is shifted left by `phase` metres.
+    """
     return {
         "dt_s": 1 / hz,
         "steps": hz,
@@ -147,7 +154,7 @@ def along_a_floor(pieces: int, hz: int, approach_m_s: float, phase: float, half_
 
 
 def at_an_end(offset: float, hz: int, phase: float, half_width_m: float, *, rounded: bool) -> Flight:
-    """Return a flight across a wall's line that hits the wall's end, off centre by a fraction of the reach.
+    """Return a flight that hits the end of a wall, off centre by a fraction of the reach.
 
     The end is a half circle of the half width, or the near corner of a flat end.
     """
@@ -183,7 +190,7 @@ def command_of(way: Way) -> tuple[list[str], Path]:
     """Return the command that runs flights at this kind of wall, and its working folder."""
     if way.package in FROM_PYTHON:
         return [sys.executable, str(HERE / "walls_python.py"), way.package, way.key], HERE
-    # A program that is given as text finds the packages of its working folder.
+    # A program that Node gets as text finds the packages of its working folder.
     program = (HERE / "walls_npm.mjs").read_text(encoding="utf-8")
     return ["node", "--input-type=module", "--eval", program, way.package, way.key], NPM
 
@@ -217,7 +224,7 @@ def flown(way: Way, flights: list[Flight]) -> list[End]:
 
 
 def thin(way: Way) -> Row:
-    """Return at how many phases a disc passes through, for each speed, and how many other flights bounce wrongly."""
+    """Return, for each speed, the number of phases at which a disc passes through, and the number of wrong bounces."""
     flights = [at_a_thin_wall(q, k / THIN_PHASES, way.half_width_m) for q in SPEEDS for k in range(THIN_PHASES)]
     ends = flown(way, flights)
     through = [end[0] > 0 for end in ends]
@@ -229,7 +236,7 @@ def thin(way: Way) -> Row:
 
 
 def seams(way: Way) -> Row:
-    """Return for each rate how many flights end differently on ten pieces than on one.
+    """Return, for each step rate, how many flights end differently on ten pieces than on one piece.
 
     The result also contains the largest difference, and the largest velocity error on one piece, for each rate.
     """
@@ -248,13 +255,13 @@ def seams(way: Way) -> Row:
 
 
 def ends(way: Way) -> Row:
-    """Return the median and largest direction error after an impact with an end, in degrees, by rate and offset."""
+    """Return the median and largest direction error after hitting an end, in degrees, for each rate and offset."""
     row: Row = {"median_deg": [], "worst_deg": []}
     for hz in FLOOR_HZ:
         for offset in OFFSETS:
             of: Flight = {"half_width_m": way.half_width_m, "rounded": way.rounded}
             found = flown(way, [at_an_end(offset, hz, k / PHASES, **of) for k in range(PHASES)])
-            exact = math.pi - 2 * math.asin(offset)  # from the direction of flight, away from the wall
+            exact = math.pi - 2 * math.asin(offset)  # angle from the direction of flight, away from the wall
             off = [abs(math.degrees(math.remainder(math.atan2(end[3], end[2]) - exact, math.tau))) for end in found]
             row["median_deg"].append(statistics.median(off))
             row["worst_deg"].append(max(off))
@@ -262,7 +269,7 @@ def ends(way: Way) -> Row:
 
 
 def corners(way: Way) -> Row:
-    """Return for each rate the largest velocity error after a corner, which must reverse the velocity."""
+    """Return, for each rate, the largest velocity error after a corner. The corner must reverse the velocity."""
     row: Row = {"worst_m_s": []}
     for hz in FLOOR_HZ:
         flights = [into_a_corner(hz, k / PHASES, way.half_width_m) for k in range(PHASES)]
@@ -281,14 +288,14 @@ def measured(way: Way) -> Row | None:
 
 
 def small(value: float) -> str:
-    """Return a difference of velocities in a cell."""
+    """Format a difference of velocities for a cell."""
     if value == 0:
         return "0"
     return f"{value:.2f}" if value >= 0.01 else f"{value:.0e}".replace("e-0", "e-")
 
 
 def degrees(value: float) -> str:
-    """Return an angle in a cell."""
+    """Format an angle for a cell."""
     return f"{value:.0f}" if value >= 10 else f"{value:.1f}" if value >= 0.1 else small(value)
 
 
@@ -361,7 +368,7 @@ def filled(page: str, rows: list[Row]) -> str:
 
 
 def main() -> None:
-    """Measure installed engines, keep the other rows, and write the figures and the page."""
+    """Measure the installed engines, and write the figures and the page. The rows of other engines do not change."""
     kept = {(row["engine"], row["way"]): row for row in json.loads(FIGURES.read_text(encoding="utf-8"))}
     asked = sys.argv[1:] or {way.engine for way in WAYS}
     for way in (way for way in WAYS if way.engine in asked):

@@ -17,12 +17,12 @@ from typing import Any
 Flight = dict[str, Any]
 End = list[float]
 
-#: Engines need a mass. Its value has no effect at a wall.
+#: Engines need a mass. The value of the mass has no effect in an impact with a wall.
 MASS_KG = 1.0
 
 
 def pymunk(way: str, flight: Flight) -> End:
-    """Segments, with or without their neighbours set."""
+    """pymunk: segments, with or without `set_neighbors`."""
     import pymunk
 
     space, body = pymunk.Space(), pymunk.Body(MASS_KG, math.inf)
@@ -43,7 +43,7 @@ def pymunk(way: str, flight: Flight) -> End:
 
 
 def box2d(way: str, flight: Flight) -> End:
-    """Edges, or one chain."""
+    """Box2D: edges, or one chain."""
     import Box2D
 
     world = Box2D.b2World(gravity=(0, 0))
@@ -58,7 +58,7 @@ def box2d(way: str, flight: Flight) -> End:
     for shape in [Box2D.b2ChainShape(vertices_chain=points)] if way == "chain" else edges:
         wall.CreateFixture(shape=shape, restitution=1, friction=0)
     for _ in range(flight["steps"]):
-        world.Step(flight["dt_s"], 8, 3)  # as the manual suggests
+        world.Step(flight["dt_s"], 8, 3)  # the manual suggests this
     return [*body.position, *body.linearVelocity]
 
 
@@ -90,7 +90,7 @@ def mujoco(way: str, flight: Flight) -> End:
 
 
 def pybullet(way: str, flight: Flight) -> End:
-    """Boxes or capsules; or boxes, with a swept sphere in the disc, which may be in maximal coordinates."""
+    """PyBullet: boxes or capsules; the disc may have a swept sphere and maximal coordinates."""
     import pybullet as p
 
     client = p.connect(p.DIRECT)
@@ -106,7 +106,7 @@ def pybullet(way: str, flight: Flight) -> End:
 
     for (ax, ay), (bx, by) in pairwise(flight["points_m"]):
         size = [math.hypot(bx - ax, by - ay) / 2, flight["half_width_m"], 1]
-        if way == "capsules":  # along x: by default their axis is z
+        if way == "capsules":  # along x, because the default axis is z
             lying = p.getQuaternionFromEuler([0, math.pi / 2, 0])
             of = {"radius": size[1], "height": 2 * size[0], "collisionFrameOrientation": lying}
             shape = p.createCollisionShape(p.GEOM_CAPSULE, **of, physicsClientId=client)
@@ -172,7 +172,7 @@ def dart(way: str, flight: Flight) -> End:
 
 
 def drake(way: str, flight: Flight) -> End:
-    """Boxes or capsules, in a continuous plant: a discrete one has no bounce."""
+    """Drake: boxes or capsules, in a continuous plant, because a discrete plant has no bounce."""
     import logging
 
     from pydrake import geometry
@@ -215,7 +215,7 @@ def drake(way: str, flight: Flight) -> End:
 
 
 def ode(way: str, flight: Flight) -> End:
-    """Boxes or capsules, in Panda3D's build."""
+    """ODE: boxes or capsules, in Panda3D's build of the engine."""
     from panda3d import core, ode
 
     world, space, group = ode.OdeWorld(), ode.OdeHashSpace(), ode.OdeJointGroup()
@@ -227,7 +227,7 @@ def ode(way: str, flight: Flight) -> End:
             ode.OdeCappedCylinderGeom(space, half, length) if capsule else ode.OdeBoxGeom(space, 2 * half, 2, length)
         )
         x, y = (bx - ax) / length, (by - ay) / length
-        # Its columns are the images of x, y and z.
+        # The columns of the matrix are the images of x, y and z.
         piece.setRotation(core.LMatrix3f(-y, 0, x, x, 0, y, 0, 1, 0))
         piece.setPosition((ax + bx) / 2, (ay + by) / 2, 0)
     ball, body, mass = ode.OdeSphereGeom(space, flight["radius_m"]), ode.OdeBody(world), ode.OdeMass()
@@ -282,7 +282,7 @@ def rapier3d(way: str, flight: Flight) -> End:
 
 
 def newton(way: str, flight: Flight) -> End:
-    """Boxes or capsules, with the XPBD solver; contacts may be searched for ahead."""
+    """Newton: boxes or capsules, with the XPBD solver; the engine may search for contacts ahead."""
     import newton
     import numpy as np
     import warp
@@ -292,7 +292,7 @@ def newton(way: str, flight: Flight) -> End:
     for (ax, ay), (bx, by) in pairwise(flight["points_m"]):
         half, thick = math.hypot(bx - ax, by - ay) / 2, flight["half_width_m"]
         turned = warp.quat_from_axis_angle(warp.vec3(0, 0, 1), math.atan2(by - ay, bx - ax))
-        if way == "capsules":  # along x: by default their axis is z
+        if way == "capsules":  # along x, because the default axis is z
             turned *= warp.quat_from_axis_angle(warp.vec3(0, 1, 0), math.pi / 2)
         at = warp.transform(((ax + bx) / 2, (ay + by) / 2, 0.0), turned)
         if way == "capsules":

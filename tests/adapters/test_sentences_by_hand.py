@@ -23,7 +23,7 @@ from carom import Scene
 from carom.catalogue import all_scenes, find_scenes
 from carom.comparator import Verdict
 from carom.engines.registry import load_adapter
-from carom.report.results_file.records import format_records
+from carom.report.results_file.results_jsonl import format_records
 
 pytestmark = pytest.mark.long  # it runs two groups of scenes in each engine, twice
 

@@ -27,7 +27,7 @@ from carom.engines.api import Contact, Observation
 from carom.execution.job import Status
 from carom.execution.results import Results
 from carom.report.render.markdown import render_markdown
-from carom.report.results_file.records import format_records
+from carom.report.results_file.results_jsonl import format_records
 from carom.studies.cross_check.document import build_report, cross_check_document
 from carom.studies.cross_check.grid import build_grid
 from carom.studies.cross_check.sections.scenes import pack_replays

@@ -22,7 +22,7 @@ from carom import Disc, Scene, cross_check
 from carom.engines.registry import MANIFESTS, list_adapter_points
 from carom.execution.job import Status
 from carom.execution.pool import LocalPool
-from carom.report.results_file.records import format_records
+from carom.report.results_file.results_jsonl import format_records
 
 #: Requests of one `carom serve`.
 SESSION = 200

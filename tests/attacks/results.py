@@ -15,7 +15,7 @@ from carom.execution.cache_key import build_job_key
 from carom.execution.job import Answer, Job, Method, Status
 from carom.execution.journal import JournalEntry
 from carom.report.render.markdown import render_markdown
-from carom.report.results_file.records import format_records
+from carom.report.results_file.results_jsonl import format_records
 from carom.studies.cross_check.options import Options
 from carom.studies.cross_check.run import observed_journal
 from carom.studies.diff.compare_records import compare_records

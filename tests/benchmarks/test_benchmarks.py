@@ -14,7 +14,7 @@ from benchmarks.memory import CHANGED, write_copies
 from tests.cases import each
 
 from carom.errors import InputError
-from carom.report.results_file.records import read_records
+from carom.report.results_file.results_jsonl import read_records
 from carom.studies.diff.compare_records import compare_records
 
 ROOT = Path(__file__).parents[2]

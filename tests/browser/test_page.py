@@ -11,7 +11,7 @@ from tests.browser.conftest import A4_PX, Window, find_cut_off, find_violations
 from tests.browser.test_replay import MISSED, open_replay
 
 from carom.report.outcome_marks import parse_mark
-from carom.report.results_file.records import read_records
+from carom.report.results_file.results_jsonl import read_records
 from carom.support.escaping import escape_controls
 
 pytestmark = pytest.mark.browser

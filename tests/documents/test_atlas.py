@@ -8,7 +8,7 @@ from docs.figures.raw_records import read_raw_records
 from tests.scene_builders import run_cross_check
 
 from carom.catalogue import find_scenes
-from carom.report.results_file.records import format_records
+from carom.report.results_file.results_jsonl import format_records
 
 pytestmark = pytest.mark.long  # it runs a cross-check
 

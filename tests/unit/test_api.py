@@ -109,7 +109,7 @@ NEVER |= {"numpy.ma", "carom.solvers.damped"}  # for a median; for other laws
 #: A page, its records, a bar that only a terminal shows, programs as engines, and other commands.
 OF_OTHERS = {
     "carom.report.render.html",
-    "carom.report.results_file.records",
+    "carom.report.results_file.results_jsonl",
     "xml.etree.ElementTree",
     "rich.progress",
     "carom.engines.protocol.adapter",
@@ -174,7 +174,7 @@ def test_command_loads_only_modules_that_it_uses(command: str, tmp_path: Path) -
 def test_imports_have_no_cycles() -> None:
     """No chain of imports leads from a module back to itself, including imports under `TYPE_CHECKING`."""
     graph = grimp.build_graph("carom", exclude_type_checking_imports=False)
-    modules = graph.modules - {"carom"}  # the package itself names what it offers, and fetches it when it is asked for
+    modules = graph.modules - {"carom"}  # the package lists its public names, and imports each when it is first used
     assert modules
     circles = {
         module

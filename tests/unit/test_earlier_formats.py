@@ -16,8 +16,8 @@ from carom.execution.codec import Codec
 from carom.execution.journal import JOURNAL_FORMAT
 from carom.report.files import FORMATS
 from carom.report.results_file.format_2 import convert_line
-from carom.report.results_file.json_lines import format_line
-from carom.report.results_file.records import read_records
+from carom.report.results_file.line_codec import format_line
+from carom.report.results_file.results_jsonl import read_records
 from carom.studies.cross_check.options import Options
 from carom.studies.cross_check.plan import build_plan
 from carom.studies.cross_check.run import execute, observed_journal

@@ -27,7 +27,7 @@ def length_of(x: Fraction, y: Fraction) -> Fraction:
 def body_of(
     start: DiscArrays, body: int, velocity: Sequence[float], spin: float, arm: tuple[Fraction, Fraction]
 ) -> Body:
-    """Return a disc or wall as it is given to the exact law."""
+    """Return a disc or wall in the form that the exact impact law needs."""
     moving = (float(velocity[0]), float(velocity[1]))
     if body < 0 or math.isinf(start.mass_kg[body]):
         return Body(moving, spin, math.inf, math.inf, arm)

@@ -1,7 +1,8 @@
 """One table of equivalences: forms of a method that must give one another's bits, over every kind of scene drawn.
 
-Two algorithms and one answer, for PIC with and without friction and gravity, and for PIT; and what mirrors a scene, or
-measures it in other units, does just that to its answer. `tests/random_scenes.py` says what the kinds are for.
+Pairs of algorithms give the same results, for PIC with and without friction and gravity, and for PIT. If a scene is
+mirrored or measured in other units, the results change in the same way. `tests/random_scenes.py` says what the kinds
+are for.
 """
 
 import math
@@ -30,7 +31,7 @@ BATCHES = [range(6), range(6, 24), *(range(first, first + 114) for first in rang
 #: Kinds of few discs, and tables, have more scenes; half of all scenes of discs and half-planes are rough.
 TIMES = dict.fromkeys(KINDS, 1) | dict.fromkeys(SMALL, 6) | dict.fromkeys(TABLES, 1)
 GRAVITY = (0.25, -1.0)
-#: What else may slow discs down, or pull them, so that PIC has another run for them.
+#: Other laws that slow or pull discs, for which PIC has a separate class of runs.
 LAWS: dict[str, dict[str, Any]] = {
     "falling": {"gravity_m_s2": GRAVITY},
     "damped": {"damping_per_s": 0.25},
@@ -54,7 +55,7 @@ def draw_scene_with_law(law: dict[str, Any], kind: str, number: int) -> Scene:
 
 
 class Asked(NamedTuple):
-    """What is asked of a run: a scene, up to how many impacts, and what is kept."""
+    """Request for a run: scene, largest number of impacts, and what is recorded."""
 
     scene: Scene
     impacts: int
@@ -62,7 +63,10 @@ class Asked(NamedTuple):
 
 
 def draw_run_request(kind: str, number: int) -> Asked:
-    """Return what is asked with a number: some runs keep a window, and some take the TC model's contacts."""
+    """Return the request with a number.
+
+    Some requests record only a range of impacts, and some use contacts of finite duration (TC model).
+    """
     rng = random.Random(f"asked {number}")
     if kind in TABLES:  # enough impacts for several epochs of a disc or two
         return Asked(draw_table(kind, number), 120, {"contact_duration_s": rng.choice([0.0, 0.0, 1e-3])})
@@ -77,7 +81,7 @@ def run_to_end(run: Run, ask: Asked) -> Bits:
 
 
 def run_in_pieces(run: Run, ask: Asked, ends_s: float) -> Bits:
-    """Take a run forward in pieces, by time and by count, and look at it between them."""
+    """Advance a run in several parts, up to times and numbers of impacts, and read its state between the parts."""
     rng = random.Random(ask.scene.name)
     for time_s in sorted(rng.uniform(0.0, ends_s) for _ in range(3)):
         run.advance_to(time_s, rng.randint(0, ask.impacts))
@@ -86,7 +90,7 @@ def run_in_pieces(run: Run, ask: Asked, ends_s: float) -> Bits:
 
 
 def run_resumed(ask: Asked) -> Bits:
-    """Take a run half the way, and another from its state; what both have kept is joined."""
+    """Advance a run half the way and continue another run from its state. Join the records of both runs."""
     first = EventDrivenRun(ask.scene, **ask.options)
     first.advance_to(ask.scene.duration_s, ask.impacts // 2)
     second = EventDrivenRun(ask.scene, resume=first.state(), **ask.options)
@@ -106,7 +110,7 @@ def run_with_cells(factor: float) -> Callable[[Asked, float], Bits]:
 
 #: Counts that both loops have.
 COUNTS = ("impacts", "wall_impacts", "predictions", "epochs")
-#: Each is given what is asked, and the time at which the kernel's run of it ended.
+#: Each function gets the request, and the time at which the core's run of the request ended.
 PIC_FORMS: dict[str, Callable[[Asked, float], Bits]] = {
     "cells": run_with_cells(1.0 + 2.0**-20),  # with a factor of 1, a run with few discs has no cells
     "wider cells": run_with_cells(1.5),
@@ -133,7 +137,8 @@ def compare_forms(ask: Asked, what: str) -> tuple[EventDrivenRun, list[str]]:
     return kernel, found
 
 
-#: A batch of each kind, of tables half of it, and so on; at last of tables up to 1,920, driven ones up to 960.
+#: Numbers of scenes of each kind. Tables have half as many as other kinds; the last numbers are 1,920 for tables and
+#: 960 for driven bodies.
 DRAWN = [(kind, scale_range(BATCHES[0], 0.5 if kind in TABLES else TIMES[kind])) for kind in TIMES]
 DRAWN += [(kind, range(len(BATCHES[0]) // 2, len(BATCHES[0]))) for kind in TABLES]
 DRAWN += [(kind, scale_range(batch, TIMES[kind])) for batch in BATCHES[1:] for kind in TIMES]
@@ -293,8 +298,8 @@ SOLVERS: dict[str, Callable[[Scene], Trace]] = {
 }
 #: How far each unit is changed: well within `carom.support.limits`, which also have to hold the scene.
 MOST = 500
-#: Powers of two by which lengths, times and masses are multiplied: the extremes, and those at which a sum, a product or
-#: a square of sizes first leaves what is taken without scaling.
+#: Powers of two by which lengths, times and masses are multiplied: extreme values, and values at which a sum, a product
+#: or a square of sizes first requires scaling.
 UNITS = [
     *((power, 0, 0) for power in (MOST, -MOST, 196, 201)),
     *((0, power, 0) for power in (MOST, -MOST, -199, 200)),

@@ -1,8 +1,8 @@
 """Symmetries of mechanics, and invariances: what changes a scene in a known way does so to its answer.
 
-A scene is turned, boosted, renumbered, split, measured in other units, and given a disc far away, over the
-catalogue; mirrors and powers of two, which change no bit, are in ``test_equivalences.py``. Last come the invariances
-that `carom stress` measures for engines.
+The results of catalogue scenes agree if the scene is rotated, moves uniformly, is renumbered, split, measured in other
+units, or gets a far disc. Mirrors and powers of two, which change no bit, are in ``test_equivalences.py``. Last come
+the invariances that `carom stress` measures for engines.
 """
 
 import math
@@ -61,8 +61,8 @@ def assert_transformed_answer(
 @given(angle=st.floats(0, math.tau))
 def test_rotated_scene_has_the_rotated_answer(angle: float) -> None:
     """Rotating a scene by any angle rotates its answer, and no impact is added or lost."""
-    # Scenes along a line that is unstable across it are left out: on an axis no error across the line arises, but in
-    # any other direction rounding makes one, and it grows.
+    # Unstable scenes along a line are left out. On an axis, no error across the line arises, but in other directions
+    # rounding causes an error that grows.
     turn = turn_by(angle)
     for entry in STABLE:
         assert_transformed_answer(

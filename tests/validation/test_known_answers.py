@@ -1,4 +1,7 @@
-"""Every scene that has a name against its known answer, as PIC finds it whole and frame by frame, and two theorems."""
+"""PIC's results for every catalogue scene agree with the known answer, in one run and frame by frame.
+
+Two theorems are also tested.
+"""
 
 import math
 

@@ -1,4 +1,4 @@
-"""No impact between bodies that do not touch: a disc that leaves its cell just before an impact is not taken for one.
+"""PIC reports no impact of bodies that do not touch, even if a disc leaves its cell of the grid just before an impact.
 
 The scenes have a disc that crosses the edge of a cell a rounding's width before it meets a partner. What must happen
 follows from the geometry alone: one disc, on a straight line, meets one other.

@@ -21,7 +21,10 @@ def build_wedge(degrees: float, side: float = 1e6) -> Chain:
 
 
 def count_wedge_impacts(degrees: float, place: complex, velocity: complex, restitution: float, most: int) -> int:
-    """Return how many impacts a disc has in a wedge; its place is that of its centre in the wedge left to it."""
+    """Return the number of impacts of a disc in a wedge.
+
+    `place` is relative to the apex of the wedge in which the centre moves.
+    """
     radius = 0.01
     start = place + radius * complex(1.0 / math.tan(math.radians(degrees) / 2.0), 1.0)
     disc = disc_at(*_pair(start), *_pair(velocity), r=radius)

@@ -1,10 +1,10 @@
 """Formulas by which the known answers of scenes are computed.
 
-Vectors in the plane are complex numbers here: multiplication by a number of length 1 rotates a vector, and ``abs(a)``
-is its length. This module, and the modules that use it, do not call the physics code or the solvers of Carom: an answer
-computed by the tested code would prove nothing. Most scenes are computed backwards from their impacts: the normal and
-the instant of an impact are chosen, and the starting state follows from straight motion back in time. So no equation
-has to be solved for the time of impact.
+Vectors in the plane are complex numbers here. Multiplication by a number of length 1 rotates a vector, and ``abs(a)``
+is the length of a. An answer computed by the tested code would prove nothing. So this module, and the modules that
+import it, do not call Carom's physics code or solvers. Most scenes are computed backwards: the author chooses the
+normal and the instant of an impact, and straight motion back in time gives the start. So no equation has to be solved
+for the time of impact.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def build_disc(position: complex, velocity: complex, radius_m: float, mass_kg: f
 
 
 def build_scene(discs: Sequence[Disc], *, pull: float = 0.0, **fields: Any) -> Scene:
-    """Return a scene without its name, which the catalogue adds. `pull` is the downward acceleration of gravity."""
+    """Return a scene without a name; the catalogue adds the name. `pull` is the downward acceleration of gravity."""
     if pull:
         fields["gravity_m_s2"] = (0.0, -pull)
     return Scene(name="unnamed", discs=discs, **fields)
@@ -61,12 +61,12 @@ def build_impact(
 
 
 def compute_normal(approach: complex, offset: float) -> complex:
-    """Return the normal of an impact at a given offset. The normal points from the first to the second disc.
+    """Return the normal of an impact: the unit vector from the first to the second disc.
 
     Args:
         approach: Velocity of the first disc relative to the second.
-        offset: Sine of the angle from the direction of approach to the normal, -1 to 1: 0 for a head-on impact. With a
-            positive offset, the second disc is to the left of the path.
+        offset: Sine of the angle from the direction of approach to the normal; 0 for a head-on impact. If the offset is
+            positive, the second disc is to the left of the path.
     """
     return unit(approach) * complex(math.sqrt(1.0 - offset * offset), offset)
 
@@ -110,11 +110,11 @@ def stage_meeting(
     mass_kg: tuple[float, float] = (1.0, 1.0),
     offset: float = 0.0,
     time_s: float,
-    source: str = "Computed backwards from the impact; velocities from conservation of momentum and Newton's law of "
-    "restitution, in the frame of the centre of mass",
+    source: str = "Computed backwards from the impact; conservation of momentum and Newton's law of restitution give "
+    "the velocities",
     **fields: float,
 ) -> Staged:
-    """Build two discs that meet, the first of them at the origin. For `offset`, see `compute_normal`."""
+    """Build a scene in which two discs meet at the origin. For `offset`, see `compute_normal`."""
     (v0, v1), (r0, r1), (m0, m1) = velocity, radius_m, mass_kg
     normal = compute_normal(v0 - v1, offset)
     discs = [build_disc(-r0 * normal - v0 * time_s, v0, r0, m0), build_disc(r1 * normal - v1 * time_s, v1, r1, m1)]
@@ -135,7 +135,7 @@ def stage_at_wall(
     drive: complex = 0,
     restitution: float = 1.0,
 ) -> Staged:
-    """Build a disc that hits the first wall at the point `point`. `normal` points from there to the disc's centre.
+    """Build a scene in which a disc hits the first wall at `point`. `normal` points from `point` to the disc's centre.
 
     By default, the scene ends after twice the time of the impact.
     """
@@ -146,11 +146,11 @@ def stage_at_wall(
 
 
 class WedgeImpact(NamedTuple):
-    """One impact of a point with a side of a wedge.
+    """Impact of a moving point on a side of a wedge.
 
     Attributes:
         time_s: Seconds from the start.
-        upper: Whether the point hits the wedge's upper side, at the wedge's angle, or else the lower side, at angle 0.
+        upper: True for an impact on the upper side of the wedge. The lower side is at angle 0.
         velocity: Velocity of the point after the impact.
     """
 
@@ -162,10 +162,11 @@ class WedgeImpact(NamedTuple):
 def compute_wedge_impacts(start: complex, velocity: complex, angle: float) -> list[WedgeImpact]:
     """Compute, by unfolding, all impacts of a point that moves in a wedge and is reflected by the wedge's two sides.
 
-    At each impact, the wedge is reflected at its side, and the path continues straight ("unfolding"). This line crosses
-    the rays at 1, 2, 3, ... times the wedge's angle. The n-th crossing is at the time at which ``(start + t velocity)
-    exp(-i n angle)`` is real. In the original wedge, the velocity after the n-th impact is ``velocity exp(-i n angle)``
-    for even n, and ``conj(velocity) exp(i (n + 1) angle)`` for odd n.
+    At each impact, the wedge is mirrored at the side that the point hits, and the path continues straight
+    ("unfolding"). The straight path crosses rays from the apex at 1, 2, 3, ... times the wedge's angle. The n-th
+    crossing is at the time t at which ``(start + t velocity) exp(-i n angle)`` is real. In the original wedge, the
+    velocity after the n-th impact is ``velocity exp(-i n angle)`` for even n, and ``conj(velocity) exp(i (n + 1)
+    angle)`` for odd n.
 
     Args:
         start: Position of the point at the start. The apex of the wedge is at 0, and the argument of `start` is between
@@ -176,8 +177,8 @@ def compute_wedge_impacts(start: complex, velocity: complex, angle: float) -> li
     """
     impacts = []
     n = 1
-    # Seen from the apex, the direction of the moving point approaches that of the velocity. So the line crosses only
-    # rays whose angles are smaller than that of the velocity.
+    # Seen from the apex, the direction of the point approaches the direction of its velocity. So the path crosses only
+    # rays at smaller angles than the angle of the velocity.
     while n * angle < cmath.phase(velocity) % math.tau:
         turn = cmath.exp(-1j * n * angle)
         time = -(start * turn).imag / (velocity * turn).imag
@@ -227,10 +228,10 @@ def build_staged(
         scene: The scene.
         impacts: All impacts of the scene.
         source: Source of the answer.
-        convention: Why physics does not determine the answer, and by which rule it was chosen. Empty if physics
-            determines it.
-        final: Position and velocity of each disc at the end. If None, both are computed from the impacts, for discs
-            that move straight between them.
+        convention: Why physics allows several answers, and by which rule this answer was chosen. Empty if physics
+            allows only one answer.
+        final: Position and velocity of each disc at the end. If None, they are computed from the impacts, which
+            requires straight motion between impacts.
         spins: Spin of each disc at the end; None if unknown.
     """
     ends = zip(*(_compute_end_states(scene, impacts) if final is None else final), strict=True)

@@ -20,7 +20,7 @@ from carom.model.walls import move_wall
 
 
 class Tag(StrEnum):
-    """A property of scenes by which users select them: ``tag:walls`` is a pattern of `find_scenes`."""
+    """A property by which users select scenes, as in ``find_scenes(["tag:walls"])``."""
 
     WALLS = "walls"
     IMMOVABLE = "immovable"
@@ -40,11 +40,11 @@ class Tag(StrEnum):
 
 @dataclass(frozen=True)
 class KnownImpact:
-    """An impact with its known time and its known velocities and spins afterwards. What is unknown is None.
+    """An impact with its known time and its known velocities and spins afterwards. Unknown values are None.
 
     Attributes:
         time_s: Time of the impact, in seconds from the start.
-        first: Number of the disc. If two discs meet, it is the lower number.
+        first: Number of the disc; if two discs meet, the lower of their numbers.
         second: Number of the other disc, or of the wall (`wall_body`).
         velocity_first_after: Velocity of the first body after the impact, in metres per second.
         velocity_second_after: Velocity of the second body after the impact, in metres per second; None for a wall.
@@ -67,18 +67,18 @@ class KnownImpact:
 class KnownAnswer:
     """Answer of a scene, from mathematics or from a cited source, never from the tested code.
 
-    A trace must also end without overlapping bodies to agree with an answer.
+    The result of a run agrees with the answer only if no bodies overlap at the end.
 
     Attributes:
         source: Source of the answer, in one sentence: a theorem, a formula or a citation.
-        impacts: The first impacts of the scene, in order. If there are `count` of them, these are all.
+        impacts: The first impacts of the scene, in order. The list is complete if it has `count` impacts.
         count: Number of impacts in the scene's duration, if known.
         final_velocity_m_s: Final velocity of each disc, if known.
         final_position_m: Final position of each disc, if known.
         final_kinetic_energy_j: Final kinetic energy of all movable discs, if known.
         final_spin_rad_s: Final spin of each disc, if known.
-        convention: Why physics does not determine the answer, and by which rule it was chosen. Empty if physics
-            determines it.
+        convention: Why physics allows several answers, and by which rule this answer was chosen. Empty if physics
+            allows only one answer.
     """
 
     source: str
@@ -92,7 +92,10 @@ class KnownAnswer:
 
 
 class Staged(NamedTuple):
-    """A scene with its known answer. One function builds both, since they are computed from the same few numbers."""
+    """A scene with its known answer.
+
+    One function builds the scene and its answer, because the same few numbers determine both.
+    """
 
     scene: Scene
     known: KnownAnswer
@@ -105,13 +108,13 @@ Builder = Callable[[], Staged]
 
 @dataclass(frozen=True)
 class CatalogueScene:
-    """Entry of the catalogue. Its scene, answer and tags are built at their first use, so that listing entries is fast.
+    """Entry of the catalogue. The scene is built when it is first used, so that listing the catalogue is fast.
 
     Attributes:
         name: Full name of the entry and of its scene, ``group/name``.
         shows: The scene's description, in one sentence.
         build: Function that builds the scene and its answer.
-        marks: Tags that can't be computed from the scene and its answer.
+        marks: Tags that the author of the scene has set.
     """
 
     name: str
@@ -136,7 +139,7 @@ class CatalogueScene:
 
     @property
     def group(self) -> str:
-        """The part of the name before the slash."""
+        """The group of the scene: the part of its name before the slash."""
         return self.name.partition("/")[0]
 
     @cached_property
@@ -168,7 +171,7 @@ _MARKS: dict[Builder, tuple[Tag, ...]] = {}
 
 
 def add_tags(*marks: Tag) -> Callable[[Builder], Builder]:
-    """Return a decorator that adds tags to a scene's builder, which can't be computed from scene and answer."""
+    """Return a decorator that adds tags to a scene. Other tags are computed from the scene and its answer."""
 
     def mark(build: Builder) -> Builder:
         _MARKS[build] = marks
@@ -180,8 +183,8 @@ def add_tags(*marks: Tag) -> Callable[[Builder], Builder]:
 def list_scenes(module: ModuleType) -> Iterator[CatalogueScene]:
     """Yield the scenes of a module in the order of their definition. Reports use the same order.
 
-    Each private function without parameters that returns `Staged` is the builder of a scene. The first word of the
-    module's name is the group.
+    Each private function without parameters that returns `Staged` builds a scene. The first word of the module's name
+    is the group.
     """
     group = module.__name__.rpartition(".")[2].partition("_")[0]
     for name, build in vars(module).items():
@@ -194,10 +197,10 @@ def list_scenes(module: ModuleType) -> Iterator[CatalogueScene]:
 def deviation(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
     """Return the largest deviation of a trace from the known answer; infinite if an impact is missing or wrong.
 
-    Deviations are divided by a scale, to have no unit. The scale of times is the scene's duration, and that of
-    velocities is the greatest speed at the start or in the answer. The scale of positions, and of the deepest overlap
-    at the end, is the greatest extent of the scene at the start. The scale of energies is the known energy. NaN counts
-    as an infinite deviation. If the answer has a `convention`, a trace that deviates may only follow another rule.
+    A deviation in time is divided by the scene's duration, and a deviation in velocity by the greatest speed at the
+    start or in the answer. Deviations in position, and overlaps at the end, are divided by the size of the scene at the
+    start. A deviation in energy is divided by the known energy. NaN counts as an infinite deviation. If the answer has
+    a `convention`, a deviation can also mean that the engine follows another rule.
     """
     if known.count is not None and len(trace.impacts) != known.count:
         return math.inf
@@ -212,7 +215,10 @@ def deviation(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
 
 
 def _list_values(trace: Trace, known: KnownAnswer, scene: Scene) -> Iterator[tuple[ArrayLike, ArrayLike | None, float]]:
-    """Yield each value of a trace, its known value and its scale. A spin that is not reported counts as infinite."""
+    """Yield each value of a trace, its known value and the number by which their difference is divided.
+
+    A spin that is not reported counts as infinite.
+    """
     velocities = [disc.velocity_m_s for disc in scene.discs]
     for impact in known.impacts:
         velocities += filter(None, (impact.velocity_first_after, impact.velocity_second_after))
@@ -246,7 +252,7 @@ def _compute_extent(scene: Scene) -> float:
 
 
 def compute_deepest_overlap(trace: Trace, scene: Scene) -> float:
-    """Return the deepest overlap of two bodies at the end, in metres; infinite if a position is NaN."""
+    """Return the deepest overlap of two bodies at the end of a run, in metres; infinite if a position is NaN."""
     position = np.asarray(trace.final_position_m, dtype=np.float64)
     if not np.all(np.isfinite(position)):
         return math.inf

@@ -45,13 +45,13 @@ def catalogue() -> Mapping[str, CatalogueScene]:
 
 @cache
 def all_scenes() -> Mapping[str, CatalogueScene]:
-    """Return all scenes by name: the suite, and the groups that run only if the user names them."""
+    """Return all scenes by name: scenes that run by default, and groups that run only if the user names them."""
     on_request = (entry for module in _ON_REQUEST for entry in list_scenes(module))
     return MappingProxyType({**catalogue(), **{entry.name: entry for entry in chain(load_bug_reports(), on_request)}})
 
 
 def find_scenes(patterns: Iterable[str]) -> list[CatalogueScene]:
-    """Return the scenes that match any of the patterns, each once, in the order of the patterns.
+    """Return each scene that matches one of the patterns, in the order of the patterns.
 
     Args:
         patterns: Full names, groups, shell patterns such as ``paper/*``, or tags such as ``tag:walls``.
@@ -61,7 +61,8 @@ def find_scenes(patterns: Iterable[str]) -> list[CatalogueScene]:
     """
     matching: dict[str, CatalogueScene] = {}
     for pattern in patterns:
-        # A pattern matches scenes of the suite or scenes on request, never both. Loading the latter takes milliseconds.
+        # A pattern matches either scenes that run by default or other scenes. Loading the other scenes takes
+        # milliseconds.
         matches = _list_matches(catalogue(), pattern) or _list_matches(all_scenes(), pattern)
         if not matches:
             raise UnknownNameError(f"no scene is named {pattern!r}", hints=[_format_hint(pattern)])
@@ -70,10 +71,13 @@ def find_scenes(patterns: Iterable[str]) -> list[CatalogueScene]:
 
 
 def resolve_scenes(scenes: Iterable[Scene | CatalogueScene | str]) -> tuple[tuple[Scene, ...], dict[str, KnownAnswer]]:
-    """Look up names in the catalogue. Return the scenes, and the known answers of catalogue scenes by name.
+    """Look up names in the catalogue.
+
+    Return all scenes, and the known answers of those scenes that are from the catalogue. The known answers have the
+    scenes' names as keys.
 
     Raises:
-        InputError: There is no scene, or two scenes have the same name.
+        InputError: The list of scenes is empty, or two scenes have the same name.
     """
     if isinstance(scenes, Scene | CatalogueScene | str) or not isinstance(scenes, Iterable):
         raise InputError(f"scenes must be a list, even of one item, got {type(scenes).__name__}")
@@ -97,8 +101,8 @@ def scene_named(name: str) -> Scene:
     """Return the scene with a full name.
 
     Raises:
-        UnknownNameError: There is no such scene; the message contains the nearest name, or the scenes that a group or
-            pattern matches.
+        UnknownNameError: No scene has this name. The message contains the nearest name, or the scenes that a pattern
+            matches.
     """
     if (entry := catalogue().get(name) or all_scenes().get(name)) is not None:
         return entry.scene
@@ -112,7 +116,7 @@ def _list_matches(scenes: Mapping[str, CatalogueScene], pattern: str) -> list[Ca
 
 def _is_match(entry: CatalogueScene, pattern: str) -> bool:
     if entry.name not in catalogue() and not pattern.startswith(entry.group):
-        return False  # tags and patterns such as `*` select only scenes that run by default
+        return False  # tags, and patterns such as `*`, select only scenes that run by default
     if pattern.startswith(_TAG_PREFIX):
         return pattern.removeprefix(_TAG_PREFIX) in entry.tags
     return fnmatchcase(entry.name, pattern) or entry.group == pattern
@@ -120,7 +124,7 @@ def _is_match(entry: CatalogueScene, pattern: str) -> bool:
 
 def _format_hint(pattern: str) -> str:
     entries = all_scenes().values()
-    # Names are compared with and without their groups, to also find the name if the user gave no group or a wrong one.
+    # Names are also compared without their groups, because the user may have given no group or a wrong one.
     suggestions = {
         candidate: entry.name for entry in entries for candidate in (entry.name, entry.name.partition("/")[2])
     }

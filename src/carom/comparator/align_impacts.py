@@ -1,4 +1,4 @@
-"""Second stage of a comparison: matches the impacts of a run with those of the reference, and compares their order."""
+"""Second stage of a comparison: match the impacts of a run with those of the reference, and compare their order."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from carom.comparator.match_impacts import LATEST_STAMP_STEPS, Alignment, Pair, 
 from carom.model.step_windows import LocalTruth
 from carom.model.trace import Trace
 
-#: Largest number of edits that is counted. Two sequences of impacts that need more edits are unrelated.
+#: Largest edit distance that is computed. Two sequences of impacts with a larger distance are unrelated.
 MOST_EDITS = 64
 
 
@@ -26,12 +26,12 @@ class AlignedRun(ComparedRun):
         alignment: Matches of the run's impacts with the impacts of the reference.
         pit_alignment: Matches of PIT's impacts with the impacts of the reference; None without PIT.
         against_pit: Matches of the run's impacts with PIT's impacts; None without PIT.
-        edits: Edit distance between the order of impacts in the reference and in the run; see `compute_edit_distance`.
-        inverted: Pairs of impacts that the run has in the wrong order. An impact is given by its index in the
-            reference. The impact that is earlier in the reference comes first.
-        diverged_s: Time in seconds of the first impact that is missed, spurious or out of order; None if there is none.
-        pit_diverged_s: Time in seconds of PIT's first impact that is missed, spurious or out of order, with the same
-            step size; None if there is none.
+        edits: Edit distance between the reference's and the run's sequence of impacts; see `compute_edit_distance`.
+        inverted: Pairs of impacts that the run has in the wrong order. Each impact is given by its index in the
+            reference. Each pair begins with the impact that is earlier in the reference.
+        diverged_s: Time in seconds of the run's first missed, spurious or out-of-order impact; None if there is none.
+        pit_diverged_s: Time in seconds of the first impact that PIT misses or invents with the same step size. None if
+            there is no such impact, or no PIT run.
     """
 
     alignment: Alignment
@@ -74,7 +74,7 @@ def align_impacts(compared: ComparedRun) -> AlignedRun:
 def _find_divergence(
     reference: Trace, observed: Trace, alignment: Alignment, inverted: Iterable[tuple[int, int]]
 ) -> float | None:
-    """Return the time in seconds of the first impact that is missed, spurious or out of order, or None."""
+    """Return the time in seconds of the first missed, spurious or out-of-order impact; None if there is none."""
     missed = [*alignment.missed, *(first for first, _ in inverted)]
     times = [reference.impacts["time_s"][missed], observed.impacts["time_s"][list(alignment.spurious)]]
     return min(np.concatenate(times).tolist(), default=None)
@@ -83,10 +83,10 @@ def _find_divergence(
 def _find_shown_by_states(
     reference: Trace, missed: Sequence[int], truth: LocalTruth | None, dt_s: float
 ) -> frozenset[int]:
-    """Return the impacts that the engine did not report, but whose effect is visible in its states.
+    """Return the impacts that the engine did not report, but that changed velocities in its states.
 
-    Only windows of steps with several impacts are searched. If a disc has several impacts in one step, an engine may
-    report only their combined outcome.
+    Only consecutive steps with several impacts are searched, because an engine may report only the combined outcome of
+    several impacts.
     """
     if truth is None or not missed:
         return frozenset()
@@ -108,10 +108,10 @@ def _sort_bodies(rows: NDArray[np.void]) -> NDArray[np.int64]:
 
 
 def _drop_contact_starts(reference: Trace, observed: Trace, invented: Sequence[int]) -> tuple[int, ...]:
-    """Remove the spurious impacts at which a lasting contact begins in the reference.
+    """Remove spurious impacts of a disc on a wall after the disc begins to rest, slide or roll there in the reference.
 
-    An engine reports the start of such a contact as an impact. It may report the start of its step as the time of this
-    impact.
+    An engine may report the beginning of this contact as an impact, with the start of a step as its time. So impacts up
+    to one step before the contact are also removed.
     """
     if reference.modes is None:
         return tuple(invented)
@@ -126,9 +126,9 @@ def _drop_contact_starts(reference: Trace, observed: Trace, invented: Sequence[i
 def compare_order(reference: Trace, observed: Trace, alignment: Alignment) -> tuple[int, tuple[tuple[int, int], ...]]:
     """Return the edit distance of the two sequences of impacts, and the pairs of impacts in the wrong order.
 
-    A method that checks for overlap once per step can't order the impacts within a step. The times that it reports are
-    up to two steps late. So two impacts with the same reported time are never out of order. Two impacts without a
-    common body are never out of order if they are at most two steps apart.
+    A method that checks for overlap once per step can't order the impacts of one step, and reports impacts up to two
+    steps late. So two impacts with the same reported time never count as out of order. Two impacts that share no
+    movable disc never count as out of order if they are at most two steps apart.
     """
     to_reference = {o: r for r, o in alignment.matched}
     sequence = sorted([*to_reference, *alignment.spurious])
@@ -145,8 +145,7 @@ def _sort_by_reference(
 
     Return the pairs of impacts that are still in the wrong order.
 
-    An insertion sort is used, because nearly all impacts are already in order, and such an impact needs only one
-    comparison.
+    An insertion sort is used, because it needs only one comparison for an impact that is already in order.
     """
     slack = LATEST_STAMP_STEPS * observed.dt_s
     stamp, time = observed.impacts["time_s"], reference.impacts["time_s"]
@@ -157,7 +156,7 @@ def _sort_by_reference(
             earlier, later = sequence[k - 1], sequence[k]
             if earlier not in to_reference or later not in to_reference:
                 break
-            a, b = to_reference[later], to_reference[earlier]  # a < b if the reference has them in the other order
+            a, b = to_reference[later], to_reference[earlier]  # a < b if the reference has the opposite order
             if a > b:
                 break
             common = set(reference.impacts[["first", "second"]][a]) & set(reference.impacts[["first", "second"]][b])
@@ -179,10 +178,10 @@ def _list_pairs(trace: Trace, indices: Sequence[int]) -> list[Pair]:
 def compute_edit_distance(a: Sequence[Pair], b: Sequence[Pair]) -> int:
     """Return the smallest number of insertions, deletions and swaps of neighbours that turn `a` into `b`.
 
-    This is the restricted Damerau-Levenshtein distance without replacements (G. Navarro, A guided tour to approximate
-    string matching, ACM Computing Surveys 33(1), 2001). Only a band around the diagonal of the distance table is
-    computed. The width of the band is doubled until the result is at most this width (E. Ukkonen, 1985). The result is
-    at most `MOST_EDITS`.
+    The number is the restricted Damerau-Levenshtein distance without replacements (G. Navarro, A guided tour to
+    approximate string matching, ACM Computing Surveys 33(1), 2001). Only a band around the diagonal of the distance
+    table is computed. The band is widened until it is at least as wide as the distance (E. Ukkonen, 1985). The result
+    is at most `MOST_EDITS`.
     """
     start = 0
     while start < min(len(a), len(b)) and a[start] == b[start]:
@@ -203,7 +202,7 @@ def _compute_edit_distance_within(a: Sequence[Pair], b: Sequence[Pair], band: in
     """Return the edit distance if it is at most `band`; otherwise return any number above `band`."""
     beyond = band + 1
     width = 2 * band + 1
-    # column k of row r: position r + k - 1 - band in b
+    # Entry k of row r is the distance between the first r items of a and the first r + k - 1 - band items of b.
     rows = [[beyond] * (width + 2) for _ in range(len(a) + 1)]
     for r in range(len(a) + 1):
         row, above = rows[r], rows[r - 1]

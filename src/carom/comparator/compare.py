@@ -30,13 +30,13 @@ def compare(reference: Trace, observed: Trace, *, sampling: Trace | None = None,
         sampling: The trace of PIT with the same step size. With this trace, the score separates the errors of checking
             once per step from other errors.
         horizon: The part of the reference that is reliable: a number of impacts (an int) or a time in seconds (a
-            float). Later steps are compared one by one, each with PIC started from the trace's own state. None if the
-            whole reference is reliable.
+            float). Each later step is compared with a PIC run that starts from the observed trace's own state before
+            this step. None if the whole reference is reliable.
 
     Raises:
-        InputError: The traces are of different scenes, a trace is impossible in its scene (see
-            `require_possible_trace`), `sampling` has another step size than the observed trace, the horizon is
-            negative, or the reference contains NaN or an infinity.
+        InputError: The traces are of different scenes. A trace is impossible in its scene (see
+            `require_possible_trace`). The step size of `sampling` is not that of the observed trace. The horizon is
+            negative. The reference contains NaN or an infinity.
 
     Examples:
         >>> reference = carom.solve_pic("paper/missed")
@@ -48,7 +48,7 @@ def compare(reference: Trace, observed: Trace, *, sampling: Trace | None = None,
 
 
 class Scorer:
-    """Compares many runs with one reference and one PIT run. The arguments are those of `compare`."""
+    """Compares many runs with one reference and one PIT run. The constructor's arguments are those of `compare`."""
 
     def __init__(self, reference: Trace, sampling: Trace | None, horizon: float | None) -> None:
         check_instance("reference", reference, Trace)
@@ -80,14 +80,12 @@ class Scorer:
 
 
 def _require_scene(reference: Trace, trace_name: str, trace: Trace) -> None:
-    """Raise an error if a trace is of another scene than the reference."""
     if trace.scene != reference.scene:
         message = f"the reference is of scene {reference.scene.name!r}, {trace_name} of {trace.scene.name!r}"
         raise InputError(f"{message} or of another version of it: only traces of one scene can be compared")
 
 
 def _run_stages(baseline: Baseline, observed: Trace, horizon: float | None) -> Score:
-    """Run the five stages of a comparison in turn."""
     compared = find_range(baseline, observed, horizon)
     aligned = align_impacts(compared)
     measured = measure_run(aligned)
@@ -96,7 +94,7 @@ def _run_stages(baseline: Baseline, observed: Trace, horizon: float | None) -> S
 
 
 def _grade_before_tie(compared: ComparedRun) -> Grade | None:
-    """Return the grade of the run before the first instant at which several impacts have no unique result."""
+    """Return the run's grade before the first simultaneous impacts that have no unique result."""
     if compared.before_tie_s is None:
         return None
     before = find_range(compared.baseline.unique, compared.observed, compared.before_tie_s)

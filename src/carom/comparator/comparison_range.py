@@ -1,8 +1,8 @@
 """First stage of a comparison: the part of a run that can be compared with its reference.
 
-The range ends at the earliest of three times: the horizon, the time when a disc starts to rest, slide or roll, and the
-time when a disc is crushed. Before a disc rests or is crushed, it may bounce infinitely often. In such a run, the range
-ends as soon as two bounces follow each other within a step or two.
+The range ends at the horizon, or when a disc starts to rest, slide or roll, or when a disc is crushed. If a disc
+bounces infinitely often before it rests or is crushed, the range ends when its bounces become too weak or too frequent
+for the step size.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ Result = TypeVar("Result")
 class Baseline:
     """The reference, and PIT's run with one step size.
 
-    Values that depend only on these two traces are computed once for all runs.
+    Values that depend only on the reference and PIT's run are computed once for all compared runs.
 
     Attributes:
         reference: The reference.
@@ -50,12 +50,12 @@ class Baseline:
         return compute_scales(self.reference.scene, self.reference)
 
     def find_own_scales(self, trace: Trace) -> OwnScales:
-        """Return the speeds to which rounding errors of the reference or of PIT's run are relative."""
+        """Return the speeds and coordinates that determine the rounding errors of the reference or of PIT's run."""
         return self.compute_once((compute_own_scales, trace is self.pit), lambda: compute_own_scales(trace))
 
     @cached_property
     def unique(self) -> Baseline:
-        """A copy of this baseline, in which the result of each impact of the reference counts as unique."""
+        """A copy of this baseline in which every impact of the reference counts as having a unique result."""
         return Baseline(replace(self.reference, ambiguous=()), self.pit)
 
     def compute_once(self, key: Hashable, compute: Callable[[], Result]) -> Result:
@@ -73,14 +73,14 @@ class ComparedRun:
     Each stage of a comparison adds fields to the result of the previous stage.
 
     Attributes:
-        baseline: The reference and PIT's run. They are the same for all runs that are compared.
+        baseline: The reference and PIT's run, which are the same for all compared runs.
         pit: The run of PIT with the same step size; None if it was not given.
         compared: The part of the run that is compared with the reference.
         pit_range: The part of the run that is compared with PIT; None without a PIT run.
-        truth: Comparison of each step of the run with PIC, which starts from the run's own state at the beginning of
-            the step. None if no states were recorded.
-        before_tie_s: Time just before the first instant at which several impacts have no unique result. None if there
-            is no such instant, or no impact before it.
+        truth: Comparison of each step of the run with a PIC run that starts from the run's own state before the step.
+            None if no states were recorded.
+        before_tie_s: Time just before the first simultaneous impacts that have no unique result, in seconds. None if
+            all results are unique, or if the first impact has no unique result.
     """
 
     baseline: Baseline
@@ -111,7 +111,7 @@ class ComparedRun:
 
     @property
     def has_other_ending(self) -> bool:
-        """Whether the run did not end in the same way as the reference, for example because it was interrupted.
+        """Whether the run did not end like the reference, for example because the run was interrupted.
 
         If discs rest or slide at the end of the reference, the run only has to be complete.
         """
@@ -120,7 +120,7 @@ class ComparedRun:
 
     @property
     def rounding(self) -> float:
-        """Relative rounding error of the floats in which the method computes: 32 or 64 bits."""
+        """Relative rounding error of a method that computes in floats of 32 or 64 bits."""
         return THRESHOLDS.rounding_of(self.observed.float_bits)
 
     @property
@@ -156,7 +156,7 @@ def find_range(baseline: Baseline, observed: Trace, horizon: float | None) -> Co
         truth = truth.clip_to(compared.until_s)
     if reference.ambiguous:
         times = reference.impacts["time_s"]
-        # Impacts shortly before this instant may also be part of it.
+        # Because of rounding, one of the simultaneous impacts may have a slightly earlier time.
         tie_s = float(times[min(reference.ambiguous)]) - RELIABLE_ERROR * reference.scene.duration_s
         if not (tie_s < compared.until_s and np.any(times < tie_s)):
             tie_s = None
@@ -185,10 +185,9 @@ def clip_before_rest(
 ) -> ComparisonRange:
     """End the compared range where a bouncing disc becomes so slow that steps of this size can't show its bounces.
 
-    Often a disc has infinitely many impacts just before it rests. In the last impacts, the disc is at most as fast as
-    after falling for a step or two. A method that checks once per step can't distinguish such a disc from a resting
-    one. PIT misses or invents bounces even earlier. If PIT's run is given, the range ends at its first missed or
-    invented bounce.
+    A disc can have infinitely many impacts just before it rests. In the last impacts before rest, the disc is no faster
+    than after a fall of `RESTING_STEPS` steps. A method that checks once per step can't distinguish such a slow disc
+    from a resting disc. If PIT's run is given, the range also ends at the first bounce that PIT misses or invents.
     """
     impacts, times = reference.impacts, reference.impacts["time_s"]
     if reference.scene.gravity_m_s2 == (0.0, 0.0) and reference.contact_s == math.inf:
@@ -200,7 +199,7 @@ def clip_before_rest(
         closing = np.sum(change * impacts["normal"], axis=1)
         weak = closing <= RESTING_STEPS * math.hypot(*reference.scene.gravity_m_s2) * dt_s
         bounces = _find_last_bounces(reference)
-        if reference.contact_s == math.inf or reference.outcome is Outcome.GLIDES:  # gliding along a wall is not rest
+        if reference.contact_s == math.inf or reference.outcome is Outcome.GLIDES:  # gliding is not rest
             weak &= np.isin(np.arange(len(impacts)), [row for rows in bounces.values() for row in rows])
         ends_s = [reference.contact_s, *np.nextafter(times[weak][:1], -math.inf).tolist()]
         if pit is not None and bounces:
@@ -214,10 +213,9 @@ def clip_before_rest(
 def _find_crush_limit(reference: Trace, dt_s: float, pit: Trace | None) -> float:
     """Return the time after which a disc between two closing walls has impacts too often for steps of this size.
 
-    As the walls crush the disc, the times between impacts become ever shorter. From some time on, each impact follows
-    the previous one within two steps. A method that checks once per step then finds at most one of these impacts, and
-    finds it late. If PIT's run is given and misses or invents an earlier impact of the disc, the result is one step
-    before that impact.
+    As the walls crush the disc, the times between its impacts become ever shorter. The result is the time after which
+    all impacts follow each other within two steps, because a method that checks once per step then misses impacts. If
+    PIT's run is given and misses or invents an earlier impact of the disc, the result is one step before that impact.
     """
     impacts, times = reference.impacts, reference.impacts["time_s"]
     disc = int(impacts["first"][-1])
@@ -234,7 +232,7 @@ def _find_crush_limit(reference: Trace, dt_s: float, pit: Trace | None) -> float
 
 
 def _find_last_bounces(reference: Trace) -> dict[Pair, list[int]]:
-    """Find discs that hop lower and lower on a fixed body. Return the impacts of these hops by pair of bodies."""
+    """Find discs that end with ever lower bounces on a fixed body. Return the bounces' indices by pair of bodies."""
     scene, impacts = reference.scene, reference.impacts
     found = {}
     for disc in np.flatnonzero(scene.arrays.movable).tolist():
@@ -255,9 +253,9 @@ def _find_last_bounces(reference: Trace) -> dict[Pair, list[int]]:
 def _find_end_of_pit_bounces(reference: Trace, pair: Pair, first_row: int, pit: Trace, alignment: Alignment) -> float:
     """Return the time up to which PIT finds the final bounces of a pair; infinity if PIT finds all of them.
 
-    PIT finds each bounce late, so its following hops are slightly shorter or longer. These differences add up to a
-    whole hop at some time, and PIT then has a spurious impact. PIT may also find the disc so deep in the body that
-    gravity pulls it back before it has left the body.
+    PIT finds each bounce late, so the disc flies slightly too long or too short until the next bounce. When these
+    differences add up to the time between two bounces, PIT has a spurious impact. PIT may also find the disc so deep in
+    the body that gravity pulls it back before it has left the body.
     """
     expected_s, found_s = reference.impacts["time_s"], pit.impacts["time_s"]
     expected = group_by_pair(reference.impacts)[pair]
@@ -270,7 +268,7 @@ def _find_end_of_pit_bounces(reference: Trace, pair: Pair, first_row: int, pit: 
         if k in alignment.spurious:
             return float(found_s[k]) - pit.dt_s
         if stuck[nth] and nth + 1 < len(expected):
-            # PIT finds this impact if it has not missed or invented an earlier one.
+            # If PIT missed or invented an earlier impact, the present impact also counts as not found.
             is_matched = reference_of.get(k) == expected[nth] and expected_s[expected[nth]] <= found_s[k]
             is_before_next = found_s[k] < expected_s[expected[nth + 1]]
             return float(found_s[k]) - (0.0 if is_matched and is_before_next else pit.dt_s)
@@ -280,8 +278,8 @@ def _find_end_of_pit_bounces(reference: Trace, pair: Pair, first_row: int, pit: 
 def _find_falling_back(trace: Trace, impacts: list[int]) -> NDArray[np.bool_]:
     """Return, for each given impact of one pair, whether gravity pulls the disc back before the bodies separate.
 
-    The pair overlaps by `depth` when the impact is found, and separates at the speed `parting`. The disc gets out only
-    if ``parting^2 > 2 pull depth``.
+    The pair overlaps by `depth` when the impact is found, and then separates at the speed `parting`. Gravity
+    accelerates the bodies towards each other by `pull`. The bodies separate only if ``parting^2 > 2 pull depth``.
     """
     scene, bodies = trace.scene, SceneBodies(trace.scene)
     row_of_impact, radius = {k: nth for nth, k in enumerate(impacts)}, scene.arrays.radius_m

@@ -1,6 +1,6 @@
 """Conditions for each verdict and grade, as ``carom explain`` and `docs/theory/scoring.md` show them.
 
-A test compares ``explanations.json`` with the tables of that page.
+A test compares ``explanations.json`` with the tables of `scoring.md`.
 """
 
 from __future__ import annotations

@@ -57,15 +57,14 @@ def grade_run(judged: JudgedRun) -> Score:
 
 
 def grade_trajectory(judged: JudgedRun) -> Grade:
-    """Grade a run by its differences to the reference; DIVERGED if small errors have grown with each impact."""
+    """Grade a run by its differences from the reference; DIVERGED if the paths differ although no step is wrong."""
     return Grade.DIVERGED if judged.has_diverged else _grade_by_trajectory(judged)
 
 
 def _add_phase_dependence(found: tuple[Finding, ...], as_right: int, phases: int) -> tuple[Finding, ...]:
     """Report that the run equals PIT, and that PIT is this accurate only at some phases of the step.
 
-    If the run agrees with the reference, this note is added to that verdict instead, because nothing is wrong with the
-    run.
+    If nothing is wrong with the run, the note is added to the reason of its verdict CONFORMS.
     """
     note = f"PIT is equally accurate at {as_right} of {phases} phases of the step"
     if not any(finding.verdict is Verdict.CONFORMS for finding in found):
@@ -79,9 +78,9 @@ def _add_phase_dependence(found: tuple[Finding, ...], as_right: int, phases: int
 def _grade_flight_and_contact(judged: JudgedRun) -> Grade:
     """Grade the impacts of a run and the contacts in which its discs slide, roll and rest. Return the worse grade.
 
-    If the impacts can't be graded, the grade of the contacts is returned. If the trajectory diverged before the
-    contact, the contacts are ignored. A single disc on a single wall is an exception, because its bounces do not change
-    its final motion.
+    If the impacts can't be graded, the grade of the contacts is returned. If the trajectory diverged, contacts are
+    ignored, because other bounces lead to other contacts. But a single disc on a single wall has the same final motion
+    after other bounces, so its wrong contacts count.
     """
     flight_grade, contact = _grade_flight(judged), judged.contact
     if contact is None:
@@ -112,7 +111,7 @@ def _grade_flight(judged: JudgedRun) -> Grade:
 
 
 def _grade_undecided(judged: JudgedRun, local: LocalScore) -> Grade:
-    """Grade a run by its single steps, for a run whose trajectory can't be graded."""
+    """Grade a run only by its single steps, because its trajectory can't be graded."""
     ambiguous = judged.reference.ambiguous
     tie_s = float(judged.reference.impacts["time_s"][ambiguous[0]]) if ambiguous else math.inf
     if (local.missed_own and local.first_missed_s < tie_s - judged.observed.dt_s) or (local.invented and not ambiguous):
@@ -123,7 +122,7 @@ def _grade_undecided(judged: JudgedRun, local: LocalScore) -> Grade:
 
 
 def _grade_by_trajectory(judged: JudgedRun) -> Grade:
-    """Grade a run by its largest differences to the reference. The result is UNGRADED if these can't be determined."""
+    """Grade a run by its largest differences from the reference; UNGRADED if they can't be determined."""
     if judged.non_finite or judged.observed.outcome is Outcome.NON_FINITE:
         return Grade.WRONG
     is_wrong = judged.alignment.missed or judged.alignment.spurious or judged.inverted or judged.has_other_ending
@@ -150,8 +149,8 @@ def _grade_by_trajectory(judged: JudgedRun) -> Grade:
         return Grade.UNGRADED
     if close and _has_good_end(judged, judged.sampling_cost, THRESHOLDS.close):
         return Grade.CLOSE
-    # If all steps are graded *sampled* or better, checking once per step explains the final state. The limit is then
-    # PIT's error at its worst phase.
+    # If all steps are graded *sampled* or better, checking once per step explains the final state. So the errors of the
+    # final state may be as large as PIT's errors at PIT's worst phase.
     local = judged.local_truth
     is_only_sampled = local is not None and find_worst_grade(local.grade, Grade.SAMPLED) is Grade.SAMPLED
     has_good_end = _has_good_end(judged, judged.sampling_cost if is_only_sampled else judged.sampling.largest)
@@ -173,7 +172,7 @@ def _has_pit_results(judged: JudgedRun) -> bool:
 def _is_consistent(judged: JudgedRun, *, allow_sampling: bool = True) -> bool:
     """Whether the states and impacts of a run agree with each other except for rounding.
 
-    If `allow_sampling` is true, deviations are ignored that any method has which checks for impacts once per step.
+    If `allow_sampling` is true, deviations that are caused by checking once per step are ignored.
     """
     consistency = judged.consistency
     if consistency is None:
@@ -218,9 +217,8 @@ def _has_close_impacts(judged: JudgedRun, cost: SamplingCost) -> bool:
 def _has_sampled_impacts(judged: JudgedRun, sampling: Measured, cost: SamplingCost) -> bool:
     """Whether the error of each impact is at most PIT's error at that impact or at an earlier one.
 
-    Errors propagate from impact to impact, so the limit is PIT's largest error up to this impact. PIT's errors are
-    measured at several phases of the step, and at the phase at which PIT is as late as the run. If PIT misses an impact
-    at this phase, both discs keep their old paths. PIT's velocity error is then the whole change of velocity in the
+    Errors propagate from impact to impact, so the limit for an impact is PIT's largest error up to this impact. If PIT
+    misses an impact, both discs keep their old paths, so PIT's velocity error is the whole change of velocity in this
     impact.
     """
     own_scales, scales, rounding_s = (
@@ -242,11 +240,11 @@ def _has_sampled_impacts(judged: JudgedRun, sampling: Measured, cost: SamplingCo
     at_worst = np.maximum.accumulate(np.maximum(pit[1:], known_ratio * cost.found), axis=1)
     for error in judged.measured.errors:
         impact, local_s = error.reference, float(judged.local.time_s[error.observed])
-        # If PIT misses the impact, PIT's lateness is unknown.
+        # If PIT misses the impact, PIT's lateness is unknown, and any lateness is allowed.
         latest_s, earliest_s = (late_s[impact], early_s[impact]) if is_found[impact] else (math.inf, math.inf)
         if local_s <= known_ratio * dt_s:
-            # Relative to the run's own state before the impact, the impact is at most a step late. Earlier impacts
-            # caused the remaining lateness.
+            # Compared with the exact impact that follows from the run's own state, this impact is at most a step late.
+            # Earlier impacts caused the rest of the lateness.
             latest_s = max(latest_s, known_ratio * cost.found_off_s[impact])
         velocity, spin = at_worst[:, impact]
         velocity += judged.rounding * own_scales.speed_m_s[impact] / scales.speed_m_s
@@ -254,8 +252,9 @@ def _has_sampled_impacts(judged: JudgedRun, sampling: Measured, cost: SamplingCo
         if not (error.velocity <= velocity and error.time_s <= latest_s + rounding_s) or error.spin > spin:
             return False
         if error.time_s < -rounding_s:
-            # A check once per step never finds an impact before it happens in the run's own state. But it may be
-            # earlier than in the reference, because previous impacts were late. It is early by at most their lateness.
+            # A method that checks once per step never finds an impact before its own discs touch. But its discs may
+            # touch earlier than the reference's, because previous impacts were late. The impact is then early by at
+            # most the lateness of the previous impacts.
             forward_s = earliest_s if math.isnan(local_s) else max(latest_s, earliest_s)
             if local_s < -rounding_s or not -error.time_s <= forward_s + rounding_s:
                 return False
@@ -263,10 +262,10 @@ def _has_sampled_impacts(judged: JudgedRun, sampling: Measured, cost: SamplingCo
 
 
 def _has_good_end(judged: JudgedRun, cost: SamplingCost | Errors, part: float = 1.0) -> bool:
-    """Whether the final errors are at most `part` of PIT's, or the final state follows from the run's own impacts.
+    """Whether the final errors are at most `part` times PIT's, or the final state follows from the run's own impacts.
 
-    An energy error of a millionth is always allowed. Where PIT's final error is NaN because it was not measured, no
-    error of the run is allowed.
+    An energy error of a millionth is always allowed. If PIT's final error was not measured (NaN), the run's error must
+    be within rounding.
     """
     found, consistency = judged.measured.largest, judged.consistency
     if not abs(found.energy) <= max(part * abs(cost.energy) + judged.rounding, THRESHOLDS.energy):
@@ -306,8 +305,8 @@ def _compute_price_paid(judged: JudgedRun) -> float:
             ratios.append(largest_error / largest_cost if largest_cost > THRESHOLDS.rounding else math.inf)
     step_s = judged.observed.dt_s or cost.dt_s
     if max(largest_costs) <= THRESHOLDS.rounding and max(ratios) == 0.0 and step_s:
-        # In this scene, an impact that is found late changes velocities in the right way. So times are compared. PIT is
-        # late by up to a step per impact, and these delays add up.
+        # The velocities of both PIT and the run are exact in this scene, so times are compared. PIT is late by up to a
+        # step per impact, and these delays add up.
         late_s = abs(find_largest([error.time_s for error in errors], default=0.0))
         return 0.0 if late_s <= judged.rounding_s else late_s / max(step_s, cost.late_s)
     return max(ratios)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from enum import Enum
 
-#: The words by which earlier versions named a diverged run, with today's words. Results files of these versions contain
-#: the old words.
+#: Old words for the grades of diverged runs, each with today's word. Results files of earlier versions contain the old
+#: words.
 EARLIER_WORDS = {
     "parted": "diverged",
     "parted inaccurate": "diverged inaccurate",
@@ -16,7 +16,7 @@ EARLIER_WORDS = {
 class Grade(Enum):
     """Grades from best to worst, except for the last, UNGRADED.
 
-    `carom.report.outcome_marks` and `scoring.md` define them.
+    `carom.report.outcome_marks` and `scoring.md` define the grades.
     """
 
     EXACT = "exact"
@@ -40,5 +40,5 @@ class Grade(Enum):
 
 
 def find_worst_grade(*grades: Grade) -> Grade:
-    """Return the worst of some grades; UNGRADED counts as worse than any."""
+    """Return the worst of some grades; UNGRADED counts as worse than all others."""
     return max(grades, key=list(Grade).index)

@@ -21,9 +21,9 @@ from carom.solvers.certified.certify import certify
 from carom.solvers.certified.result import CertifiedTrace
 from carom.solvers.pic import solve_pic
 
-# Largest relative error of a reliable reference. A time error is divided by the scene's duration, and a velocity error
-# as `Horizon` describes. The value is a thousand times the rounding threshold of the verdicts, and at most a
-# thousandth of PIT's errors at usual step sizes. So the results do not depend on the exact value.
+# Largest relative error of a reliable reference. `Horizon` describes what errors are divided by. The value is a
+# thousand times the rounding threshold of the verdicts, and at most a thousandth of PIT's errors at usual step sizes.
+# So the results do not depend on the exact value.
 RELIABLE_ERROR = 1e-9
 
 
@@ -32,12 +32,12 @@ class Horizon:
     """The number of impacts for which a PIC trace agrees with a certified trace, whose error bounds are proven.
 
     Attributes:
-        tolerance: Largest relative error of an impact that agrees. A time error is divided by the scene's duration, and
-            an error of a velocity or rim speed by the scene's greatest speed at the start or, with gravity or driven
-            bodies, of the whole run.
+        tolerance: Largest relative error of an impact that agrees. Time errors are divided by the scene's duration.
+            Errors of velocities and rim speeds are divided by the greatest speed at the start. With gravity or driven
+            bodies, the greatest speed of the whole run is used.
         agreed: Number of impacts before the first one that does not agree within the tolerance.
-        order_differs: Index of the first impact that has other bodies than the certified impact with this index; None
-            if there is none.
+        order_differs: Index of the first impact whose bodies differ from those of the certified impact with the same
+            index; None if there is none.
         certified: Number of impacts whose error bounds are proven.
         complete: Whether all impacts of the scene were certified.
         end_s: Time up to which the reference is reliable: the end of the scene, or the last impact that agrees. A run
@@ -92,7 +92,7 @@ def horizon(
 
     Args:
         scene: The scene, or its name in the catalogue.
-        tolerance: Largest relative error of an impact that agrees. `Horizon` explains how errors are divided.
+        tolerance: Largest relative error of an impact that agrees; see `Horizon`.
         max_impacts: Largest number of impacts to compare; None for no limit.
         time_budget_s: Largest number of seconds that the certified run may take; None for no limit.
 
@@ -161,7 +161,7 @@ def _compute_largest_differences(
 ) -> NDArray[np.float64]:
     """Return, for each impact, the largest relative difference of its time and the velocities after it.
 
-    NaN stays NaN.
+    If a number of an impact is NaN, the result is NaN.
     """
     found = np.zeros(len(one))
     for name, scale in (("time_s", time_s), ("velocity_first_after", speed_m_s), ("velocity_second_after", speed_m_s)):
@@ -188,7 +188,7 @@ def _sort_as_certified(certified: CertifiedTrace, trace: Trace, alike_s: float) 
 
 
 def _find_landing_bounces(certified: Trace, trace: Trace, alike_s: float) -> NDArray[np.bool_]:
-    """Find the impacts of a trace at which the disc begins to stay on the wall in the certified run."""
+    """Find the bounces of a trace with which a disc lands and stays on a wall in the certified run."""
     parts = np.zeros(len(trace.impacts), bool)
     for mode in () if certified.modes is None else certified.modes[certified.modes["before"] == Mode.FLIGHT]:
         theirs, ours = (
@@ -207,9 +207,9 @@ def estimate_horizon(reference: Trace) -> float | None:
 
     Return None if the whole trace is reliable, has no impact, or has an impact without a unique result.
 
-    The scene is solved again after each number of its initial state is changed by one unit in the last place. Rounding
-    changes the states after each impact by a similar amount. So neither run is reliable after the two diverge. This is
-    an estimate; `carom certify` gives a proof.
+    The scene is solved a second time, from an initial state in which each number differs by one unit in the last place.
+    Rounding changes the state after each impact by a similar amount. So neither run is reliable after the two runs
+    diverge. The result is only an estimate; `carom certify` gives a proof.
     """
     scene = reference.scene
     if reference.ambiguous or not len(reference.impacts):
@@ -222,8 +222,8 @@ def estimate_horizon(reference: Trace) -> float | None:
     if not len(other.impacts):
         return 0.0
     one, times = reference.impacts, reference.impacts["time_s"]
-    # Match the n-th impacts of each pair (-1: no match), because nearly simultaneous impacts of different pairs may be
-    # swapped.
+    # Match the n-th impact of each pair with the pair's n-th impact in the other run (-1: no match). Nearly
+    # simultaneous impacts of different pairs may be swapped between the runs.
     matching_rows, other_rows = np.full(len(one), -1, dtype=np.intp), group_by_pair(other.impacts)
     for pair, indices in group_by_pair(one).items():
         found = other_rows.get(pair, [])[: len(indices)]
@@ -245,7 +245,7 @@ def estimate_horizon(reference: Trace) -> float | None:
 
 
 def _nudge(scene: Scene, *, positions: bool) -> Scene:
-    """Change every velocity, and with `positions` every position, by one unit in the last place.
+    """Change each velocity and spin by one unit in the last place, and also each position if `positions` is true.
 
     Zeros stay zero, because a number that is 0 by symmetry has no rounding error.
     """

@@ -1,11 +1,10 @@
 """Matching of the impacts of a run with those of a reference. Impacts without a match are missed or spurious.
 
-The impacts of each pair of bodies are matched separately, and in their order. There are as many matches as possible.
-Among such matchings, the one with the smallest sum of time differences is used. An observed impact can match a
-reference impact only within that impact's *window*, which extends between the neighbouring reference impacts of its
-bodies. Outside of this window, the bodies are on other paths in the reference. A method that checks once per step
-reports an impact up to two steps late. It may notice the impact one step late, and may then report the end of the next
-step as its time. So the window is two steps longer at each end.
+The impacts of each pair of bodies are matched separately, in order of time. There are as many matches as possible. If
+several matchings have this number of matches, the one with the smallest sum of time differences is used. Each reference
+impact has a *window*: the time between the previous and the next reference impact of the same bodies. Outside of this
+window, the bodies are on other paths. An observed impact can match a reference impact only within its window. An engine
+may report an impact up to `LATEST_STAMP_STEPS` steps late, so each window is longer by this time at both ends.
 """
 
 from __future__ import annotations
@@ -95,7 +94,7 @@ def _has_passed(impact: np.void, observed: Trace) -> bool:
     """Whether the two bodies of an unobserved impact separate in the observed final state.
 
     If the bodies separate, they have passed through each other. The impact then counts as missed, because no later step
-    would find it. Nothing can pass through a half-plane wall.
+    would find it. The result is false for an impact with a wall.
     """
     first, second = int(impact["first"]), int(impact["second"])
     if second < 0 or impact["time_s"] > observed.end_time_s:
@@ -145,10 +144,11 @@ def _align_pair(
     observed_time: list[float],
     windows: list[tuple[float, float]],
 ) -> list[tuple[int, int]]:
-    """Match one pair's impacts in order by dynamic programming. The cost is (unmatched impacts, sum of time errors).
+    """Match one pair's impacts in order by dynamic programming.
 
-    ``cost(r, c)`` is the smallest cost for the reference's impacts from r on and the observed impacts from c on. Later
-    impacts have later windows. So each row of the cost table is computed only for the columns in its window.
+    A cost is two numbers: unmatched impacts, and the sum of time errors. ``cost(r, c)`` is the smallest cost for the
+    reference's impacts from r on and the observed impacts from c on. Later impacts have later windows. So each row of
+    the cost table is computed only for the columns in its window.
     """
     rows, columns = len(expected), len(found)
     stamps = [observed_time[o] for o in found]

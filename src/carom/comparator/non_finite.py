@@ -1,4 +1,4 @@
-"""Search for NaN and infinite numbers in a trace. A comparison would overlook them, because `max` ignores NaN."""
+"""Search for NaN and infinite numbers in a trace. A comparison would overlook NaN, because `max` ignores it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ from carom.model.trace import IMPACT_DTYPE, SPIN_DTYPE, Trace, Vector, velocitie
 _NUMBERS = tuple(name for name in IMPACT_DTYPE.names or () if IMPACT_DTYPE[name].base.kind == "f")
 _SPINS = SPIN_DTYPE.names or ()
 
-#: The memory of `IMPACT_DTYPE` and of `SPIN_DTYPE`, with neighbouring floats as one field, to test them all at once.
+#: Memory layouts of `IMPACT_DTYPE` and `SPIN_DTYPE` in which neighbouring floats form one field. NumPy tests each
+#: joined field in one call.
 _JOINED_NUMBERS = np.dtype([("time_s", "f8"), ("bodies", "i8", 2), ("others", "f8", 10)])
 _JOINED_SPINS = np.dtype([("spins", "f8", 4)])
 
@@ -34,7 +35,7 @@ def find_turned_impacts(before: NDArray[np.float64], after: NDArray[np.float64],
     Args:
         before: Velocities of the two bodies before the impacts, shape ``(2, m, 2)``.
         after: Velocities of the two bodies after the impacts, shape ``(2, m, 2)``.
-        float_bits: Width of the method's floats. Rounding errors of velocities are relative to the pair's greatest
+        float_bits: Width of the method's floats. Rounding errors of velocities are proportional to the pair's greatest
             speed.
     """
     greatest = np.max(np.linalg.norm([before, after], axis=-1), axis=(0, 1))
@@ -53,8 +54,9 @@ def has_turned(before: tuple[Vector, Vector], after: tuple[Vector, Vector], floa
 def find_non_finite(trace: Trace) -> str:
     """Describe the first number of a trace that is NaN or infinite; return an empty string if all are finite.
 
-    NaN is allowed in two places. If the state before an impact is unknown, all its positions are NaN. An effective time
-    is NaN if the state before the impact is unknown, or if the impact changed no path.
+    NaN is allowed in two places. If the state before an impact is unknown, all its positions are NaN. The effective
+    time of an impact, at which the paths before and after it meet, is NaN if the state before it is unknown or no path
+    changed.
     """
     return next(_iterate_non_finite(trace), "")
 
@@ -91,7 +93,6 @@ def _iterate_non_finite(trace: Trace) -> Iterator[str]:
 
 
 def _find_finite_rows(values: ArrayLike) -> NDArray[np.bool_]:
-    """Return whether each row of an array is finite."""
     array = np.asarray(values, dtype=np.float64)
     return np.asarray(np.isfinite(array).all(axis=tuple(range(1, array.ndim))), dtype=np.bool_)
 
@@ -99,7 +100,7 @@ def _find_finite_rows(values: ArrayLike) -> NDArray[np.bool_]:
 def _describe_first_non_finite(
     row_name: str, values: ArrayLike, allowed: NDArray[np.bool_] | bool = False
 ) -> Iterator[str]:
-    """Yield a description of the first row that is not finite, except for rows in which this is allowed."""
+    """Yield a description of the first row that contains NaN or an infinity. Rows that `allowed` marks are skipped."""
     if np.isfinite(values).all():
         return
     for row in np.flatnonzero(~(_find_finite_rows(values) | allowed))[:1].tolist():

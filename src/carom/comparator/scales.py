@@ -1,6 +1,6 @@
 """Scales of a scene: its own length, speed and time.
 
-Errors are divided by these, so that they do not depend on units.
+Errors are divided by these scales, so that scores do not depend on units.
 """
 
 from __future__ import annotations
@@ -25,13 +25,12 @@ class Scales:
     Attributes:
         length_m: Radius of the largest disc.
         speed_m_s: Greatest speed of any disc in the reference; 1 m/s if no disc moves.
-        rim_m_s: Scale for errors of spin times radius. This is the greatest speed of any disc's centre, or of any rim
-            relative to its centre, whichever is larger. In a contact both speeds are added, so the larger one
-            determines the rounding error of a spin.
+        rim_m_s: Scale for errors of spin times radius: the greatest speed of any disc's centre, or of any rim relative
+            to its centre, whichever is larger. In a contact both speeds are added, so the larger one determines the
+            rounding error of a spin.
         time_s: The scene's duration in seconds.
         energy_j: The larger of two energies. The first is the kinetic energy of the movable discs at the start,
-            including rotation. The second is the work of bodies with a prescribed motion, summed over the reference's
-            impacts as absolute values.
+            including rotation. The second is the absolute work of driven bodies, summed over the reference's impacts.
         reach_m: Upper bound on the magnitude of a coordinate. Rounding errors of positions are proportional to this
             bound.
     """
@@ -68,11 +67,11 @@ def compute_scales(scene: Scene, reference: Trace) -> Scales:
 
 @dataclass(frozen=True)
 class OwnScales:
-    """Speeds and coordinates to which rounding errors are relative, for each impact and for each disc's final state.
+    """Speeds and coordinates that determine the rounding errors of each impact and of each disc's final state.
 
-    The speed of a body is the greatest speed that it had, or that any body had whose errors may have propagated to it
-    by impacts. A slow disc may be slow because two large speeds cancelled. The rounding errors of these speeds are then
-    errors of the disc's velocity.
+    Rounding errors are proportional to speed, and impacts propagate errors from body to body. So a body's speed means
+    the greatest speed so far of this body, and of all bodies whose errors may have reached it. A disc may be slow
+    because two large speeds cancelled. The slow disc then has the rounding errors of the two large speeds.
 
     Attributes:
         speed_m_s: Largest speed that influences each impact, shape ``(m,)``.
@@ -90,7 +89,7 @@ class OwnScales:
 
 
 def compute_own_scales(trace: Trace) -> OwnScales:
-    """Compute the speeds to which rounding errors are relative, for each impact and each disc of a trace."""
+    """Compute the speeds and coordinates that determine the rounding errors of each impact and disc of a trace."""
     start, impacts = trace.scene.arrays, trace.impacts
     impact_velocities = np.stack([velocities(impacts, "before"), velocities(impacts, "after")])
     rims = np.stack([rim_speeds(trace, "before"), rim_speeds(trace, "after")])
@@ -101,7 +100,7 @@ def compute_own_scales(trace: Trace) -> OwnScales:
     of_impacts = np.zeros((2, len(impacts)))
     movable = start.movable.tolist()
     for k, pair in enumerate(zip(impacts["first"].tolist(), impacts["second"].tolist(), strict=True)):
-        # A body that never moves passes no errors on.
+        # Errors do not propagate through a body that never moves.
         bodies = [body for body in pair if body >= 0 and movable[body]]
         greatest_speed = max([fastest[k], *[speed[body] for body in bodies]])
         most_rim = max([greatest_speed, rims_fastest[k], *[rim[body] for body in bodies]])
@@ -122,7 +121,7 @@ def compute_own_scales(trace: Trace) -> OwnScales:
 def compute_median(values: Array) -> float:
     """Return the median of values; NaN if a value is NaN.
 
-    NumPy's median is not used, because it imports masked arrays.
+    `numpy.median` is not used, because it needs time to import masked arrays.
     """
     ordered = np.sort(values)  # NaN is last
     one, other = ordered[[(len(ordered) - 1) // 2, len(ordered) // 2]].tolist()

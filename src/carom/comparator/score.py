@@ -32,29 +32,29 @@ class Score(Shown):
             reported them yet.
         total: The run's largest error of each kind, relative to the reference.
         sampling: The largest errors of PIT with the same step size, relative to the reference. None without a PIT run.
-        against_pit: The run's largest errors, relative to that PIT run. None without a PIT run.
+        against_pit: The run's largest errors, relative to PIT with the same step size. None without a PIT run.
         pit_missed: Indices of the reference's impacts that PIT misses; None without a PIT run.
         price_paid: The run's largest velocity error, divided by PIT's largest velocity error over the phases of the
-            step. If the ratio of the spin errors is larger, that ratio is used. The error of a missed impact is the
-            whole change that the impact causes. The value is 0 for an exact run, 1 for a run as inaccurate as PIT, and
-            above 1 for a worse run. If all velocities and spins of both PIT and the run are exact, times are compared
-            instead. In this case, the run's largest time error is divided by PIT's largest time error, or by one step
-            if one step is longer. NaN without a PIT run, without an impact, or if simultaneous impacts have no unique
-            result. Infinite if the run has an error and PIT has none, if a number of the run is not finite, or if the
-            run ended before its last impact.
+            step. If the ratio of the spin errors is larger, that ratio is used. For a missed impact, the error is the
+            whole change of velocity or spin that the impact causes. The value is 0 for an exact run, 1 for a run as
+            inaccurate as PIT, and above 1 for a worse run. If all velocities and spins of both PIT and the run are
+            exact, the value is the ratio of the largest time errors. PIT's time error then counts as at least one step.
+            The value is NaN without a PIT run, without an impact, or if simultaneous impacts have no unique result. The
+            value is infinite if only the run has an error, if a number of the run is not finite, or if the run ended
+            before its last impact.
         findings: At least one verdict, each with its reason.
         grade: The grade.
-        float_bits: Width of the floats in which the method computes, as it declares. Errors within the rounding of
-            these floats count as exact.
+        float_bits: Width of the method's floats: 32 or 64 bits. Errors within the rounding of these floats count as
+            exact.
         scales: The length, speeds, time and energy that errors are divided by.
         equals_pit: Whether the run finds the same impacts as PIT, and differs from PIT only by rounding.
         edits: Edit distance between the order of impacts in the run and in the reference.
         beyond_horizon: Number of the reference's impacts beyond the horizon, which were not compared.
-        horizon_s: End of the compared part of the run, in seconds. It ends at the horizon, or when bounces before a
-            lasting contact become too small for the step. None if the whole run is compared.
+        horizon_s: End of the compared part of the run, in seconds. The part ends at the horizon, or when bounces before
+            a lasting contact become too small for the step. None if the whole run is compared.
         local: Errors of each impact, relative to the exact impact that follows from the trace's own state before it.
-        convention: The possible outcome that the trace took if simultaneous impacts have no unique result; otherwise
-            None.
+        convention: If simultaneous impacts have no unique result: the possible outcome that is nearest to the run's.
+            None if all results are unique.
         consistency: Contradictions between the trace's own impacts and states; None if one of its numbers is NaN or
             infinite.
         branches: The impacts in which bodies stuck instead of sliding, or slid instead of sticking.
@@ -64,10 +64,10 @@ class Score(Shown):
             or if a single step missed or invented an impact before.
         pit_diverged_s: Time in seconds at which PIT's trajectory diverged; None if it did not diverge, or without a PIT
             run.
-        contact: Score of the time in which discs slide, roll or rest. None if there is no such time, or if states were
-            not stored.
+        contact: Score of the time in which discs slide, roll or rest. None if no disc does, or if states were not
+            stored.
         lucky_phase: Number of phases of the step at which PIT is as accurate as the run, and number of phases that were
-            tried. None unless the run is exact or close, has PIT's impacts, and PIT is less accurate at some phases.
+            tried. Only given if an exact or close run equals PIT, but PIT is less accurate at some phases. Else None.
 
     Examples:
         >>> reference = carom.solve_pic("paper/late")

@@ -1,6 +1,6 @@
-"""Scenes that start slightly later or earlier on the same paths, so that impacts come at another phase of the step.
+"""Scenes that start slightly later or earlier on the same paths, so that impacts happen at another phase of a step.
 
-At a single phase of the step, a method may be accurate by chance. So methods are compared at several phases.
+At a single phase of a step, a method may be accurate by chance. So methods are compared at several phases.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ def list_even_phases(count: int) -> tuple[float, ...]:
 
 
 def build_shifted_scenes(reference: Trace, dt_s: float, phases: Iterable[float]) -> Iterator[Scene]:
-    """Yield the scene with a later or earlier start for each phase. Phases for which this is impossible are omitted.
+    """For each phase, yield the scene with a later or earlier start. A phase is omitted if bodies would overlap.
 
-    All discs are advanced by ``phase * dt`` along their paths, and the duration is shortened by the same time. If an
-    impact prevents this, the discs are instead moved back by ``(1 - phase) * dt``.
+    All discs are advanced by ``phase * dt`` along their paths, and the duration is shortened by the same time. If the
+    first impact is before the new start, the discs are instead moved back by ``(1 - phase) * dt``.
 
     Args:
         reference: The scene's PIC trace.
@@ -74,7 +74,7 @@ def shift_start(scene: Scene, by_s: float) -> Scene:
     """Return the scene with a start `by_s` seconds earlier and the same end: every disc is moved back along its path.
 
     The scene then has the same impacts, each later by `by_s`. But if bodies would meet on the way back, the scene
-    begins later instead. For example, the discs of a cradle touch at the start.
+    begins later instead. For example, the discs of Newton's cradle touch at the start.
 
     Args:
         scene: The scene.
@@ -112,7 +112,7 @@ def _is_free_of_impacts(scene: Scene, shift_s: float) -> bool:
 
 
 def _shift_scene(scene: Scene, shift_s: float) -> Scene:
-    """Return the scene that begins `shift_s` after the start and has the same end. No bodies may meet in that time."""
+    """Return the scene with a start `shift_s` later and the same end. No bodies may meet between both starts."""
     slowing = Slowing.of(scene)
     states = list[tuple[Vector, Vector, float, tuple[Leg, ...]]]()
     for disc in scene.discs:

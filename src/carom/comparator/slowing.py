@@ -54,7 +54,7 @@ class Slowing:
     def compute_flown_time(self, seconds: float, speed: float) -> float:
         """Return the displacement of a disc in some seconds, divided by its initial velocity.
 
-        For negative seconds, this is the displacement to an earlier position.
+        If `seconds` is negative, the disc moves back to an earlier position.
         """
         if not self.table_m_s2:
             return self.damping.to_undamped(seconds)
@@ -99,7 +99,7 @@ _NEWTON = 6
 def find_nearest_time(compute_offset: Callable[[float], tuple[Array, Array]], begin_s: float) -> float:
     """Return the time at which two bodies on two paths are nearest; NaN if their distance never changes.
 
-    If the bodies meet, this is the time of their meeting.
+    If the bodies meet, the result is the time of their meeting.
 
     Args:
         compute_offset: A function that returns the vector between the two bodies at a time, in metres, and its time

@@ -17,14 +17,14 @@ class Thresholds:
             its greatest speed, and errors of positions by its largest coordinate. Carom's solvers reproduce known
             results with at most this error.
         rounding_32: Relative rounding error for a method with 32-bit floats: a hundred units in the last place.
-        close: Largest relative error of grade *close*. A time error is divided by a step, and a velocity error by
-            PIT's. A method that only checks for overlap would need a hundred checks per step to reach this. So a close
-            method computes the instant of impact, or shortens its steps.
+        close: Largest relative error of grade *close*. Time errors are divided by a step, and velocity errors by PIT's
+            velocity error. A method that only checks for overlap would need a hundred checks per step to be this
+            accurate. So a close method computes the instant of impact, or shortens its steps.
         phases: Number of evenly spread phases of a step at which PIT's errors are measured. At one of 16 phases, PIT is
-            within a sixteenth of a step of its largest possible lateness. If PIT misses an impact in more than a
-            sixteenth of all phases, it misses it at one of these, too.
-        ratio_known: Rounding error of the quotient of an error and PIT's error. In 64-bit floats, 1e-13 was observed.
-        ratio_known_32: Rounding error of this quotient for a method with 32-bit floats: 5e-4 was observed.
+            within a sixteenth of a step of its largest possible lateness. If PIT misses an impact at more than a
+            sixteenth of all phases, PIT also misses the impact at one of these 16.
+        ratio_known: Rounding error of the quotient of an error and PIT's error; in 64-bit floats, 1e-13 was observed.
+        ratio_known_32: The same as `ratio_known` in 32-bit floats; 5e-4 was observed.
         direction_rad: Largest error of a direction that is ignored: a degree, which is just visible in a picture.
         energy: Largest energy error that is ignored, divided by the scene's energy. Rounding causes 1e-13 in
             float64 engines and 1e-7 in float32 engines, both far below a millionth.
@@ -48,7 +48,7 @@ class Thresholds:
         return {32: self.ratio_known_32, 64: self.ratio_known}[float_bits]
 
     def time_rounding_of(self, float_bits: int, duration_s: float, dt_s: float) -> float:
-        """Return the rounding error of a time, in seconds. In a run with steps, it is at most a hundredth of a step."""
+        """Return the rounding error of a time, in seconds; in a run with steps, at most a hundredth of a step."""
         rounding_s = self.rounding_of(float_bits) * duration_s
         return min(rounding_s, self.close * dt_s) if dt_s else rounding_s
 

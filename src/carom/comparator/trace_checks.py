@@ -1,4 +1,4 @@
-"""Checks that a trace is possible in its scene. Its accuracy is not checked."""
+"""Checks that a trace is possible in its scene. The accuracy of traces is not checked."""
 
 from __future__ import annotations
 
@@ -48,7 +48,6 @@ def require_possible_trace(trace: Trace) -> None:
 
 
 def _require_wall_motion(trace: Trace, source: str) -> None:
-    """Raise an error if a wall turns, or moves in another way than in the scene. `source` describes the trace."""
     impacts, spins = trace.impacts, trace.spins
     of_second = {name: impacts[name] for name in ("velocity_second_before", "velocity_second_after")}
     if spins is not None:
@@ -73,7 +72,7 @@ def _require_wall_motion(trace: Trace, source: str) -> None:
 def _expected_wall_velocities(trace: Trace) -> dict[str, NDArray[np.float64]]:
     """Return, by field name, the velocity that the second body of each impact has in the scene; 0 for a disc.
 
-    If a wall's velocity changes within the step of the impact, the one that is nearer to the reported velocity is
+    If a wall's velocity changes within the step of the impact, the velocity that is nearest to the reported one is
     returned.
     """
     start, impacts = trace.scene.arrays, trace.impacts

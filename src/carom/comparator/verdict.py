@@ -9,7 +9,7 @@ from enum import Enum
 class Verdict(Enum):
     """A verdict on a run.
 
-    The value is the sentence that reports show. The first four are the cases of the paper by which Carom is inspired.
+    Each value is the text that reports show. The first four verdicts are the cases of the paper that inspired Carom.
     """
 
     MISSED = "an impact is missed"
@@ -38,7 +38,7 @@ class Verdict(Enum):
     DRIFTS = "positions of discs do not follow from their velocities"
     TURNS = "velocities change where no impact is reported"
     SPINS = "spins change where no impact is reported"
-    WRONG_STAMP = "impacts are stamped outside the step that reports them"
+    WRONG_STAMP = "the reported time of an impact is outside its step"
     WRONG_NORMAL = "the reported normals differ from those of the impacts"
     MOMENTUM = "momentum is gained or lost at an impact"
     ANGULAR = "angular momentum about the contact is gained or lost"
@@ -46,9 +46,9 @@ class Verdict(Enum):
     DIVERGED = "the trajectory has diverged from the reference's"
     MISREPORTED = "the reported impacts differ from those that the states show"
     PASSED_THROUGH = "bodies pass through each other"
-    TURNED_ALONE = "bodies turn with nothing near"
+    TURNED_ALONE = "bodies change their motion with no other body near"
     POLYGON = "falling discs move along polygons"
-    DAMPED_POLYGON = "slowed discs keep one speed during each step"
+    DAMPED_POLYGON = "discs that slow down keep one speed during each step"
     SINKS = "discs sink into what they rest on"
     WORSE_STEPS = "steps are worse than PIT's from the same state"
     SAMPLED_STEPS = "steps have errors, but no larger than PIT's from the same state"

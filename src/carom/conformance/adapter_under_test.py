@@ -39,9 +39,9 @@ class CatalogueRun(NamedTuple):
         reference: The known answer as a trace.
         trace: Trace of the run.
         score: Comparison of the run with the known answer.
-        pit: Comparison of PIT, with the same step size, with the known answer.
-        margin: The errors that the contact margin of the profile allows: those of PIC in the scene with bodies that are
-            thicker by the margin. None if the profile declares no margin.
+        pit: Comparison of a run of PIT with the known answer. PIT has the same step size.
+        margin: Comparison of a run of PIC, with bodies thicker by the profile's contact margin, with the known answer.
+            Engines with a contact margin may have these errors. None if the profile declares no margin.
     """
 
     setup: Setup
@@ -54,15 +54,15 @@ class CatalogueRun(NamedTuple):
 
     @property
     def misses_impacts(self) -> bool:
-        """Whether the run or PIT misses an impact. After a missed impact, paths can't be compared."""
+        """Whether the run or PIT's run misses an impact. After a missed impact, paths can't be compared."""
         return any(score.missed or score.undecided for score in (self.score, self.pit))
 
 
 class Subject(Closeable):
-    """The adapter under test. At the end of a `with` block, the worker process is ended.
+    """The adapter under test. At the end of a `with` block, the worker process ends.
 
-    If the worker process crashes or hangs, methods that run the engine raise `Violation`. Most of them do the same if
-    the adapter raises an error. The others return this error.
+    If the worker process crashes or hangs, methods that run the engine raise `Violation`. If the adapter raises an
+    error, `try_to_watch` returns it as `Raised`, and the other methods raise `Violation`.
 
     Attributes:
         name: Name of the adapter.
@@ -90,15 +90,15 @@ class Subject(Closeable):
 
     @property
     def rounding(self) -> float:
-        """Rounding error that the suite allows, as a fraction of a value; it depends on the width of the floats."""
+        """Rounding error that the suite allows, as a fraction of a value. 32-bit floats have larger rounding errors."""
         return THRESHOLDS.rounding_of(self.adapter.capabilities.float_bits)
 
     def capabilities(self, profile: str = "tuned") -> Capabilities:
-        """Return the capabilities that a profile declares or, if it declares none, those of the adapter."""
+        """Return the capabilities of a profile. If the profile declares none, return the adapter's."""
         return capabilities_of(self.adapter, profile)
 
     def find_unsupported_reason(self, setup: Setup) -> str:
-        """Return the reason why the declared capabilities exclude a run; an empty text if they allow it."""
+        """Return the reason why the declared capabilities exclude a run; an empty text if they allow the run."""
         located = self.adapter.profiles[setup.profile].located
         return unsupported_reason(setup.scene, self.capabilities(setup.profile), setup.dt_s, located=located)
 
@@ -135,10 +135,10 @@ class Subject(Closeable):
         Args:
             setup: The run.
             extra_settings: Settings that are added to those of the profile.
-            observations: Number of observations after each step. If 0, all steps are taken in one call, and only the
-                end is observed.
+            observations: Number of observations after each step. With 0, the world makes all steps in one call, and
+                only the end is observed.
             cut: Whether to call the world's method `cut` before each step.
-            disturbed: Whether to take and undo another step before each step, and to query contacts.
+            disturbed: Whether to make and undo another step before each step, and to query contacts.
         """
         settings = {**self.settings(setup.profile, setup.dt_s), **extra_settings}
         steps = setup.scene.step_count(setup.dt_s)
@@ -146,7 +146,7 @@ class Subject(Closeable):
         return self._ask(Watch(self.name, setup.scene, settings, steps, observations, cut_s, disturbed), setup)
 
     def measure_growth(self, setup: Setup, worlds: int, *, step: bool = True) -> int | None:
-        """Create and close worlds one after another. Return the growth of memory, in bytes; None if it is not known."""
+        """Create and close worlds one after another. Return the growth of memory in bytes, or None if unknown."""
         settings = self.settings(setup.profile, setup.dt_s)
         answer = self._ask(Make(self.name, setup.scene, settings, worlds, step), setup)
         if isinstance(answer, Raised):
@@ -186,7 +186,7 @@ STEPS_A_FRAME = 4
 
 @cache
 def _compute_pit_score(name: str) -> tuple[Trace, Trace, Score]:
-    """Return three results for a catalogue scene: the known answer as a trace, PIT's trace, and PIT's score."""
+    """Return the known answer of a catalogue scene as a trace, PIT's trace, and PIT's score."""
     setup = build_catalogue_setup(name, "tuned")
     reference = build_known_trace(setup.scene, all_scenes()[name].known)
     pit = observe_run(load_adapter("pit"), setup.scene, setup.profile, setup.dt_s)

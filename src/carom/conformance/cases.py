@@ -1,4 +1,4 @@
-"""Lists the cases of the suite for one adapter. A case is a check with parameters. Its name never changes."""
+"""Lists the cases of the suite for one adapter. A case is a check with parameters. The name of a case never changes."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Case:
 
     Attributes:
         name: ``check[parameters]``. The full name in a file of known failures is ``engine::check[parameters]``.
-        run: The check. It raises an error if the adapter does not conform.
+        run: The check. The check raises an error if the adapter does not conform.
         meaning: The requirement in one sentence: the first line of the check's docstring.
         skip: Why the adapter can't run the case, according to its declared capabilities; empty if the case is run.
         profile: The profile that the case checks; empty if the case checks the adapter as a whole.
@@ -43,7 +43,7 @@ class Case:
     profile: str = ""
 
 
-#: Tested restitutions, as positions within the declared range: 0 is its lower end, and 1 is its upper end.
+#: Tested restitutions, as positions within the declared range: 0 is the lower end of the range, and 1 is the upper end.
 RESTITUTION_SHARES = {"least": 0.0, "middle": 0.5, "greatest": 1.0}
 
 _OF_ADAPTER = {
@@ -93,7 +93,8 @@ _OF_PROFILE = {
     "observations-stay": conduct.keeps_what_it_showed,
 }
 
-#: Additional checks of the profile `located`, in which steps are shortened. All other checks take steps of full length.
+#: Additional checks of the profile `located`, in which steps are shortened. In all other checks, steps have their full
+#: length.
 _OF_LOCATED = {
     "settings": settings.settings_are_read_back,
     "start": settings.starts_as_written,

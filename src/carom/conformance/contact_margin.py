@@ -1,14 +1,13 @@
-"""Computes the errors that a declared contact margin allows: those of PIC in a scene whose bodies are thicker.
+"""Computes the errors that a contact margin allows: the errors of PIC in a scene with thicker bodies.
 
-An engine with a margin m lets bodies collide as if their surfaces were up to m nearer to each other. So if bodies touch
-when their centres are at a distance R, the engine's impact occurs at a distance between R and R + m. The instant and
-the normal of the impact are between those of impacts at the distances R and R + m. Let w be the relative speed, and b
-the distance at which the centres would pass each other. Then the impact is early by at most ``(sqrt((R + m)^2 - b^2) -
-sqrt(R^2 - b^2)) / w``. Without friction, an impact changes a velocity by ``(1 + e) mu / m_i w cos(a)`` along a normal
-at the angle a, with ``sin(a) = b / R``. So the velocity error is at most ``(1 + e) mu / m_i w sin(a - a')``, where
-``sin(a') = b / (R + m)``. Bodies whose surfaces would pass each other at a distance below m may also collide. The
-errors of time and velocity grow with m. So the exact solution of the scene with bodies thicker by m has the greatest
-allowed error at the first impact, and this error propagates to later impacts.
+An engine with a margin m lets bodies collide as if their surfaces were up to m nearer to each other. Let R be the
+distance of the centres when bodies touch. The engine's impact occurs at a distance between R and R + m. Let w be the
+relative speed, and b the distance at which the centres would pass each other without an impact. Then the impact is
+early by at most ``(sqrt((R + m)^2 - b^2) - sqrt(R^2 - b^2)) / w``. Without friction, an impact changes a velocity by
+``(1 + e) mu / m_i w cos(a)`` along a normal at the angle a, with ``sin(a) = b / R``. So the velocity error is at most
+``(1 + e) mu / m_i w sin(a - a')``, where ``sin(a') = b / (R + m)``. Bodies whose surfaces would pass each other at a
+distance below m may also collide. The errors of time and velocity grow with m. So the exact solution with bodies
+thicker by m has the greatest allowed errors, both at the first impact and later.
 """
 
 from __future__ import annotations
@@ -21,9 +20,9 @@ from carom.solvers.pic import solve_pic
 
 
 def thicken_scene(scene: Scene, margin_m: float) -> Scene:
-    """Return a scene whose bodies are thicker, so that they meet while the original bodies are still `margin_m` apart.
+    """Return a scene with thicker bodies, which meet when the original bodies are still `margin_m` apart.
 
-    Moments of inertia don't change.
+    The moments of inertia stay the same.
     """
     half = margin_m / 2
 

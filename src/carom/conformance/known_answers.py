@@ -1,6 +1,6 @@
 """Lists the suite's scenes from the catalogue, and converts their known answers to traces.
 
-So the suite compares runs with exact solutions, not with the results of a solver.
+With known answers, the suite compares runs with exact solutions instead of results of a solver.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from carom.errors import InputError
 from carom.model.scene import Scene
 from carom.model.trace import ImpactRecord, Trace, build_impact_array, build_spin_array, wall_index
 
-#: Names of the suite's scenes from the catalogue. A new catalogue scene is not added automatically, so that existing
-#: adapters get no new cases. Scenes without a unique answer are excluded, and so are chaotic scenes.
+#: Names of the suite's scenes from the catalogue. New catalogue scenes are not added automatically, so that existing
+#: adapters get no new cases. The list has no scene with several possible answers, and no chaotic scene.
 CATALOGUE_SCENES = (
     "paper/missed",
     "paper/late",
@@ -65,7 +65,7 @@ LOCATED_SCENES = (
 
 
 def build_known_trace(scene: Scene, known: KnownAnswer) -> Trace:
-    """Convert a complete known answer to a trace. Discs must move in straight lines between impacts.
+    """Convert the known answer of a scene to a trace. Discs must move in straight lines between impacts.
 
     Raises:
         InputError: The known answer lacks some impacts of the scene, or some velocities after impacts.

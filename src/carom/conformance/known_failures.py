@@ -1,8 +1,6 @@
 """Known failures: a file of cases that fail, each with a reason.
 
-When a listed case passes, it must be removed from the file.
-
-::
+A listed case that passes must be removed from the file. ::
 
     [[known_failure]]
     reason = "the engine shrinks a contact by its margin; example.org/issues/12"
@@ -35,7 +33,7 @@ FILE_NAME = "carom-known-failures.toml"
 
 _FIELDS = ("reason", "versions", "platform", "cases")
 
-#: Values of `sys.platform` on the POSIX systems that Carom's workers support.
+#: Values of `sys.platform` on the POSIX systems that Carom supports.
 _SYSTEMS = ("linux", "darwin", "freebsd")
 _MACHINES = ("x86_64", "amd64", "i686", "aarch64", "arm64", "armv7l", "ppc64le", "riscv64", "s390x", "loongarch64")
 
@@ -57,7 +55,7 @@ class KnownFailure:
     platform: str = ""
 
     def is_valid_for(self, version: str, platform_: str) -> bool:
-        """Return whether the entry applies to a release of the engine on a platform.
+        """Return whether the entry applies to this release of the engine on this platform.
 
         Raises:
             InputError: The entry depends on the release, but the engine's version is unknown.
@@ -74,12 +72,12 @@ class KnownFailure:
 
 
 def find_platform_name() -> str:
-    """Return the name of this platform in the form that entries use."""
+    """Return the name of this platform as entries write it, such as "linux-aarch64"."""
     return f"{sys.platform.rstrip('0123456789')}-{platform.machine()}".lower()
 
 
 def load_known_failures(path: Path) -> tuple[KnownFailure, ...]:
-    """Return the entries of a file in order.
+    """Return the entries of a file, in the order of the file.
 
     Raises:
         InputError: The file can't be read or an entry is invalid. The message names the entry.
@@ -147,7 +145,7 @@ def _parse_platform(value: object, location: str) -> str:
 def list_known_reasons(
     entries: Iterable[KnownFailure], versions: Mapping[str, str], platform_: str, path: Path
 ) -> dict[str, str]:
-    """Return the reason of each known failure that applies to the tested engines and this platform, by the case's name.
+    """Return the known failures of the tested engines on this platform: names of cases, each with its reason.
 
     Args:
         entries: Entries of the file.
@@ -156,7 +154,7 @@ def list_known_reasons(
         path: The file.
 
     Raises:
-        InputError: Two entries that apply contain the same case, or an entry depends on a version that is not known.
+        InputError: Two valid entries contain the same case, or an entry depends on an unknown version.
     """
     found: dict[str, str] = {}
     for number, entry in enumerate(entries, start=1):
@@ -186,14 +184,14 @@ def check_names(
 
     Args:
         entries: Entries of the file.
-        known: Names of the cases in entries that apply to the tested releases and this platform.
+        known: Names of the cases whose entries apply to the tested releases and this platform.
         names: Full names of all cases of the tested engines.
-        skipped: Why a case is skipped, by its name, for cases that the declared capabilities exclude.
+        skipped: Names of the cases that the declared capabilities exclude, each with the reason.
         installed: Names of all installed engines. Cases of engines that are not tested are ignored.
         path: The file.
 
     Raises:
-        InputError: A name is not that of a case, or the case is skipped and so can't fail.
+        InputError: A name is not the name of a case, or the case is skipped and so can't fail.
     """
     run = {name.partition("::")[0] for name in names}
     for name in (name for entry in entries for name in entry.cases):
@@ -224,7 +222,7 @@ def write_known_failures(
     versions: Mapping[str, str],
     platform: str,
 ) -> list[str]:
-    """Update the file of known failures, and return the cases for which the user has not yet written a reason.
+    """Update the file of known failures, and return the cases that still need a reason from the user.
 
     Unchanged entries keep their text and the comments directly above them. New failures are added at the end of the
     file, with one entry for each kind of failure. If the file already lists the case for another release or platform,
@@ -233,7 +231,7 @@ def write_known_failures(
     Args:
         path: The file, which may not exist yet.
         entries: Entries of the file.
-        failed: Messages of the failed cases that the file does not list for this release and platform, by name.
+        failed: Failed cases that the file does not list for this release and platform: names with messages.
         passed: Names of the listed cases that passed.
         versions: Version of each tested engine, by adapter name.
         platform: This platform.
@@ -257,7 +255,7 @@ def write_known_failures(
     parts = [before, *(chunk for _, chunk in stay), *map(_render_entry, joined)]
     new = "\n\n".join(part.strip() for part in parts if part.strip()) + "\n"
     if _parse_entries(new) != [_build_table(entry) for entry in all_entries]:
-        # if the entries can't be separated in the text, the whole file is rewritten without its comments
+        # The whole file is rewritten without comments if the text of single entries can't be found.
         new = "\n".join(map(_render_entry, all_entries))
     if failed or passed:
         write_file(path, new)
@@ -282,7 +280,7 @@ def _extract_comments(chunk: str) -> str:
 def _drop_passing_cases(
     entry: KnownFailure, passed: Collection[str], versions: Mapping[str, str], platform: str
 ) -> KnownFailure:
-    """Return an entry without the cases that passed. An entry for another release or platform is not changed."""
+    """Return an entry without the cases that passed. Don't change an entry for another release or platform."""
 
     def is_fixed(name: str) -> bool:
         return name in passed and entry.is_valid_for(versions[name.partition("::")[0]], platform)
@@ -293,7 +291,7 @@ def _drop_passing_cases(
 def _build_new_entries(
     failed: Mapping[str, str], entries: Sequence[KnownFailure], versions: Mapping[str, str], platform: str
 ) -> Iterator[KnownFailure]:
-    """Yield an entry for each kind of failure. The entry lists the cases with this failure.
+    """Yield an entry for each kind of failure, with all cases that fail in this way.
 
     Two failures are of the same kind if their messages differ only in numbers.
     """
@@ -313,7 +311,7 @@ def _build_table(entry: KnownFailure) -> dict[str, object]:
 
 
 def _parse_entries(text: str) -> list[dict[str, object]]:
-    """Parse a text, and return its entries as tables like those of `_build_table`."""
+    """Parse a text, and return its entries as tables."""
     tables = tomllib.loads(text).get("known_failure", [])
     return [{**one, "reason": one["reason"].strip()} for one in tables]
 

@@ -1,6 +1,7 @@
-"""Tasks of the suite that call an engine: one observes a run after each step, one creates and closes many worlds.
+"""Tasks of the suite that call an engine.
 
-A worker process carries out each task. If the adapter raises an error, the task returns a `Raised`.
+One task observes a run after each step; the other creates and closes many worlds. A worker process carries out each
+task. If the adapter raises an error, the task returns a `Raised`.
 """
 
 from __future__ import annotations
@@ -40,8 +41,8 @@ class Watched:
 
     Attributes:
         settings: The world's settings after its steps.
-        seen: Observations at the start and after each step, or at the start and the end only. If a step is observed
-            several times, this is the first observation.
+        seen: Observations at the start and after each step, or only at the start and the end. If a step is observed
+            several times, the list contains the first observation.
         altered: Number of the first observation whose arrays a later step changed; None if there is none.
     """
 
@@ -93,7 +94,7 @@ def _catch_adapter_errors(method: str) -> Iterator[None]:
 
 
 def _return_adapter_error(carry_out: Callable[[Probe], Seen | Raised]) -> Callable[[Probe], Seen | Raised]:
-    """Decorator: if the adapter raises an error in the function, return this error as the result."""
+    """Return a function that returns an error of the adapter as its result, instead of raising the error."""
 
     @wraps(carry_out)
     def call_probe(probe: Probe) -> Seen | Raised:
@@ -107,7 +108,7 @@ def _return_adapter_error(carry_out: Callable[[Probe], Seen | Raised]) -> Callab
 
 @dataclass(frozen=True)
 class _Probe:
-    """Adapter, scene and settings of a probe.
+    """Adapter, scene and settings of a task.
 
     Attributes:
         engine: Name of the adapter.
@@ -149,10 +150,10 @@ class Watch(_Probe):
 
     Attributes:
         steps: Number of steps.
-        observations: Number of observations after each step. If 0, all steps are taken in one call, and only the end is
-            observed.
+        observations: Number of observations after each step. With 0, the world makes all steps in one call, and only
+            the end is observed.
         cut_s: Length to which each step is shortened, in seconds; None for whole steps.
-        disturbed: Whether to take and undo a step of three times this length before each step, and to call `touching`
+        disturbed: Whether to make and undo a step of three times this length before each step, and to call `touching`
             after both.
     """
 
@@ -208,7 +209,7 @@ class Make(_Probe):
 
     Attributes:
         worlds: Number of worlds.
-        step: Whether to take a step and observe before closing.
+        step: Whether each world makes a step and is observed before it is closed.
     """
 
     worlds: int
@@ -235,7 +236,7 @@ class Make(_Probe):
 def _measure_memory() -> int | None:
     """Return the resident memory of this process and its children; None if the system does not report this memory.
 
-    Before the measurement, the C library returns unused memory to the system, which can be 20 MB.
+    Before the measurement, the C library returns unused memory to the system. This can be 20 MB.
     """
     give_back = getattr(ctypes.CDLL(None), "malloc_trim", None)
     if give_back is not None:

@@ -82,7 +82,7 @@ class CaseItem(pytest.Item):
     def _format_command(self, setup: Setup) -> str:
         scene = setup.scene.name
         if not setup.catalogued:
-            cache = getattr(self.config, "cache", None)  # the attribute is missing with -p no:cacheprovider
+            cache = getattr(self.config, "cache", None)  # the attribute does not exist with -p no:cacheprovider
             if cache is None:
                 return f"the scene is {scene!r} in carom.conformance.suite_scenes"
             path = cache.mkdir("carom") / f"{scene}.toml"
@@ -124,7 +124,7 @@ class ConformanceRun:
     def pytest_runtest_makereport(
         self, item: pytest.Item, call: pytest.CallInfo[None]
     ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-        """Report a case as failed if it is listed as a known failure, but passes or does not apply."""
+        """Report a known failure as failed if the case passes or does not apply."""
         report = yield
         if not isinstance(item, CaseItem) or report.when != "call":
             return report
@@ -193,7 +193,7 @@ class ConformanceRun:
         return f"{summary}; cases that need a reason: {len(without_reason)}" if without_reason else summary
 
     def pytest_sessionfinish(self) -> None:
-        """End the processes of engines."""
+        """End the worker processes of all engines."""
         for plan in self._plan.engines:
             if plan.subject is not None:
                 plan.subject.close()

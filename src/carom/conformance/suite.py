@@ -48,7 +48,7 @@ class Suite:
 
     Attributes:
         engines: The adapters.
-        known: Reasons of the known failures that apply to the tested releases and this platform, by the case's name.
+        known: Known failures of the tested releases on this platform: names of cases, each with its reason.
         known_file: The file of known failures; None if there is none.
         entries: All entries of the file.
     """
@@ -75,11 +75,11 @@ def make_suite(
 
     Args:
         engine_names: Values of ``--carom-engine``.
-        profiles: Values of ``--carom-profile``: names, or ``all``; by default those of
+        profiles: Values of ``--carom-profile``: names of profiles, or ``all``. The default is
             `carom.execution.methods.DEFAULT_PROFILES`.
         known_file: The file of known failures; None to use the first such file in `folders`.
-        folders: pytest's root directory, and the working directory. They can differ: if the value of an option is the
-            name of a folder, pytest uses this folder as its root.
+        folders: pytest's root directory, and the working directory. The two folders differ, for example, if the value
+            of an option is the name of a folder: pytest then uses this folder as its root.
         limits: Limits of the engines' processes.
 
     Raises:
@@ -118,8 +118,7 @@ def select_engines(engine_names: Sequence[str], pool: Pool) -> list[EngineInfo]:
     """Return the adapters that the values of ``--carom-engine`` select, without duplicates.
 
     Args:
-        engine_names: The values: names of adapters, of distributions, or of packages with entry points; manifests; or
-            ``all``.
+        engine_names: Names of adapters, distributions, or packages with entry points; manifests; or ``all``.
         pool: Pool that queries the adapters; the caller closes it.
 
     Raises:

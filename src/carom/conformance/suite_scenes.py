@@ -1,4 +1,4 @@
-"""Builds the scenes of the suite that test one feature each.
+"""Builds the scenes of the suite that each test one feature.
 
 The module `known_answers` lists the suite's other scenes, which are from the catalogue.
 """
@@ -51,7 +51,7 @@ def build_approach(speed_m_s: float = 3.0, gap_m: float = 1.01, x_m: float = 0.0
 
 
 def build_single_disc(speed_m_s: float = 1.0, x_m: float = 0.0, radius_m: float = 0.5, mass_kg: float = 1.0) -> Scene:
-    """Return a scene with one free disc that lasts a few steps."""
+    """Return a scene of a few steps with one free disc."""
     name = f"alone-{speed_m_s:g}-{x_m:g}-{radius_m:g}" + (f"-{mass_kg:g}" if mass_kg != 1.0 else "")
     return _build_scene(name, [build_disc(x_m, speed_m_s, radius_m, mass_kg)], 4 * DT_S)
 
@@ -122,7 +122,10 @@ def build_starting_paddle(capabilities: Capabilities) -> Scene:
 
 
 def build_belt(capabilities: Capabilities) -> Scene:
-    """Return a half-plane with a surface speed of 9 m/s. A disc meets it head-on at 3 m/s and slips on it."""
+    """Return a half-plane with a surface speed of 9 m/s.
+
+    A disc meets the half-plane head-on at 3 m/s and slips on its surface.
+    """
     friction, wall = min(0.25, capabilities.friction[1]), Wall(point_m=(0, 0), normal=(1, 0), surface_speed_m_s=9.0)
     return _build_head_on(f"belt-{friction:g}", capabilities, [(1.51, -3)], wall, wall_friction=friction)
 
@@ -134,7 +137,7 @@ def build_edge_belt(capabilities: Capabilities) -> Scene:
 
 
 def build_two_walls(first: float, second: float) -> Scene:
-    """Return two half-planes with different restitutions. Discs meet them head-on at 3 m/s."""
+    """Return two half-planes with different restitutions. Discs meet the half-planes head-on at 3 m/s."""
     left = Wall(point_m=(-3, 0), normal=(1, 0), restitution=first)
     right = Wall(point_m=(3, 0), normal=(-1, 0), restitution=second)
     discs = [build_disc(complex(1.49 * side, side), 3 * side, 0.5) for side in (-1, 1)]
@@ -192,8 +195,8 @@ def build_sliding_disc() -> Scene:
 def build_mixed_contacts(*, wall: bool, restitution: float) -> Scene:
     """Return two discs that meet off-centre. With `wall`, the first disc also bounces off a slanted wall.
 
-    If the restitution is below 1, discs separate slowly and still overlap for some steps. Contacts in these steps have
-    no impulse.
+    If the restitution is below 1, discs separate slowly and still overlap for some steps. Contacts during these steps
+    have no impulse.
     """
     walls = [Wall(point_m=(-1, 0), normal=(1, 0.2))] if wall else []
     discs = [build_disc(0, 3, 0.5), build_disc(1.72 + 0.3j, -1 + 0.1j, 0.5, 2)]
@@ -209,9 +212,9 @@ def build_rubbing(
 ) -> Scene:
     """Return two discs that collide along x and slip on each other. If walls are supported, a third disc hits a wall.
 
-    The bodies touch just before the end of a step, so that they overlap only slightly at its end. The overlap is large
-    enough for the engine's floats to represent it, but smaller than the allowed rounding error. So the normal and the
-    lever arm of friction are correct even in an engine that computes them from the overlapping positions.
+    The bodies touch just before the end of a step, so that they overlap only slightly at the end of the step. The
+    overlap is smaller than the allowed rounding error, but not lost in the rounding of floats. So the normal and the
+    lever arm of friction are correct even in an engine that computes them from overlapping positions.
     """
     factor = inertia_factor if capabilities.spin else math.inf
     turns = math.isfinite(factor)

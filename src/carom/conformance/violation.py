@@ -1,4 +1,4 @@
-"""Exceptions of the checks. A failure contains the expected and the found value, and the run that shows it."""
+"""Exceptions of the checks. A failure contains the expected value, the found value, and the run with the failure."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Setup:
         scene: The scene.
         profile: Name of the profile.
         dt_s: Step size, in seconds.
-        catalogued: Whether the scene is in the catalogue. If it is, `carom run` finds the scene by its name.
+        catalogued: Whether `carom run` finds the scene by its name, because the scene is in the catalogue.
     """
 
     scene: Scene
@@ -37,7 +37,7 @@ class Violation(CaromError):  # noqa: N818 - this is the result of a check, not 
         what: What is wrong, in a sentence.
         expected: Expected value.
         found: Found value.
-        setup: The run that shows the violation; None if no scene was run.
+        setup: The run with the violation; None if no scene was run.
     """
 
     def __init__(self, problem: str, expected: object, found: object, setup: Setup | None = None) -> None:

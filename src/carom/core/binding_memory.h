@@ -10,7 +10,7 @@
 
 /* Enlarge memory as `realloc` does, and keep its first `used` bytes. Size 0 frees the memory.
 
-   If recorded rows are written to new memory in small pages, the page faults double the time of recording, and
+   Recorded rows are written into new memory. If its pages are small, page faults double the time of recording, and
    `realloc` never moves memory to large pages. So sizes from 4 megabytes to a gigabyte are allocated in large pages,
    and the rows are copied there. For larger sizes, memory may not suffice for two copies. */
 static void *carom_enlarge(void *memory, size_t used, size_t size) {

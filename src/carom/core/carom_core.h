@@ -6,16 +6,16 @@
    defines the structs that both solvers share. pic/state.h defines the structs of PIC, and pit/state.h those of PIT.
    docs/theory/pic.md derives the formulas and explains the algorithms.
 
-   UNITS are metres, seconds, kilograms and radians. Each time is counted from one of three instants: the start of the
-   run, the start of the present epoch, or now. The comment of each time field states which. An epoch is a part of a run
-   in which PIC counts time from 0 again (clock.h).
+   UNITS are metres, seconds, kilograms and radians. Each time is counted from the start of the run, from the start of
+   the current epoch, or from now. The comment of each time field states which. An epoch is a part of a run at whose
+   start PIC counts time from 0 again (clock.h).
 
    BODIES are numbered as in `carom.model.trace`: disc i has the number i, and wall k the number -1 - k. A wall is a
    half-plane, a circle, or a chain of edges and arcs. The parts of a wall that a disc can hit are its features:
-   half-planes, faces, vertices, and the outside or inside of arcs. An obstacle is what PIC tests a disc against: a wall
-   in simple scenes, and otherwise a feature (pic/state.h states when). Obstacle k also has the number -1 - k. A driven
-   body moves on a prescribed path, whatever it hits. The ground of a disc is the half-plane or face on which it slides,
-   rolls or rests.
+   half-planes, faces (sides of straight edges), vertices, and the outside or inside of arcs. An obstacle is what PIC
+   tests a disc against: a whole wall in simple scenes, and else a feature (pic/state.h states when). Obstacle k also
+   has the number -1 - k. Impacts do not change the path of a driven body. The ground of a disc is the half-plane or
+   face on which it slides, rolls or rests.
 
    A RUN OF PIC calls these functions:
 
@@ -28,37 +28,35 @@
 
    A RUN OF PIT calls `carom_pit_set_up`, `carom_pit_begin`, `carom_pit_run` and `carom_pit_write_states`.
 
-   EVENTS of PIC (`EventKind` in pic/state.h) are of two sorts. An event of the first sort changes predictions only: a
-   disc crosses an edge of its cell, or its predicted partner has changed its path. Computing a missing prediction, or
-   the exact time of an impact of which only a lower bound is known, are also events of the first sort. An event of the
-   second sort changes a motion: two discs collide; a disc hits an obstacle; a mode of contact, or a motion on a table,
-   ends.
+   EVENTS of PIC (`EventKind` in pic/state.h) are of two sorts. Events of the first sort change predictions only.
+   Examples are a disc that crosses an edge of its cell, and a disc whose predicted partner has changed its path. An
+   event of the second sort changes a motion: two discs collide, a disc hits an obstacle, or a disc stops sliding,
+   rolling, resting or moving on a table.
 
-   Several events may have the same instant. Events that change only predictions are then processed first. The ends of
-   motions follow, in the order of the discs' numbers. Impacts are last, in ascending order of the numbers (first,
+   Several events may have the same instant. Events that change only predictions are then processed first. Then come
+   ends of motions, in the order of the discs' numbers. Impacts are last, in ascending order of the numbers (first,
    second) of their two bodies. For two discs, `first` is the lower number. For a disc and a wall, `first` is the disc.
    For the same `first`, walls come before discs, because the numbers of walls are negative. `Trace.ambiguous` lists the
    impacts whose result depends on this order.
 
    INVARIANTS, which every change must keep:
 
-   - Each disc has a prediction. For any two discs A and B, whichever of the two was predicted last was predicted from
-     the present paths of both. The smaller of the times predicted for A and for B is therefore never later than the
-     impact of A on B. A prediction is stale if the partner's path has changed since the prediction was made.
-   - The computed time of impact of two discs depends on their two paths only, and not on when it is computed. To
-     compute it, both discs are moved to the later of the two times at which their paths began.
+   - Each disc has a prediction. For any two discs A and B, the later of the two predictions was made from the current
+     paths of both. The smaller of the times predicted for A and for B is therefore never later than the impact of A on
+     B. A prediction is stale if the partner's path has changed since the prediction was made.
+   - The computed time of impact of two discs depends only on their two paths, and not on when it is computed. To
+     compute this time, both discs are first moved to the later of the two times at which their paths began.
    - Cells, bounds, prefetching, skipped frames and pauses decide when something is computed, and never change a result.
-     The all-pairs loop (all_pairs.h) uses none of them and returns bit-identical results.
-   - A bound includes its own rounding errors. If bounds do not decide a comparison, the compared numbers are computed
-     exactly. There are no tolerances.
+   - A bound includes its own rounding errors. If bounds do not decide a comparison, it is decided exactly. There are no
+     tolerances.
    - Floating-point operations are neither reordered nor fused, and only correctly rounded operations are used. Results
-     are therefore bit-identical on every machine and in WebAssembly.
+     are therefore bit-identical everywhere.
    - The core does not call an allocator. Arrays of fixed length are in one block of memory, the arena. The caller's
      function `Resize` supplies memory for arrays that grow. There is no global state, no input and no output.
    - For discs that accelerate, an instant is the sum of two floats, its high and its low part
-     (arithmetic/double_double.h). Runs without acceleration begin a new epoch after 32 impacts per disc, so that times
-     stay short and precise (clock.h).
-   - Quantities that the physical law makes 0 are set to 0 and not computed. Such quantities are the gap and the normal
+     (arithmetic/double_double.h). Runs without acceleration begin a new epoch after 32 impacts per disc. Times then
+     stay small, so their floats stay precise (clock.h).
+   - Quantities that the physical law makes 0 are set to 0 and not computed. Examples are the gap and the normal
      speed of a disc in contact, the slip of a rolling disc, and the normal speed of two bodies that touch after an
      impact with restitution 0 (pic/touched_bodies.h).
 
@@ -128,7 +126,7 @@
      pit/frame.h                  one frame: all its tests, or only those that can find an impact
      pit/pending_tests.h          remaining tests of a frame, in the order of Algorithm 1
      pit/motion.h                 motion between frames; driven bodies
-     pit/impacts.h                interference tests and impacts
+     pit/interference_test.h      interference tests and impacts
      pit/separation.h             bodies that a disc cannot approach on its present path
      pit/contact.h                contacts after restitution 0, and approaches that are only rounding errors
      pit/schedule.h               which tests a disc needs at a frame, and when it needs the next tests
@@ -166,7 +164,7 @@ typedef ptrdiff_t Index;
 
 enum {
     NOBODY = -1,     /* an empty place, or no partner */
-    NO_FEATURE = -1, /* the number of a feature if there is none, or if it does not matter which one */
+    NO_FEATURE = -1, /* the number of a feature if there is none, or if the number does not matter */
 };
 
 /* ---- memory ---- */
@@ -177,8 +175,8 @@ enum {
 typedef void *(*Resize)(void *memory, size_t used, size_t size);
 
 typedef struct Arena { /* one block of memory for all arrays of fixed length */
-    /* start of the block; NULL while its size is computed. A `lay_out` function runs twice: first to compute the size
-       of the block, and then to assign the addresses of the arrays */
+    /* start of the block; NULL while the size of the block is computed. A `lay_out` function runs twice: first to
+       compute this size, and then to assign the addresses of the arrays */
     char *memory;
     size_t used; /* number of bytes reserved so far */
 } Arena;
@@ -203,10 +201,9 @@ typedef struct Wall { /* a half-plane: the points p on its free side have (p - q
 } Wall;
 
 typedef struct Surface { /* motion of a driven wall, a driven disc, or a conveyor wall */
-    double vx;           /* velocity of the body, in metres per second */
+    double vx;           /* velocity of the body, in m/s */
     double vy;
-    /* speed at which a conveyor's surface moves past the body, positive to the left of the normal, in metres per
-       second */
+    /* speed at which a conveyor's surface moves relative to its wall, in m/s; positive to the left of the normal */
     double belt;
 } Surface;
 
@@ -216,9 +213,9 @@ typedef struct Point {
 } Point;
 
 typedef struct Leg { /* part of a driven body's path with constant velocity */
-    double begin;    /* start of the leg, in seconds since the present epoch */
-    double end;      /* end of the leg, in seconds since the present epoch; INF for the last leg */
-    double begins;   /* start and end of the leg, in seconds since the start of the run */
+    double begin;    /* start of the leg, in seconds since the current epoch began */
+    double end;      /* end of the leg, in seconds since the current epoch began; INF for the last leg */
+    double begins;   /* start of the leg, in seconds since the start of the run; `ends` is its end */
     double ends;
     double moved_x; /* displacement of the body from its start position at the start of the leg, in metres */
     double moved_y;
@@ -226,14 +223,14 @@ typedef struct Leg { /* part of a driven body's path with constant velocity */
     double vy;
 } Leg;
 
-/* Return the displacement of a driven body from its start position at a time within a leg of its path. */
+/* Return the displacement of a driven body from its start position, at a time within the given leg. */
 static inline Point displacement_on(const Leg *leg, double time) {
     double lasted = time - leg->begin;
     return (Point){leg->moved_x + leg->vx * lasted, leg->moved_y + leg->vy * lasted};
 }
 
 typedef struct Turning { /* rotation of a disc, in a scene with spin */
-    double spin;         /* spin of the disc, in radians per second, counterclockwise */
+    double spin;         /* spin of the disc, in rad/s, counterclockwise */
     /* 1/k, where k is the moment of inertia divided by mass times radius squared; 0 if the disc never turns */
     double inverse_inertia_ratio;
 } Turning;
@@ -242,16 +239,16 @@ typedef struct Turning { /* rotation of a disc, in a scene with spin */
 
 typedef struct ContactFriction { /* friction between two bodies in contact */
     double friction;             /* Coulomb's coefficient f, 0 or more */
-    /* tangential restitution b, -1 to 1: if friction is large enough to stop the sliding, the slip after the impact is
-       -b times the slip before */
+    /* tangential restitution b, -1 to 1: if friction is strong enough to stop the sliding, the slip (sliding speed)
+       after the impact is -b times the slip before */
     double restitution;
 } ContactFriction;
 
 typedef struct Law {
     double restitution; /* coefficient of restitution between two discs */
     double wall_restitution;
-    /* contact duration of the TC (time of contact) model, in seconds; 0 if the model is not used. If a disc's impact
-       follows the previous impact of this disc within the contact duration, it loses no energy */
+    /* contact duration of the TC (time of contact) model, in seconds; 0 if the model is not used. If an impact follows
+       the disc's previous impact within this duration, no energy is lost */
     double contact_duration;
     ContactFriction contact; /* friction between two discs */
     ContactFriction wall_contact;
@@ -271,7 +268,7 @@ typedef struct Impact { /* a recorded impact, a row of `carom.model.trace.IMPACT
     int64_t first;      /* disc */
     int64_t second;     /* body */
     double normal[2];   /* unit vector from the first body to the second */
-    double first_before[2]; /* velocities of both bodies before and after the impact, in metres per second */
+    double first_before[2]; /* velocities of both bodies before and after the impact, in m/s */
     double second_before[2];
     double first_after[2];
     double second_after[2];
@@ -291,21 +288,22 @@ typedef struct Spins { /* spins of both bodies at an impact, a row of `carom.mod
 
 /* position of an impact, recorded in scenes with finite walls; a row of `carom.solvers.rows.CONTACT_DTYPE` */
 typedef struct Contact {
-    double x;            /* centre of the first disc, in metres; relative to the start position of a driven wall */
+    double x;            /* centre of the first disc, in metres; minus the displacement of a driven wall */
     double y;
     int64_t feature; /* number of the feature, or NO_FEATURE if the second body is a disc */
 } Contact;
 
-typedef struct LastContact { /* data of a disc's impact, with which its later impacts are compared */
+typedef struct LastContact { /* data of a disc's impact, which are compared with the disc's later impacts */
     /* upper bound of the impact's time, in seconds since the start; -INF if there was no impact */
     double latest;
     double nx;
     double ny;
-    int feature;  /* the feature that was hit, if it belongs to a finite wall without friction; otherwise NO_FEATURE */
-    bool elastic; /* whether an impact on this wall loses no energy */
+    int feature;  /* number of the hit feature, if it belongs to a finite wall and friction did not act; else
+    NO_FEATURE */
+    bool elastic; /* whether impacts on this wall lose no energy */
 } LastContact;
 
-/* the two earlier impacts of a disc that decide whether its next impact is ambiguous: see impact_record.h */
+/* the two earlier impacts of a disc that decide whether its next impact is ambiguous; see impact_record.h */
 typedef struct Recent {
     LastContact furthest;
     LastContact across;
@@ -315,7 +313,7 @@ typedef struct Recent {
 typedef bool (*IsOrderFree)(void *context, int one, int other, bool elastic);
 
 typedef struct Corners {
-    IsOrderFree is_order_free; /* the function; both numbers passed to it are numbers of features */
+    IsOrderFree is_order_free; /* a function, called with the numbers of two features */
     void *context;
 } Corners;
 
@@ -329,7 +327,7 @@ typedef struct Record {
     Resize resize; /* resizes the arrays `rows`, `spins`, `contacts` and `ambiguous`, which the caller frees */
     Index count;
     Index capacity;
-    int64_t *ambiguous; /* numbers of the ambiguous impacts, counted from the first recorded impact of the run */
+    int64_t *ambiguous; /* numbers of the ambiguous impacts, counted from the run's first recorded impact */
     Index ambiguous_count;
     Index ambiguous_capacity;
     Index released; /* number of recorded impacts that the caller has already removed from `rows` */

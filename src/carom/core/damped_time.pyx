@@ -1,4 +1,4 @@
-"""Python binding of damping as a substitution of the time, `damping.h`."""
+"""Python binding of `damping.h`: damping as a change of the time variable."""
 
 import numpy as np
 
@@ -24,17 +24,17 @@ def kept(double rate, double seconds):
 
 
 def undamped(double rate, double seconds):
-    """Return the time in which an undamped disc moves as far as a damped disc does in `seconds`."""
+    """Return the time in which an undamped disc moves as far as a damped disc in `seconds`."""
     return undamped_time(rate, seconds)
 
 
 def damped(double rate, double undamped_s):
-    """Return the time in which a damped disc moves as far as an undamped one in `undamped_s`; infinity for never."""
+    """Return the time in which a damped disc moves as far as an undamped disc in `undamped_s`; infinity for never."""
     return damped_time(rate, undamped_s)
 
 
 def latest_undamped(double rate, double seconds):
-    """Return the greatest undamped time t such that ``damped(rate, t)`` is at most `seconds`."""
+    """Return the greatest undamped time t for which ``damped(rate, t)`` is at most `seconds`."""
     return latest_undamped_time(rate, seconds)
 
 

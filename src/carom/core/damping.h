@@ -1,9 +1,8 @@
 /* Discs that slow down, because of linear damping or on a table that decelerates them.
 
-   Linear damping v' = -c v is equivalent to a substitution of the time, which docs/theory/damping.md derives.
-
-   A damped disc moves like an undamped one in the undamped time s = (1 - e^(-c t)) / c. The velocity of the damped disc
-   is 1 - c s times that of the undamped disc. Rates c are per second, 0 or more; times are in seconds. */
+   Linear damping v' = -c v is equivalent to a change of the time variable, which docs/theory/damping.md derives. A
+   damped disc moves as an undamped disc moves in the undamped time s = (1 - e^(-c t)) / c. The velocity of the damped
+   disc is 1 - c s times that of the undamped disc. Rates c are in 1/s, 0 or more. Times are in seconds. */
 
 #pragma once
 
@@ -13,13 +12,13 @@
 #include "carom/core/arithmetic/exponentials.h"
 #include "carom/core/carom_core.h"
 
-/* Return the factor by which damping multiplies a velocity during a time. For a negative time the factor is greater
-   than 1, possibly infinity. */
+/* Return the factor by which damping multiplies a velocity during a time. For a negative time, the factor is greater
+   than 1 and may be infinite. */
 static inline double remaining_velocity(double rate, double time) {
     return nearest_exp(-rate * time);
 }
 
-/* Return the time in which an undamped disc moves as far as a damped one does in `time`. */
+/* Return the time in which an undamped disc moves as far as a damped disc in `time`. */
 static inline double undamped_time(double rate, double time) {
     if (!(fabs(rate * time) >= CAROM_DAMPING_LEAST)) { /* NaN stays NaN */
         return time;
@@ -28,8 +27,8 @@ static inline double undamped_time(double rate, double time) {
     return change == CAROM_INF ? -CAROM_INF : -change / rate;
 }
 
-/* Return the time in which a damped disc moves as far as an undamped one does in `undamped`; infinity for never.
-   `anchor` stores a logarithm from an earlier call, which makes calls with successive times fast. */
+/* Return the time in which a damped disc moves as far as an undamped disc in `undamped`; infinity for never. `anchor`
+   stores a logarithm from an earlier call, which makes calls with successive times fast. */
 static inline double damped_time_from(LogAnchor *anchor, double rate, double undamped) {
     double way = rate * undamped;
     if (!(fabs(way) >= CAROM_DAMPING_LEAST)) { /* NaN stays NaN */
@@ -43,7 +42,7 @@ static inline double damped_time(double rate, double undamped) {
     return damped_time_from(&anchor, rate, undamped);
 }
 
-/* Return the next float after a time of 0 or more (if `step` is 1), or the float before it (if `step` is -1). The
+/* Return the next float after a time of 0 or more if `step` is 1, or the float before this time if `step` is -1. The
    result is at most infinity and at least 0. */
 static inline double neighbouring_time(double time, int step) {
     if (step > 0 ? time == CAROM_INF : time == 0.0) {
@@ -58,11 +57,11 @@ static inline double neighbouring_time(double time, int step) {
 
 /* Return the greatest undamped time t >= 0 with `damped_time(t)` <= `time`. `time` must be 0 or more.
 
-   So an event of the undamped run at the returned time or earlier is never later than `time` in the damped run. The
-   search begins at `undamped_time`, which differs by at most a few floats, because both functions round. */
+   An event of the undamped run at this time or earlier is never later than `time` in the damped run. The search begins
+   at `undamped_time`. Both functions round, so this start differs from the result by at most a few floats. */
 static inline double latest_undamped_time(double rate, double time) {
-    /* if `time` is infinite, use the largest float, because an event that never happens has the damped time infinity
-       and must not count as an event before `time` */
+    /* If `time` is infinite, use the largest float. An event that never happens has the damped time infinity, and must
+       not count as an event before `time`. */
     if (time > DBL_MAX) {
         time = DBL_MAX;
     }
@@ -88,9 +87,9 @@ static inline double latest_undamped_time(double rate, double time) {
 /* ---- a table ---- */
 
 typedef struct Slowing { /* deceleration of a disc on a table */
-    double ax;           /* acceleration, in metres per second squared */
+    double ax;           /* acceleration, in m/s^2 */
     double ay;
-    Instant stops; /* instant at which the disc stops; NEVER if it does not move */
+    Instant stops; /* instant at which the disc stops; NEVER if it is at rest */
 } Slowing;
 
 /* Return the deceleration of a disc on a table that has the velocity (vx, vy) at the instant `now`. */
@@ -98,14 +97,14 @@ static inline Slowing slowing_by(double deceleration, double vx, double vy, Inst
     double speed = nearest_length(vx, vy);
     if (speed == 0.0)
         return (Slowing){0.0, 0.0, NEVER};
-    /* `a` is multiplied by a unit vector, because the quotient `a / speed` could be infinite for a tiny speed */
+    /* the acceleration is multiplied by a unit vector, because `a / speed` could be infinite for a tiny speed */
     double a = -deceleration;
     return (Slowing){a * (vx / speed), a * (vy / speed), instant_after(now, speed / deceleration)};
 }
 
 /* ---- recorded impacts ---- */
 
-/* Multiply the velocities of an impact in an undamped run by `kept` = 1 - c s, so that they are damped. */
+/* Apply damping to the velocities of an impact in an undamped run: multiply them by `kept` = 1 - c s. */
 static inline void slow_impact(Impact *row, double kept) {
     for (int axis = 0; axis < 2; axis++) {
         row->first_before[axis] *= kept;

@@ -1,4 +1,4 @@
-"""Callback with which the core calls the exact quartic solver in Python: see `ExactQuartic` in polynomial.h."""
+"""Callback of the core that calls the exact quartic solver in Python: see `ExactQuartic` in polynomial.h."""
 
 from carom.core.carom_core cimport c_bool
 

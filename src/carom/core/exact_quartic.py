@@ -1,11 +1,11 @@
-"""Exact instants at which a gap, a polynomial in time, closes. Used for cases that the core cannot decide in floats.
+"""Exact instants at which a gap, a polynomial in time, closes. The core uses them where floats can't decide.
 
 Every float is a fraction whose denominator is a power of two. So a polynomial with float coefficients is a polynomial
-with integer coefficients, divided by a power of two. Sturm's theorem counts the roots in an interval. Intervals are
-halved until each contains a single root. An interval in which the polynomial turns negative is then halved until floats
-cannot distinguish its ends. A root at which the polynomial only touches zero is a graze of zero depth, not an impact.
+with integer coefficients, divided by a power of two. Sturm's theorem gives the number of roots in an interval.
+Intervals are halved until each contains a single root. An interval in which the polynomial becomes negative is then
+halved until floats can't distinguish its ends. A root without a change of sign is a graze, not an impact.
 
-Source: J. C. F. Sturm's theorem with pseudo-remainders: D. E. Knuth, TAOCP vol. 2, 4.6.1, exercise 22.
+Source: J. C. F. Sturm's theorem with pseudo-remainders; D. E. Knuth, TAOCP vol. 2, 4.6.1, exercise 22.
 """
 
 from __future__ import annotations
@@ -20,20 +20,19 @@ if TYPE_CHECKING:
 
     Polynomial = list[int]  # lowest power first
 
-#: Number of bits to which instants are computed: two more than a float has.
+#: Number of bits to which instants are computed: two more than those of a float.
 _BITS = 55
 
 
 def solve_quartic(powers: Sequence[Sequence[tuple[float, float]]], begin: float, is_closed: bool, index: int) -> float:
-    """Return an instant at which a gap closes, in seconds after `begin`; infinity if none has this index.
+    """Return an instant at which a gap closes, in seconds after `begin`; infinity if there is none with this index.
 
     Args:
-        powers: Pairs of numbers for each power of time, lowest power first. The coefficient of a power is the sum of
-            its pairs' products.
+        powers: For each power of time, lowest power first, a list of pairs of numbers. The coefficient of the power is
+            the sum of the pairs' products.
         begin: Instant at which the search starts, in seconds.
-        is_closed: Whether the gap is exactly 0 at `begin`. If so, the value of the polynomial at this time is replaced
-            by 0.
-        index: Number of the instant, from 0. With -1 the sign of the gap at `begin` is returned instead.
+        is_closed: Whether the gap is exactly 0 at `begin`. 0 then replaces the value of the polynomial at `begin`.
+        index: Number of the instant, from 0. For -1, the sign of the gap at `begin` is returned instead.
     """
     gap = [sum((Fraction(a) * Fraction(b) for a, b in products), Fraction(0)) for products in powers]
     start = Fraction(begin)
@@ -51,30 +50,30 @@ def solve_quartic(powers: Sequence[Sequence[tuple[float, float]]], begin: float,
 
 
 def find_closings(gap: Sequence[Fraction]) -> Iterator[float]:
-    """Yield the times t > 0 at which a gap closes. Before them, yield 0 if the gap is 0 at t = 0 and becomes negative.
+    """Yield the times t > 0 at which a gap closes. If the gap is 0 at t = 0 and becomes negative, yield 0 first.
 
     The gap is a polynomial in time, lowest power first. The denominators of its coefficients must be powers of two. A
     gap that is negative at first must open before it can close.
     """
     powers = list(gap)
-    while powers and powers[0] == 0:  # the sign of the lowest nonzero coefficient decides if a gap of 0 opens
+    while powers and powers[0] == 0:  # the sign of the lowest nonzero coefficient decides whether the gap opens
         del powers[0]
     if not powers:
         return
     if powers[0] < 0 and len(powers) < len(gap):
         yield 0.0
-    unit = max(power.denominator for power in powers)  # all are powers of two
+    unit = max(power.denominator for power in powers)  # all denominators are powers of two
     yield from find_falls([int(power * unit) for power in powers])
 
 
 def find_falls(polynomial: Sequence[int]) -> Iterator[float]:
-    """Yield the times t > 0 at which a polynomial turns negative, in order. The polynomial must not be 0 at t = 0."""
+    """Yield the times t > 0 at which a polynomial becomes negative, in order. The polynomial is not 0 at t = 0."""
     p = list(polynomial)
     while p[-1] == 0:
         del p[-1]
     chain = _build_sturm_chain(p)
     at_infinity = _count_changes([q[-1] for q in chain])
-    low, high, scale = 0, 1, 0  # the interval is from low to high, over 2^scale
+    low, high, scale = 0, 1, 0  # the interval is from low / 2^scale to high / 2^scale
     before = _count_changes([q[0] for q in chain])
     while before != at_infinity:
         while (
@@ -92,15 +91,15 @@ def find_falls(polynomial: Sequence[int]) -> Iterator[float]:
                 low = middle
             else:
                 high = middle
-        if _compute_value(p, low, scale) > 0 > _compute_value(p, high, scale):  # p falls through 0
+        if _compute_value(p, low, scale) > 0 > _compute_value(p, high, scale):  # p becomes negative in the interval
             yield _bisect(p, low, high, scale)
         low, before, high = high, after, 2 * high
 
 
 def _bisect(p: Polynomial, low: int, high: int, scale: int) -> float:
-    """Return the only root between two instants, rounded to the nearest float or a neighbour of it.
+    """Return the only root between two instants, as the nearest float or a neighbour of it.
 
-    The polynomial turns negative at this root.
+    The polynomial must become negative at this root.
     """
     while (high - low) << _BITS > high:
         low, high, scale = 2 * low, 2 * high, scale + 1

@@ -1,7 +1,7 @@
-"""State of the compiled extension: whether it is installed, and whether it was built from the present sources.
+"""State of the compiled extension: whether it is installed, and whether it was built from the current sources.
 
-Every .pyx file of the package is a module of the extension. All modules are built together, so `carom.core.built`
-represents all of them and contains a digest of the sources.
+Every .pyx file of the package is a module of the extension. All modules are built together. So the digest of the
+sources in `carom.core.built` is valid for all of them.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ def require_extension() -> None:
     """Check that the compiled extension is installed.
 
     Raises:
-        ImportError: The extension is not installed, or cannot be loaded. The message contains the remedy.
+        ImportError: The extension is not installed, or can't be loaded. The message contains the remedy.
     """
     try:
         importlib.import_module("carom.core.built")
@@ -36,9 +36,9 @@ def require_extension() -> None:
 
 
 def find_extension_notes() -> tuple[str, ...]:
-    """Return notes for a result: one note if the extension was not built from the present sources, otherwise none.
+    """Return a note for a result if the extension was not built from the current sources, or else no note.
 
-    In the first case, also issue a warning once per process.
+    If there is a note, a warning is also issued, once per process.
     """
     stale = _find_staleness()
     if not stale:
@@ -50,14 +50,14 @@ def find_extension_notes() -> tuple[str, ...]:
 def compute_sources_digest() -> str:
     """Return a digest of the names and contents of the extension's sources: .pyx, .pxd, .h and .c files.
 
-    The build also calls this function, so the function must not import Carom.
+    The build calls this function too, so it must not import Carom.
     """
     import hashlib
 
     package = Path(__file__).parents[1]
     digest = hashlib.sha256()
     for path in _list_sources(package):
-        source = path.read_bytes().replace(b"\r\n", b"\n")  # git may check sources out with these line ends on Windows
+        source = path.read_bytes().replace(b"\r\n", b"\n")  # on Windows, git may write these line ends
         digest.update(f"{path.relative_to(package).as_posix()} {len(source)}\n".encode() + source)
     return digest.hexdigest()
 
@@ -73,13 +73,13 @@ def _list_sources(package: Path) -> list[Path]:
 
 
 def _is_installed(package: Path) -> bool:
-    """Whether a package is an installed copy, whose sources nobody edits, and not a source tree."""
+    """Whether a package is an installed copy and not a source tree. Nobody edits the sources of an installed copy."""
     return bool({"site-packages", "dist-packages"} & set(package.parts))
 
 
 @functools.cache
 def _find_staleness() -> str:
-    """Return a message if the extension was not built from the sources next to it, otherwise an empty text.
+    """Return a message if the extension was not built from the sources next to it, or else an empty text.
 
     To save time, the digest of the sources is computed only if a source is newer than the extension.
     """

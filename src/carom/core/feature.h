@@ -1,4 +1,4 @@
-/* Features of walls (one struct for all kinds of features), and a struct for a disc relative to a wall.
+/* A struct for features of walls of all kinds, and a struct for a disc relative to a wall.
 
    A feature is a part of a wall that a disc can hit: the line of a half-plane, a face, a vertex, or the outside or
    inside of an arc. A face is one side of a straight edge of a finite wall. `carom/core/input_rows.py` writes a feature
@@ -24,8 +24,8 @@ typedef struct Feature {
     bool whole;  /* whether the feature has no ends, because it is a whole circle or a vertex */
     bool reflex; /* for an arc: whether it is longer than half a circle */
     double half_width;
-    /* smallest radius of discs that do not fit into the arc, in metres. Smaller discs hit the inside of the arc; other
-       discs hit the stops of the arc (see `find_stops` in wall_features.py) */
+    /* The inside of an arc is hit by discs of a smaller radius than this, in metres. Larger discs do not fit into the
+       arc, and hit its stops instead (see `find_stops` in wall_features.py). */
     double fits_below;
     double nx;         /* for a half-plane or face: unit normal that points to the free side, rounded to floats */
     double ny;

@@ -4,32 +4,32 @@
      a disc, so the functions take a pointer to the velocity, and nothing is copied.
    - The caller decides whether and when bodies collide. In the TC model, the caller also decides whether the impact
      loses energy (`elastic`).
-   - No unit vector is used. Let d point from centre to centre, and u be the velocity of the second body relative to the
-     first. The normal impulse is g d, so rounding of the length of d adds no energy. The tangential impulse is h (d
-     turned by +90 degrees).
-   - An impact never pulls the bodies together. If rounding turns a very weak graze into a separation, the impulse is 0.
-     There are no tolerances.
+   - No unit vector is used. Let d point from centre to centre, and let u be the velocity of the second body relative to
+     the first. The normal impulse is g d with a factor g, so rounding of the length of d adds no energy. The tangential
+     impulse is h times d turned by +90 degrees.
+   - An impact never pulls the bodies together. If rounding makes the bodies of a very weak graze separate, the impulse
+     is 0.
    - `has_spins` is a constant at each call, so the code for spins costs no time in a scene without spins. The functions
      are inlined, because calls through a pointer slow the event loop down by a tenth.
 
-   Let n be the unit normal from body 1 to body 2, and t = n turned by +90 degrees. Spins w are counterclockwise, and
-   moments of inertia are k m R^2. The normal impulse is J = (1 + e) (v1 - v2).n / (1/m1 + 1/m2). The surface of body 1
-   moves past that of body 2 with the slip
+   Let n be the unit normal from body 1 to body 2, and t = n turned by +90 degrees. Bodies have velocities v, masses m,
+   radii R, counterclockwise spins w, and moments of inertia k m R^2. With the restitution e, the normal impulse is J =
+   (1 + e) (v1 - v2).n / (1/m1 + 1/m2). The surface of body 1 moves past that of body 2 with the slip
 
        s = (v1 - v2).t + R1 w1 + R2 w2.
 
-   The tangential impulse T acts along -t on body 1 and along t on body 2. T changes the slip to -b times its previous
-   value, unless Coulomb's limit f J makes T smaller. Here clip(x, a, b) limits x to the range from a to b:
+   The tangential impulse T acts along -t on body 1 and along t on body 2. With the tangential restitution b, T changes
+   the slip to -b times its previous value, unless Coulomb's limit f J makes T smaller, where f is the coefficient of
+   friction. Here clip(x, a, b) limits x to the range from a to b:
 
        T = clip((1 + b) s / ((1 + 1/k1)/m1 + (1 + 1/k2)/m2), -f J, f J)
 
        v1' = v1 - T t / m1,   v2' = v2 + T t / m2,   R1 w1' = R1 w1 - T / (k1 m1),   R2 w2' = R2 w2 - T / (k2 m2)
 
    This is the three-parameter law (e, f, b) of Walton, Mech. Mater. 16 (1993) 239, and Foerster, Louge, Chang and
-   Allia, Phys. Fluids 6 (1994) 1108. b = 0 is Coulomb's law alone; b = 1 with enough friction is Garwin's superball
-   (Am. J. Phys. 37 (1969) 88). A wall, or an immovable disc, has 1/m = 0. docs/theory/pic.md and
-   docs/theory/friction.md derive both impulses. Tests compare results bit by bit, so no operation may be reordered or
-   fused. */
+   Allia, Phys. Fluids 6 (1994) 1108. b = 0 is Coulomb's law alone. b = 1 with enough friction is Garwin's superball
+   (Am. J. Phys. 37 (1969) 88). A wall and an immovable disc have 1/m = 0. docs/theory/pic.md and
+   docs/theory/friction.md derive both impulses. No operation may be reordered or fused. */
 
 #pragma once
 
@@ -39,8 +39,8 @@
 
 /* ---- impulses ---- */
 
-/* Return the factor g of the normal impulse, 0 or less. The first disc receives the impulse g d, and the second -g
-   d. */
+/* Return the factor g of the normal impulse, 0 or less. With d from the first centre to the second, the first disc
+   receives the impulse g d, and the second -g d. */
 static inline double normal_impulse(double dx, double dy, double ux, double uy, double inverse_masses,
                                     double restitution) {
     double along = dx * ux + dy * uy;
@@ -49,8 +49,7 @@ static inline double normal_impulse(double dx, double dy, double ux, double uy, 
     return (1.0 + restitution) * along / ((dx * dx + dy * dy) * inverse_masses);
 }
 
-/* Return the impulse of friction: the impulse that makes the surfaces stick, or Coulomb's limit if the limit is
-   smaller. */
+/* Return the impulse of friction. The impulse makes the surfaces stick, but is at most Coulomb's limit. */
 static inline double tangential_impulse(const ContactFriction *contact, double slip, double inverse_effective_mass,
                                         double pressed) {
     double sticking = (1.0 + contact->restitution) * slip / inverse_effective_mass;
@@ -60,8 +59,8 @@ static inline double tangential_impulse(const ContactFriction *contact, double s
     return sticking < -most ? -most : sticking;
 }
 
-/* Return the factor h of the impulse of friction. The first disc receives the impulse h (dy, -dx). `surface` is |d| (R1
-   w1 + R2 w2). */
+/* Return the factor h of the impulse of friction. The first disc receives the impulse h (dy, -dx), where d points from
+   the first centre to the second. `surface` is |d| (R1 w1 + R2 w2), with radii R and spins w. */
 static inline double pair_tangential_impulse(const ContactFriction *contact, double dx, double dy, double ux, double uy,
                                              double surface, double inverse_effective_mass, double normal) {
     return tangential_impulse(contact, dy * ux - dx * uy + surface, (dx * dx + dy * dy) * inverse_effective_mass,
@@ -70,8 +69,8 @@ static inline double pair_tangential_impulse(const ContactFriction *contact, dou
 
 /* ---- two discs ---- */
 
-/* Apply an impact without friction to the velocities of two discs. d points from the centre of the first disc to that
-   of the second. Return g. */
+/* Apply an impact without friction to the velocities of two discs. d points from the first centre to the second. Return
+   the factor g of the normal impulse g d. */
 static inline double bounce_pair(double dx, double dy, double *v1, double inverse_mass1, double *v2,
                                  double inverse_mass2, double restitution) {
     double g =
@@ -83,8 +82,7 @@ static inline double bounce_pair(double dx, double dy, double *v1, double invers
     return g;
 }
 
-/* Apply friction to two discs. u is their relative velocity before the impact. The discs have already received the
-   normal impulse g d. */
+/* Apply friction to two discs, after their normal impulse g d. u is their relative velocity before the impact. */
 static inline void apply_pair_friction(const ContactFriction *contact, double dx, double dy, double ux, double uy,
                                        double g, Body *a, Body *b) {
     double distance = sqrt(dx * dx + dy * dy);
@@ -100,10 +98,10 @@ static inline void apply_pair_friction(const ContactFriction *contact, double dx
     b->turning->spin -= h * distance * b->inverse_mass * b->turning->inverse_inertia_ratio / b->radius;
 }
 
-/* Apply the impact of two discs in contact. d points from the centre of the first disc to that of the second. Return g.
+/* Apply the impact of two discs in contact. d points from the first centre to the second. Return the factor g of the
+   normal impulse g d.
 
-   If `elastic` is true, no energy is lost and no friction acts, whatever the coefficients of the law are. `spins` is
-   written only if `has_spins` is true. */
+   If `elastic` is true, no energy is lost and no friction acts. `spins` is written only if `has_spins` is true. */
 static inline double collide_discs(const Law *law, double dx, double dy, Body *a, Body *b, bool elastic, bool has_spins,
                                    Spins *spins) {
     double ux = b->velocity[0] - a->velocity[0];
@@ -124,7 +122,7 @@ static inline double collide_discs(const Law *law, double dx, double dy, Body *a
 /* ---- a disc and a wall ---- */
 
 /* Apply the impact of a disc on a wall, by the same rules as `collide_discs`. Return the normal component of the disc's
-   velocity relative to the wall before the impact, positive away from the wall. */
+   velocity relative to the wall before the impact, which is positive away from the wall. */
 static inline double collide_wall(const Law *law, const Wall *wall, const Surface *surface, Body *a, bool elastic,
                                   bool has_spins, Spins *spins) {
     double vx = a->velocity[0];

@@ -1,18 +1,15 @@
 """The law of impact for arrays: many impacts at once, with and without friction.
 
-Without friction, the law is Newton's law of restitution with conservation of momentum.
-
-The impulse acts along the line of centres only. With unit normal ``n`` from first to second, approach speed
-``w = (v1 - v2).n`` and restitution ``e``,
+Without friction, the law is Newton's law of restitution with conservation of momentum. The impulse acts along the line
+of centres only. With the unit normal ``n`` from first to second, the approach speed ``w = (v1 - v2).n`` and the
+restitution ``e``,
 
     J = (1 + e) w / (1/m1 + 1/m2),   v1' = v1 - (J/m1) n,   v2' = v2 + (J/m2) n,
 
-This conserves momentum and multiplies the normal relative velocity by ``-e``. For ``e = 1`` it also conserves kinetic
-energy. An infinite mass has ``1/m = 0``. The paper on which Carom is based does not contain this formula; see
-``docs/theory/pic.md``.
+An infinite mass has ``1/m = 0``. See ``docs/theory/pic.md``.
 
-With friction, the law is that of `core/impact_law.h`. Spins are given as speeds of rims, ``R w`` in metres per second,
-since the law adds them to velocities.
+With friction, the law is that of `core/impact_law.h`. Spins are given as rim speeds ``R w`` (radius times spin) in
+m/s, because the law adds them to velocities.
 """
 
 from __future__ import annotations
@@ -35,20 +32,21 @@ def resolve_impact(
     """Return the velocities of both bodies just after an impact.
 
     Args:
-        v1: Velocity of body 1 before, in metres per second; shape ``(..., 2)``.
+        v1: Velocity of body 1 before the impact, in m/s; shape ``(..., 2)``.
         m1: Mass of body 1, in kilograms, above 0; infinity for an immovable body; shape ``(...)``.
-        v2: Velocity of body 2 before.
+        v2: Velocity of body 2 before the impact.
         m2: Mass of body 2; `m1` and `m2` must not both be infinite.
-        normal: Direction from body 1 to body 2; shape ``(..., 2)``; its length does not matter, but must not be zero.
+        normal: Direction from body 1 to body 2, of any length except zero; shape ``(..., 2)``.
         restitution: Coefficient of restitution, 0 to 1; shape ``(...)``.
 
     Returns:
-        ``(v1', v2')``, each of the broadcast shape. If two bodies do not approach, there is no impact, and their
+        ``(v1', v2')``, each of the broadcast shape. Two bodies that do not approach have no impact, and their
         velocities are returned unchanged.
 
     Raises:
-        InputError: A velocity or normal is not finite, a mass is not positive, both are infinite, or the restitution
-            is outside 0 to 1; a velocity or mass is not within `carom.support.limits`; or the shapes do not broadcast.
+        InputError: A velocity or normal is not finite, a mass is not positive, both masses are infinite, or the
+            restitution is outside 0 to 1. A velocity or mass is outside `carom.support.limits`. The shapes do not
+            broadcast.
 
     Examples:
         >>> v1, v2 = carom.resolve_impact((1, 0), 1.0, (0, 0), 1.0, normal=(1, 0))
@@ -78,8 +76,8 @@ def resolve_impact(
         raise InputError("m1 and m2 must not both be infinite: two immovable bodies never collide")
     direction = direction / scale
     n = direction / np.hypot(direction[..., :1], direction[..., 1:])
-    # With the fastest body's speed and the lighter body's mass as approximate units, no intermediate result under- or
-    # overflows.
+    # Speeds are divided by about the greatest speed, and masses by about the smaller mass. So no intermediate result is
+    # too large or too small for floats.
     speed = np.frexp(np.maximum(np.abs(velocity1), np.abs(velocity2)).max(axis=-1))[1]
     lighter = np.frexp(np.minimum(mass1, mass2))[1]
     inverse1, inverse2 = 1.0 / np.ldexp(mass1, -lighter), 1.0 / np.ldexp(mass2, -lighter)
@@ -91,13 +89,13 @@ def resolve_impact(
 
 
 class RoughBodies(NamedTuple):
-    """The first bodies of `m` impacts, or the second bodies. A wall has infinite mass.
+    """The first bodies, or the second bodies, of `m` impacts. A wall has infinite mass.
 
     Attributes:
-        velocity: Velocities, in metres per second, shape ``(m, 2)``.
-        rim: Speeds ``R w`` of the rims, counterclockwise, in metres per second, shape ``(m,)``.
+        velocity: Velocities, in m/s, shape ``(m, 2)``.
+        rim: Rim speeds ``R w`` (radius times spin), counterclockwise, in m/s, shape ``(m,)``.
         mass: Masses, in kilograms, shape ``(m,)``.
-        inertia: The factors k in the moments of inertia k m R^2; infinity for a body that does not turn; shape
+        inertia: The factors k in the moments of inertia ``k m R^2``; infinity for a body that does not turn; shape
             ``(m,)``.
     """
 
@@ -111,9 +109,9 @@ class ContactFriction(NamedTuple):
     """Friction between two bodies.
 
     Attributes:
-        friction: Coulomb's coefficient of friction, f, 0 or more.
-        restitution: Tangential restitution b, -1 to 1. If the bodies stick, the slip after the impact is -b times the
-            slip before.
+        friction: Coulomb's coefficient of friction f, 0 or more.
+        restitution: Tangential restitution b, -1 to 1. If friction is strong enough, the slip (the sliding speed of the
+            surfaces) after the impact is -b times the slip before.
     """
 
     friction: float = 0.0
@@ -121,18 +119,18 @@ class ContactFriction(NamedTuple):
 
 
 class ContactFrictions(NamedTuple):
-    """Friction in `m` impacts, with the attributes of `ContactFriction`; shape ``(m,)`` each."""
+    """Friction in `m` impacts. Both fields have the shape ``(m,)`` and the meaning of those of `ContactFriction`."""
 
     friction: NDArray[np.float64]
     restitution: NDArray[np.float64]
 
 
 class Branches(NamedTuple):
-    """Impulses T of friction for bodies that stick, and for bodies that slide, in newton seconds; shape ``(m,)`` each.
+    """Friction impulses T for bodies that stick, and for bodies that slide, in newton seconds; shape ``(m,)`` each.
 
     Attributes:
-        sticking: ``(1 + b) s / ((1 + 1/k1)/m1 + (1 + 1/k2)/m2)``.
-        sliding: ``f J``, with the sign of the slip.
+        sticking: ``T = (1 + b) s / ((1 + 1/k1)/m1 + (1 + 1/k2)/m2)``, where s is the slip.
+        sliding: ``T = f J``, with the sign of the slip.
     """
 
     sticking: NDArray[np.float64]
@@ -140,7 +138,7 @@ class Branches(NamedTuple):
 
     @property
     def law(self) -> NDArray[np.float64]:
-        """The impulses that act: for each impact, the one of the two with the smaller magnitude."""
+        """The friction impulses that act: the one of smaller magnitude for each impact."""
         return np.where(np.abs(self.sticking) > np.abs(self.sliding), self.sliding, self.sticking)
 
 
@@ -153,7 +151,7 @@ def compute_branches(
 ) -> Branches:
     """Return the friction impulses of bodies that are pressed together by normal impulses.
 
-    `tangent` is the unit normal (from first to second), turned by +90 degrees, shape ``(m, 2)``. `pressed` contains the
+    `tangent` is the unit normal (from first to second) turned by +90 degrees, shape ``(m, 2)``. `pressed` contains the
     normal impulses J, shape ``(m,)``.
     """
     slip = np.sum((first.velocity - second.velocity) * tangent, axis=-1) + first.rim + second.rim
@@ -169,10 +167,10 @@ def resolve_rough_impact(
     restitution: NDArray[np.float64],
     contacts: ContactFrictions,
 ) -> tuple[RoughBodies, RoughBodies]:
-    """Return the bodies just after their impacts. Two bodies that do not approach are unchanged.
+    """Return the bodies just after their impacts. Bodies that do not approach each other are unchanged.
 
     Without friction, the velocities are bit-identical to those of `carom.resolve_impact`. `normal` is from first to
-    second, of any length above 0, shape ``(m, 2)``. `restitution` is the restitution along the normal, shape ``(m,)``.
+    second, of any length above 0, shape ``(m, 2)``. `restitution` acts along the normal and has the shape ``(m,)``.
     """
     v1, v2 = resolve_impact(first.velocity, first.mass, second.velocity, second.mass, normal, restitution)
     unit = normal / np.hypot(normal[:, 0], normal[:, 1])[:, None]

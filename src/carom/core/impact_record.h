@@ -1,4 +1,4 @@
-/* Recorded impacts: the uncertainty of their times, which of them are ambiguous, and the arrays that contain them. */
+/* Recorded impacts: the uncertainty of their times, the test for ambiguous impacts, and the arrays of impacts. */
 
 #pragma once
 
@@ -7,15 +7,15 @@
 
 /* ---- resolution ---- */
 
-/* Resolution of an impact's time: the uncertainty due to rounding of positions and of the clock.
+/* Resolution of an impact's time: its uncertainty because positions and times are rounded.
 
    `carom.core.resolution` derives the error bound of a gap. The error bound of the gap divided by the speed of approach
    is an error bound of the time.
 
-   In a grazing impact the speed of approach can be arbitrarily small. Near such an impact, the gap is a parabola in
+   In a grazing impact, the speed of approach can be arbitrarily small. Near such an impact, the gap is a parabola in
    time with the curvature u^2 / R, where u is the relative speed and R the sum of the radii. An error of the gap
-   changes the instant of contact by at most half the width of the parabola at a depth equal to the error: sqrt(2 R
-   error) / u. The resolution is the smaller of these two error bounds. */
+   changes the instant of contact by at most sqrt(2 R error) / u, which is half the width of the parabola there. The
+   resolution is the smaller of these two error bounds. */
 
 /* Return whether two discs in contact are near enough to the origin. Farther out, their coordinates are too coarse to
    compute the normal of their impact. */
@@ -23,8 +23,8 @@ static inline bool are_distinguishable(double x1, double y1, double x2, double y
     return fabs(x1) + fabs(y1) + fabs(x2) + fabs(y2) <= CAROM_FARTHEST * reach;
 }
 
-/* Return the sum of a body's radius and the absolute values of its coordinates. For a wall, (x, y) is the point of its
-   surface that defines the wall. */
+/* Return the sum of a body's radius and the absolute values of its coordinates. The coordinates of a wall are those of
+   the point that defines its surface. */
 static inline double size_of(double x, double y, double radius) {
     return fabs(x) + fabs(y) + radius;
 }
@@ -38,8 +38,8 @@ static inline double gap_resolution(double sizes) {
    their relative velocity before the impact, and `speed` is its component along the normal. */
 static inline double pair_resolution(double sizes, double reach, double ux, double uy, double speed) {
     double error = gap_resolution(sizes);
-    /* This impact is far from a graze: error / speed is at most half of the bound `graze` below. The reason: error /
-       speed <= 2^10 error / u, and graze >= sqrt(2 * 2^22 error^2) / u. */
+    /* Far from a graze, error / speed is at most half of the bound `graze` below, because error / speed <= 2^10 error /
+       u and graze >= sqrt(2 * 2^22 error^2) / u. */
     if (CAROM_LIKELY(speed >= 0x1p-10 * (fabs(ux) + fabs(uy)) && error <= 0x1p-22 * reach && speed > 0.0))
         return error / speed;
     double fast = sqrt(ux * ux + uy * uy);
@@ -52,32 +52,30 @@ static inline double wall_resolution(double sizes, double speed) {
     return speed > 0.0 ? gap_resolution(sizes) / speed : CAROM_INF;
 }
 
-/* Return the resolution of a time since the start, in seconds. The resolution covers two roundings: that of a root, and
-   that of the sum of a time and this root. */
+/* Return the resolution of a time since the start, in seconds. The resolution includes the rounding of a root, and the
+   rounding of the sum of a time and this root. */
 static inline double clock_resolution(double time) {
     return 2.0 * CAROM_ULP * time;
 }
 
 /* ---- ambiguous impacts ---- */
 
-/* Ambiguous impacts: the result of an ambiguous impact depends on the order of simultaneous impacts, which physics does
-   not decide.
+/* Ambiguous impacts: their result depends on the order of simultaneous impacts, which physics does not decide.
 
-   An impact is ambiguous if it may have the same instant as an earlier recorded impact of the same movable disc. The
-   resolution of an impact's time tells which impacts may have the same instant. Two impacts with exactly orthogonal
-   normals are not ambiguous, because neither impulse changes the result of the other impact. By convention, impacts are
-   applied in the order of (time, first, second). Friction also acts perpendicular to the normal. So the normal of an
-   impact with friction is stored as NaN: NaN is not orthogonal to any normal. For some pairs of faces of finite walls,
-   the order also changes nothing: see `are_decidable` in `carom.core.wall_features`.
+   An impact is ambiguous if it may have the same instant as an earlier recorded impact of the same movable disc.
+   Whether two impacts may have the same instant follows from the resolutions of their times. Two impacts with exactly
+   orthogonal normals are not ambiguous, because neither impulse changes the result of the other impact. Friction also
+   acts perpendicular to the normal. So the normal of an impact with friction is stored as NaN, which is not orthogonal
+   to any normal. For some pairs of faces of finite walls, the order also has no effect: see `are_decidable` in
+   `carom.core.wall_features`.
 
    Two earlier impacts of each disc are sufficient for this decision. `Recent.furthest` is the impact whose interval of
-   possible times ends last. If the interval of a new impact begins before the interval of `furthest` ends, and the two
-   normals are not orthogonal, the new impact is ambiguous. If the two normals are orthogonal, any earlier impact whose
-   normal is not parallel to that of `furthest` matters, too. `Recent.across` is the one of these impacts whose interval
-   ends last. */
+   possible times ends last. A new impact is ambiguous if its interval begins before the interval of `furthest` ends,
+   and the two normals are not orthogonal. If the two normals are orthogonal, an earlier impact matters if its normal is
+   not parallel to that of `furthest`. Among these earlier impacts, the interval of `Recent.across` ends last. */
 
-/* Return whether an earlier impact may be simultaneous with a later one, and change the result of the later one.
-   `begin` is a lower bound of the later impact's time. */
+/* Return whether an earlier impact may be simultaneous with a later impact and change its result. `begin` is a lower
+   bound of the later impact's time. */
 static inline bool has_influence(const LastContact *earlier, double begin, const LastContact *later,
                                  const Corners *corners) {
     if (!(begin <= earlier->latest && later->nx * earlier->nx + later->ny * earlier->ny != 0.0))
@@ -88,7 +86,7 @@ static inline bool has_influence(const LastContact *earlier, double begin, const
                                    earlier->elastic && later->elastic);
 }
 
-/* Add an impact to the recent impacts of a disc. Return whether the added impact is ambiguous. */
+/* Add an impact to the recent impacts of a disc. Return whether this impact is ambiguous. */
 static inline bool add_contact(Recent *recent, double time, double resolution, double nx, double ny, int feature,
                                bool elastic, const Corners *corners) {
     LastContact *f = &recent->furthest;
@@ -163,8 +161,7 @@ static inline bool reserve_row(Record *r) {
     return true;
 }
 
-/* Write the impact that was just applied. The impact becomes the next row, for which `reserve_row` must have reserved
-   memory. */
+/* Write the impact that was just applied as the next row. `reserve_row` must have reserved memory for it. */
 static inline void write_impact_row(Record *r, const Impact *impact, const Spins *spins, Contact contact) {
     r->rows[r->count] = *impact;
     if (r->has_spins)
@@ -180,15 +177,15 @@ typedef struct Ambiguity {
     bool slides;       /* whether friction acts between the bodies */
     bool moves1;       /* `moves1` and `moves2`: whether the first and the second body are movable discs */
     bool moves2;
-    int feature; /* the feature that was hit, if it belongs to a finite wall; otherwise NO_FEATURE */
+    int feature; /* number of the hit feature, if it belongs to a finite wall; else NO_FEATURE */
     bool elastic; /* whether an impact on that wall loses no energy */
 } Ambiguity;
 
-/* Store an impact for comparison with later ones. Return whether this impact is ambiguous. */
+/* Store an impact for comparison with later impacts. Return whether this impact is ambiguous. */
 static inline bool note_impact(const Record *r, const Impact *impact, const Ambiguity *a) {
     double time = impact->time, nx = impact->normal[0], ny = impact->normal[1];
     int feature = a->feature;
-    /* with friction, the impulse also acts along the tangent, so no other impact may count as orthogonal */
+    /* friction also acts along the tangent, so no other impact may count as orthogonal */
     if (CAROM_UNLIKELY(a->slides)) {
         nx = ny = NAN;
         feature = NO_FEATURE;

@@ -23,13 +23,13 @@ if TYPE_CHECKING:
 #: Number of floats in the row of a feature.
 FEATURE_NUMBERS = 22
 
-#: `FeatureKind` of core/feature.h.
+#: Values of the enum `FeatureKind` in core/feature.h.
 _PLANE, _FACE, _VERTEX, _OUTER_ARC, _INNER_ARC = range(5)
 _NONE = (0.0, 0.0)
 
 
 def build_feature_row(feature: Feature | HalfPlane, wall: int) -> tuple[float, ...]:
-    """Return a feature of a wall, or a half-plane, as the row of numbers that `feature_from` reads."""
+    """Return the row of numbers for a feature of a wall, or for a half-plane, as `feature_from` reads it."""
     pairs: tuple[Pair, ...]
     normal, half_width, fits_below, is_whole, reflex = _NONE, 0.0, 0.0, False, False
     if isinstance(feature, tuple):
@@ -68,11 +68,10 @@ def build_chain_rows(walls: Iterable[HalfPlane | Outline]) -> tuple[list[tuple[f
 def build_driven_rows(start: DiscArrays) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the rows of driven bodies, and the rows of the legs of their paths, as the core reads them.
 
-    The first array has a row for each driven body and each conveyor wall. A row has the body number (wall k is -1 - k),
-    the number of legs, and the surface speed. Walls come first, then discs, both in ascending order. The second array
-    has a row for each leg (part of a path with constant velocity), path after path. A row has the leg's start and end
-    (seconds since the start), the displacement of the body when the leg begins (x and y, in metres), and the velocity
-    (x and y, in metres per second).
+    A leg is a part of a path with constant velocity. The first array has a row for each driven body and each conveyor:
+    the body number (wall k is -1 - k), the number of legs, and the surface speed. Walls come first, then discs, both in
+    ascending order. The second array has a row for each leg, path after path: the start and end of the leg, the
+    displacement of the body when the leg begins (x and y), and the velocity (x and y). Units are seconds and metres.
     """
     rows: list[tuple[float, float, float]] = []
     legs: list[tuple[float, ...]] = []

@@ -1,5 +1,5 @@
 # distutils: sources = src/carom/core/pic/event_loop.c
-"""Python binding of the event-driven loop, `event_loop.c`: PIC for any number of discs, and for two discs alone."""
+"""Python binding of `event_loop.c`: PIC from event to event for any number of discs, and PIC for two discs alone."""
 
 from cpython.bytes cimport PyBytes_FromStringAndSize
 from libc.stdint cimport int64_t, uintptr_t
@@ -23,21 +23,21 @@ cdef c_bool is_order_free(void *context, int one, int other, c_bool elastic) noe
 
 
 cdef class Kernel:
-    """A PIC run of discs and walls. `carom.solvers.rows.RecordedImpacts` collects the rows of its impacts.
+    """A PIC run of discs and walls. `carom.solvers.rows.RecordedImpacts` collects the run's impacts.
 
     Args:
         start: The discs and walls, `carom.model.disc_arrays.DiscArrays`.
-        obstacles: Obstacles and driven bodies, `carom.solvers.event_driven.obstacles.Obstacles`; None if nothing is
+        obstacles: Obstacles and driven bodies, `carom.solvers.event_driven.obstacles.Obstacles`. None if nothing is
             driven and all walls are half-planes with the coefficients of the law.
-        until: End of the run, in seconds since the start; `run` may be called with a later end. A disc that is crushed
-            after the end does not stop the run.
-        acceleration: The scene, `carom.solvers.run.Start`, if it has gravity or a table that slows discs; otherwise
-            None. If it is not None, `obstacles` must contain grounds.
+        until: End of the run, in seconds since the start. A disc that is crushed after the end does not stop the run.
+            `run` may be called with a later end.
+        acceleration: The scene, `carom.solvers.run.Start`, if it has gravity or a table that slows discs, else None.
+            For such a scene, `obstacles` must contain grounds.
         contact_duration: Duration of a contact in the TC model, in seconds; 0 if the model is not used.
-        standstill: Largest number of impacts at one instant. More impacts stop the run, because time no longer
-            advances.
-        cell_factor: The width of a cell is multiplied by this factor; infinity makes a single cell.
-        all_pairs: Whether to use the all-pairs loop, see `all_pairs.h`; it changes no result.
+        standstill: Largest number of impacts at one instant. After more impacts the run ends, because time stands
+            still.
+        cell_factor: Factor that multiplies the width of a cell; infinity makes a single cell.
+        all_pairs: Whether to use the all-pairs loop, see `all_pairs.h`. This loop does not change results.
 
     Raises:
         ValueError: There are too many discs or obstacles.
@@ -73,8 +73,8 @@ cdef class Kernel:
         cdef size_t size = carom_set_up(&self.s, &given)
         if size == 0:
             raise ValueError("more discs or obstacles than can be numbered")
-        # All rows are in one array, because operating systems use large memory pages for large arrays, and large pages
-        # reduce address translations.
+        # All rows are in one array. Operating systems use large memory pages for large arrays, and the processor then
+        # translates fewer addresses.
         self.memory = np.empty(size + 64, np.uint8)
         cdef unsigned char[::1] memory = self.memory
         if not carom_begin(&self.s, &given, <void *>((<uintptr_t>&memory[0] + 63) // 64 * 64)):
@@ -91,10 +91,10 @@ cdef class Kernel:
         Args:
             until: Apply impacts up to and including this time, in seconds since the start.
             impacts: Largest number of impacts, counted from the start.
-            events: Approximate number of events to process.
+            events: Approximate number of events after which the call returns.
 
         Raises:
-            InputError: Two discs have met so far from the origin that the normal of their impact cannot be computed.
+            InputError: Two discs have met too far from the origin to compute the normal of their impact.
         """
         cdef Ending ending
         with nogil:
@@ -144,7 +144,7 @@ cdef class Kernel:
         carom_record(&self.s, <Recent *>&recent[0], begin, end)
 
     def take_impacts(self):
-        """Return the impacts recorded since the last call, like `release_rows` in record_rows.pxd."""
+        """Return the impacts recorded since the last call: see `release_rows` in record_rows.pxd."""
         return release_rows(&self.s.record)
 
     def take_modes(self):
@@ -158,7 +158,7 @@ cdef class Kernel:
         return modes
 
     def ambiguous(self):
-        """Return the numbers of the ambiguous impacts, counted from the first recorded impact of the run."""
+        """Return the numbers of the ambiguous impacts, counted from the run's first recorded impact."""
         return ambiguous_rows(&self.s.record)
 
     @property
@@ -167,7 +167,7 @@ cdef class Kernel:
         return self.s.record.released + self.s.record.count
 
     cdef rows(self, void *begin, size_t size):
-        """Return a view of an array of the run, with `size` bytes per disc; an empty view if `begin` is NULL."""
+        """Return a view of one of the run's arrays, with `size` bytes per disc; an empty view if `begin` is NULL."""
         if begin == NULL:
             return np.empty(0, np.uint8)
         cdef const unsigned char[::1] memory = self.memory
@@ -175,7 +175,7 @@ cdef class Kernel:
         return self.memory[start:start + self.s.disc_count * size]
 
     cdef dict continued(self):
-        """Return views of the arrays that a run needs to continue, by name, as bytes, without predictions."""
+        """Return views of the arrays from which a run can continue, by name, as bytes. Predictions are not included."""
         s = &self.s
         has_last_impacts = s.law.contact_duration > 0.0
         return {
@@ -189,12 +189,12 @@ cdef class Kernel:
 
     @property
     def discs(self):
-        """A view of the rows of all discs: an array with the fields of `Disc` in pic/state.h."""
+        """A view of the rows of all discs, with the fields of `Disc` in pic/state.h."""
         return self.rows(self.s.discs, sizeof(Disc)).view(DISC_DTYPE)
 
     @property
     def counts(self):
-        """Counts of work so far, by name: see `Counts` in pic/state.h."""
+        """Numbers of operations so far, by name: see `Counts` in pic/state.h."""
         return self.s.counts
 
     @property
@@ -203,14 +203,14 @@ cdef class Kernel:
         return self.s.clock
 
     def states(self, double time, double time_low):
-        """Return positions and velocities of all discs at a time since the present epoch, shape ``(n, 4)``."""
+        """Return positions and velocities of all discs, shape ``(n, 4)``. Time counts from the start of the epoch."""
         states = np.empty((self.s.disc_count, 4))
         cdef double[:, ::1] rows = states
         carom_states(&self.s, time, time_low, &rows[0, 0])
         return states
 
     def spins_at(self, double time, double time_low):
-        """Return the spins of all discs at a time since the present epoch; None if no disc spins."""
+        """Return the spins of all discs; None if no disc spins. Time counts from the start of the epoch."""
         if not self.s.record.has_spins:
             return None
         spins = np.empty(self.s.disc_count)
@@ -233,12 +233,12 @@ cdef class Kernel:
 
     @property
     def gliding(self):
-        """If the run has ended with `GLIDES`: the numbers of the gliding disc and of the wall along which it glides."""
+        """The numbers of the gliding disc and of the wall along which it glides, if the run has ended with `GLIDES`."""
         return self.s.gliding, carom_gliding_wall(&self.s)
 
     @property
     def crush(self):
-        """If the run has ended with `CRUSHED`: its `Crush` (pic/state.h), with the time in seconds since the start."""
+        """The `Crush` (pic/state.h) of a run that has ended with `CRUSHED`, with a time since the start."""
         return self.s.crush
 
     @property
@@ -253,7 +253,7 @@ cdef class Kernel:
         return {**rows, "recent": recent, "clock": self.s.clock, "counts": self.s.counts}
 
     def resume(self, state):
-        """Continue a run from a state that `state` returned. Discs, walls and contact duration must be the same."""
+        """Continue a run from a result of `state`. Discs, walls and contact duration must be those of that run."""
         for name, rows in self.continued().items():
             rows[:] = state[name]
         if self.s.record.is_wanted and state["recent"] is not None:
@@ -272,9 +272,10 @@ def solve_two_discs(first, second, double restitution, double end):
     """Solve a scene of two discs without walls.
 
     Returns:
-        A tuple of bytes: the row of the impact, empty if there is none; and the positions and velocities at the end,
-        shape ``(2, 2, 2)``. None, so that the caller uses the event loop, if a number is not of ordinary size
-        (`carom.support.limits`) or if the discs meet too far from the origin.
+        Two objects of bytes. The first object has the row of the impact, and is empty without impact. The second object
+        has the positions and velocities at the end, shape ``(2, 2, 2)``. Return None if a number is not of ordinary
+        size (`carom.support.limits`), or if the discs meet too far from the origin. The caller then uses the event
+        loop.
     """
     cdef TwoDiscsResult result
     if not solve_two_discs_in_c(free_disc(first), free_disc(second), restitution, end, &result):

@@ -1,5 +1,5 @@
 # distutils: sources = src/carom/core/pit/frame_loop.c
-"""Python binding of the frame-sampled loop, `frame_loop.c`: PIT for any number of discs and all kinds of motion."""
+"""Python binding of `frame_loop.c`: PIT from frame to frame, for any number of discs and all kinds of motion."""
 
 from libc.stdint cimport uintptr_t
 from libc.stdlib cimport free
@@ -43,18 +43,17 @@ cdef extern from "carom/core/pit/state.h" nogil:
 
 
 cdef class FrameLoop:
-    """A PIT run of discs and walls. `carom.solvers.rows.RecordedImpacts` collects the rows of its impacts.
+    """A PIT run of discs and walls. `carom.solvers.rows.RecordedImpacts` collects the run's impacts.
 
     Args:
         start: State at the start of the run, `carom.solvers.run.Start`.
         clock: Times of the frames, `carom.solvers.pit.clock.FrameClock`.
-        skips: Whether tests that cannot find an impact are skipped.
-        max_waste: Largest allowed difference of the work that skipping costs and the work that it saves. With a larger
-            difference, all tests are made at each frame for a while. The unit is the work of computing once for all
-            discs when they must be tested again; infinity for no limit.
-        damping_per_s: Rate at which the motion of the discs is damped. With damping, methods of this class take
-            undamped times and return undamped velocities (see damping.h). The times and velocities of recorded impacts
-            are the damped ones.
+        skips: Whether to skip tests that can't find an impact.
+        max_waste: Limit of the work that skipping costs minus the work that it saves. Beyond the limit, all tests are
+            made at each frame for a while. The unit is the work of computing once for all discs when they must be
+            tested again. Infinity means no limit.
+        damping_per_s: Rate of damping. With damping, the methods of this class have undamped times as arguments and
+            return undamped velocities (see damping.h). Recorded impacts have damped times and velocities.
     """
 
     cdef State s
@@ -84,15 +83,15 @@ cdef class FrameLoop:
         free_record(&self.s.record)
 
     def run(self, Index until, Index most, double work):
-        """Compute the frames with numbers below `until`, or fewer if `work` is used up.
+        """Compute the frames before frame `until`, or fewer if the limit `work` is reached.
 
         Args:
-            until: Number of a frame.
+            until: Number of the frame.
             most: After this number of impacts, counted from the start of the run, no further frame is computed.
             work: Largest amount of work, in tests of two discs.
 
         Raises:
-            InputError: Two discs have met so far from the origin that the normal of their impact cannot be computed.
+            InputError: Two discs have met too far from the origin to compute the normal of their impact.
         """
         self.s.work = work
         with nogil:
@@ -106,9 +105,9 @@ cdef class FrameLoop:
         self, double step, double rate, Index most, double work,
         double[:, :, :] position, double[:, :, :] velocity, double[:, :] spin,
     ):
-        """Compute frames, and write the state at the time of the next frame after each, until a frame has an impact.
+        """Compute frames until a frame has an impact. After each frame, write the state at the time of the next frame.
 
-        Frame k is at ``k * step / rate``. Return the number of states written. There must be no damping.
+        Frame k is at ``k * step / rate``. Return the number of states written. The run must have no damping.
         """
         cdef Index k, i, until, recorded = self.recorded, n = self.s.disc_count
         cdef double[:, ::1] states = np.empty((n, 4))
@@ -132,7 +131,7 @@ cdef class FrameLoop:
 
     @property
     def counts(self):
-        """Counts of work so far, by name. Computing a bound that makes tests unnecessary counts as one test."""
+        """Numbers of operations so far, by name. Computing a bound that makes tests unnecessary counts as one test."""
         c = &self.s.counts
         looked_at = {"frames_looked_at": c.tested, "frames_skipped": c.frames - c.tested}
         return {"frames": c.frames, **looked_at, "pair_tests": c.pair_tests}
@@ -143,33 +142,33 @@ cdef class FrameLoop:
         return self.s.record.released + self.s.record.count
 
     def take_impacts(self):
-        """Return the impacts recorded since the last call, like `release_rows` in record_rows.pxd."""
+        """Return the impacts recorded since the last call: see `release_rows` in record_rows.pxd."""
         return release_rows(&self.s.record)
 
     def take_modes(self):
-        """Return None: PIT has no lasting contact."""
+        """Return None, because PIT has no lasting contact."""
         return None
 
     def ambiguous(self):
-        """Return the numbers of the impacts that share a movable disc with an earlier impact of the same frame."""
+        """Return the numbers of impacts that share a movable disc with an earlier impact of the same frame."""
         return ambiguous_rows(&self.s.record)
 
     def positions(self, double time):
-        """Return the centres, in metres, shape ``(n, 2)``, at a time that must not be before the last frame."""
+        """Return the centres, in metres, shape ``(n, 2)``. The time must not be before the last frame."""
         return self.states(time)[:, :2].copy()
 
     def velocities(self, double time):
-        """Return the velocities, m/s, shape ``(n, 2)``, at a time that must not be before the last frame."""
+        """Return the velocities, in m/s, shape ``(n, 2)``. The time must not be before the last frame."""
         return self.states(time)[:, 2:].copy()
 
     def present_spins(self):
-        """Return the spins, in radians per second, shape ``(n,)``; None if no disc spins."""
+        """Return the spins, in rad/s, shape ``(n,)``; None if no disc spins."""
         cdef Index i
         spins = [self.s.turning[i].spin for i in range(self.s.disc_count)]
         return np.array(spins) if self.s.record.has_spins else None
 
     cdef states(self, double time):
-        """Return x, y, vx, vy of each disc at a time."""
+        """Return x, y, vx, vy of each disc. The time must not be before the last frame."""
         states = np.empty((self.s.disc_count, 4))
         cdef double[:, ::1] rows = states
         carom_pit_write_states(&self.s, time, &rows[0, 0])

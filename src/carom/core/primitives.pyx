@@ -1,6 +1,6 @@
 """Single formulas of the core for Python: times of impact, features of a wall, and impulses.
 
-Lengths are in metres, velocities in metres per second, times in seconds from now. A time is 0 for bodies that approach
+Lengths are in metres, velocities in m/s, times in seconds from now. A time is 0 for bodies that approach
 while they touch or overlap, and infinity for bodies that never collide. A disc relative to a wall is a
 `carom.core.wall_features.Mover`.
 """
@@ -29,7 +29,7 @@ def fill_pair_times(
     const double[:, :] p1, const double[:, :] v1, const double[:] r1,
     const double[:, :] p2, const double[:, :] v2, const double[:] r2, double[::1] times,
 ):
-    """Write the time of impact of each pair of discs into `times`, or NaN if a number is not of moderate size."""
+    """Write the time of impact of each pair of discs into `times`, or NaN where a number is not of moderate size."""
     cdef Py_ssize_t k
     cdef bint moderate
     with nogil:
@@ -69,8 +69,8 @@ def disc_fall_time(
     """Return the seconds until an accelerating disc touches a fixed disc.
 
     If the accelerating disc has just hit the fixed disc, `leaving` is its normal speed after the impact. The gap is
-    then taken as exactly 0 with the rate of change `leaving`, whatever the rounded positions and velocities are. None
-    means that the disc's path does not begin with this impact.
+    then assumed to be exactly 0 with the rate of change `leaving`. If `leaving` is None, the disc's path does not begin
+    with this impact.
     """
     cdef ExactQuartic exact = exact_solver()
     cdef FallingDisc disc = FallingDisc(x, y, vx, vy, radius)
@@ -83,7 +83,7 @@ def disc_fall_time(
 
 
 cdef class WallFeatures:
-    """The features of a finite wall, by number. If a disc hits several at the same time, the lowest number is first.
+    """The features of a finite wall, by number. If a disc hits several at once, the one with the lowest number counts.
 
     Args:
         rows: A row of numbers for each feature, as `carom.core.input_rows.build_feature_row` returns it.
@@ -113,10 +113,10 @@ cdef class WallFeatures:
         return &self.rows[number]
 
     def first_touch(self, disc, int last):
-        """Find the feature that a disc on a straight path hits first. Return time, number and "glides".
+        """Find the feature that a disc on a straight path hits first. Return the time, the number, and "glides".
 
-        `last` is the number of the feature on which the disc has just had an impact; -1 for none. The returned number
-        is -1 if the disc hits no feature. A disc glides if it stays in contact with an arc without an impact.
+        The last impact of the disc was on the feature `last`, or on no feature if `last` is -1. The returned number is
+        -1 if the disc hits no feature. A disc glides if it stays in contact with an arc without an impact.
         """
         cdef Mover seen = mover_from(disc)
         cdef double least = CAROM_INF
@@ -131,7 +131,8 @@ cdef class WallFeatures:
     def first_fall(self, disc, double ax, double ay, int last, double leaving):
         """Return when an accelerating disc hits its first feature, and the number of this feature.
 
-        Arguments are those of `first_touch`. `leaving` is the normal speed at which the disc left the feature `last`.
+        `last` is the feature of the disc's last impact, as in `first_touch`, after which the disc left the feature with
+        the normal speed `leaving`.
         """
         cdef ExactQuartic exact = exact_solver()
         cdef Mover seen = mover_from(disc)
@@ -150,15 +151,15 @@ cdef class WallFeatures:
         return normal.x, normal.y
 
     def gap(self, int number, disc):
-        """Return the distance between a disc's rim and a feature, measured along the normal."""
+        """Return the distance of a disc's rim from a feature, along the normal."""
         cdef Mover seen = mover_from(disc)
         return formulas.feature_gap(&seen, self.at(number))
 
     def overlap_start(self, int number, disc):
         """Return when a disc began to touch a feature that it now overlaps and approaches, in seconds from now.
 
-        The path is straight, and times are computed in double precision. The result is 0 or negative. If the speed of
-        approach is 0 after rounding, the result is 0.
+        The path is straight, and times are computed in double precision. The result is 0 or negative. The result is 0
+        if the speed of approach is 0 after rounding.
         """
         cdef Mover seen = mover_from(disc)
         cdef const Feature *feature = self.at(number)
@@ -170,8 +171,8 @@ cdef class WallFeatures:
         cdef double x = seen.x.high - feature.x.high, y = seen.y.high - feature.y.high
         cdef double away = sqrt(x * x + y * y), reach = formulas.reach_of(&seen, feature).high
         cdef double sign = -1.0 if feature.kind == INNER_ARC else 1.0
-        # Solve |d + t u| = reach for t, where d is the vector from the feature's centre to the disc's centre. The
-        # result is the later of the two roots that are not positive.
+        # |d + t u| = reach is solved for t, where d is the vector from the feature's centre to the disc's centre, and u
+        # is the disc's velocity. The result is the later of the roots that are not positive.
         cdef double a = vx * vx + vy * vy, b = sign * away * speed, c = sign * gap * (away + reach)
         cdef double root = sqrt(greater(b * b - a * c, 0.0))
         if sign > 0.0:
@@ -189,7 +190,7 @@ cdef DoubleDouble pair_from(pair):
 
 
 def two_diff(double a, double b):
-    """Return the rounded difference and its rounding error, whose sum is exactly ``a - b``."""
+    """Return the rounded difference ``a - b`` and its rounding error."""
     difference = formulas.two_diff(a, b)
     return difference.high, difference.low
 
@@ -198,20 +199,20 @@ def two_diff(double a, double b):
 
 
 def normal_impulse(double dx, double dy, double ux, double uy, double inverse_masses, double restitution):
-    """Return g, 0 or less. The first disc receives the normal impulse ``g d``; ``d = c2 - c1`` and ``u = v2 - v1``."""
+    """Return g <= 0. Disc 1 receives the normal impulse ``g d``, with ``d = c2 - c1`` (centres) and ``u = v2 - v1``."""
     return formulas.normal_impulse(dx, dy, ux, uy, inverse_masses, restitution)
 
 
 def tangential_impulse(
     double friction, double restitution, double slip, double inverse_effective_mass, double pressed
 ):
-    """Return the impulse of friction on two bodies with a normal impulse of 0 or more.
+    """Return the impulse of friction on two bodies that a normal impulse of 0 or more presses together.
 
     Args:
         friction: Coulomb's coefficient.
         restitution: Tangential coefficient of restitution.
-        slip: Velocity of the first body's surface relative to that of the second.
-        inverse_effective_mass: Decrease of the slip per unit of the impulse, above 0.
+        slip: Velocity of the first body's surface relative to the second body's surface.
+        inverse_effective_mass: Decrease of the slip divided by the impulse, above 0.
         pressed: Normal impulse.
     """
     cdef ContactFriction contact = ContactFriction(friction, restitution)
@@ -225,7 +226,7 @@ def pair_tangential_impulse(
     """Return the factor h of the impulse of friction. The first disc receives the impulse ``h (dy, -dx)``.
 
     d is the vector from the first centre to the second, and u is the velocity of the second disc relative to the first.
-    `surface` is ``|d| (R1 w1 + R2 w2)``, and `normal` is the result of `normal_impulse`.
+    `surface` is ``|d| (R1 w1 + R2 w2)``, with radii R and spins w. `normal` is the result of `normal_impulse`.
     """
     cdef ContactFriction contact = ContactFriction(friction, restitution)
     return formulas.pair_tangential_impulse(&contact, dx, dy, ux, uy, surface, inverse_effective_mass, normal)
@@ -237,7 +238,7 @@ def frictional_impulses(
 ):
     """Return the impulses of friction on a disc that hits a wall, and on the disc's rim, per unit of the disc's mass.
 
-    The impulse on the rim includes rolling resistance. The third result is whether rolling resistance stops the rim.
+    The impulse on the rim includes rolling resistance. The third result is whether rolling resistance stops the spin.
     """
     cdef ContactFriction contact = ContactFriction(friction, restitution)
     by = formulas.frictional_impulses(&contact, rolling_resistance, Slips(slip, rim), inverse_inertia_ratio, pressed)

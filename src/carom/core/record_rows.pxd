@@ -10,7 +10,7 @@ cdef extern from "carom/core/binding_memory.h":
 
 
 cdef inline array memory_as_array(void *memory, size_t size):
-    """Return allocated memory, shortened to `size` bytes, as an array that frees the memory when it is deleted."""
+    """Shorten allocated memory to `size` bytes. Return it as an array that frees the memory when it is deleted."""
     rows = array((size,), 1, "B", allocate_buffer=False)
     rows.data = <char *>realloc(memory, size)
     rows.callback_free_data = free
@@ -33,7 +33,7 @@ cdef inline tuple release_rows(Record *r):
 
 
 cdef inline tuple ambiguous_rows(const Record *r):
-    """Return the numbers of the ambiguous impacts, counted from the first recorded impact of the run."""
+    """Return the numbers of the ambiguous impacts, counted from the run's first recorded impact."""
     cdef Index k
     return tuple([r.ambiguous[k] for k in range(r.ambiguous_count)])
 

@@ -1,10 +1,10 @@
-"""Resolution of gaps and times: their uncertainty due to rounding of positions and of the clock.
+"""Resolution of gaps and times: their uncertainty because positions and times are rounded.
 
-Each coordinate has an error of at most one unit in the last place: half a unit from a product, and half from a sum. The
+A coordinate has an error of at most one unit in the last place: half a unit from a product, and half from a sum. The
 gap between two bodies has an error of at most five units in the last place of the sum of their sizes (`size_of`). This
 bound includes the rounding of the root and of the radii.
 
-`core/impact_record.h` has the same bounds for the core, and the bounds of times of impact, which follow from them.
+`core/impact_record.h` has the same bounds, and derives bounds of times of impact from them.
 """
 
 from __future__ import annotations
@@ -12,38 +12,31 @@ from __future__ import annotations
 from carom.errors import InputError
 from carom.support.formatting import format_number
 
-#: Unit in the last place of 1. Every number's unit in the last place is at most this fraction of the number.
+#: Distance from 1 to the next float. A number's unit in the last place is at most this fraction of the number.
 ULP = 2.0**-52
 
-#: Largest sum of the absolute coordinates of two discs at an impact, divided by the sum of their radii. Each coordinate
-#: is off by at most three roundings (distance moved, sum, time). At this limit, the position of one centre relative to
-#: the other is off by at most 3/16 of their distance.
+#: Largest allowed ratio of two sums: the absolute coordinates of two discs at an impact, and their radii. See
+#: CAROM_FARTHEST in core/constants.h.
 FARTHEST = 2.0**49
 
 
 def size_of(x: float, y: float, radius: float) -> float:
-    """Return ``|x| + |y| + radius`` of a disc.
-
-    For a wall, (x, y) is the point of its surface that defines the wall.
-    """
+    """Return ``|x| + |y| + radius`` of a disc. For a wall, (x, y) is the point that defines its surface."""
     return abs(x) + abs(y) + radius
 
 
 def gap_resolution(sizes: float) -> float:
-    """Return the resolution of the gap between two bodies, in metres. `sizes` is the sum of both bodies' `size_of`."""
+    """Return the resolution of the gap between two bodies, in metres. `sizes` is the sum of both `size_of`."""
     return 5.0 * ULP * sizes
 
 
 def clock_resolution(time_s: float) -> float:
-    """Return the resolution of a time since the start.
-
-    The resolution covers two roundings: that of a root, and that of the sum of a time and this root.
-    """
+    """Return the resolution of a time since the start, which includes the roundings of a root and of a sum."""
     return 2.0 * ULP * time_s
 
 
 def too_far_out() -> InputError:
-    """Return the exception for two discs that met so far from the origin that floats can't represent their distance."""
+    """Return the exception for discs that met so far from the origin that floats can't represent their distance."""
     return InputError(
         f"two discs met more than {format_number(FARTHEST / 2, 3)} radii from the origin, where floats cannot "
         "represent "

@@ -1,6 +1,7 @@
 /* Input of a run of either solver: discs, walls and laws as arrays of numbers.
 
-   A binding sets the pointers. The set-up functions read the arrays and keep no pointers to them. */
+   A binding (the code between the core and another language) sets the pointers. The set-up functions read the arrays
+   and keep no pointers to them. */
 
 #pragma once
 
@@ -22,19 +23,18 @@ typedef struct RunInput {
     const double *velocity;
     const double *radius;
     const double *mass;    /* mass of each disc, in kilograms; INF for a disc that no impact moves */
-    /* spin of each disc, in radians per second; `spin` and `inertia` are NULL if no disc spins and no disc
-       accelerates */
+    /* spin of each disc, in rad/s. `spin` and `inertia` are NULL if no disc spins and no disc accelerates */
     const double *spin;
     /* moment of inertia of each disc, divided by mass times radius squared; INF if the disc never turns */
     const double *inertia;
     Index disc_count;
     Index wall_count;
-    /* restitution and friction of each wall; NULL if PIC uses `walls`, whose coefficients are those of `law` */
+    /* restitution and friction of each wall; NULL if PIC uses `walls`, which all have the coefficients of `law` */
     const double *materials;
-    /* a row of three for each driven body: its number, the number of its legs, and the speed of its conveyor surface.
-       Walls come first, then discs, both in ascending order */
+    /* a row of three numbers for each driven body: its number, the number of its legs, and the speed of its conveyor
+       surface. Walls come first, then discs, both in ascending order */
     const double *driven;
-    /* a row of six for each leg, body by body: begin, end, moved_x, moved_y, vx, vy, as in `Leg` */
+    /* a row of six numbers for each leg, body by body: begin, end, moved_x, moved_y, vx, vy, as in `Leg` */
     const double *legs;
     Index driven_count;
     Index leg_count;
@@ -42,38 +42,38 @@ typedef struct RunInput {
     bool has_finite_walls;
     bool has_acceleration; /* whether there is gravity or a table that decelerates discs */
     double gravity[2];
-    double deceleration;       /* deceleration of discs by the table, in metres per second squared */
+    double deceleration;       /* deceleration of discs by the table, in m/s^2 */
     double rolling_resistance; /* coefficient of rolling resistance of discs on walls */
     Law law;
     Resize resize;
 
     /* ---- only for PIC ---- */
-    const double *walls;    /* x, y, nx and ny of each wall, if the walls are the obstacles; otherwise NULL */
-    /* a row of FEATURE_NUMBERS floats for each feature, if the features are the obstacles. In runs with acceleration
-       the features are always the obstacles */
+    const double *walls;    /* x, y, nx and ny of each wall, if obstacles are whole walls; else NULL */
+    /* a row of FEATURE_NUMBERS floats for each feature, if obstacles are features. In runs with acceleration, obstacles
+       are always features */
     const double *features;
     Index feature_count;
-    /* if discs accelerate, a row of four for each feature: whether a disc can slide, roll or rest on it, the numbers of
-       the vertices at its two ends, and how many features a disc on it never hits */
+    /* a row of four numbers for each feature, used if discs accelerate. The numbers are: whether a disc can slide, roll
+       or rest on it; its vertices at both ends (two numbers); how many features a disc on it never hits */
     const double *grounds;
     /* for each row of `grounds`, the numbers of the features that a disc on this feature never hits */
     const double *never_lists;
     Index never_length;
-    /* the width of a cell is multiplied by this factor; INF makes a single cell. With the factor 1, a run with few
-       bodies uses no cells (few_bodies.h). The factor changes no result */
+    /* factor that multiplies the width of a cell; INF makes a single cell. With the factor 1, a run with few bodies
+       uses no cells (few_bodies.h). The factor does not change results */
     double cell_factor;
     Index standstill;
     /* whether the run uses the all-pairs loop (all_pairs.h), which is slower and has the same results */
     bool solves_all_pairs;
     ExactQuartic exact;
     Corners corners;
-    /* end of the run, in seconds since its start; a later end that is passed to `carom_advance` replaces it. See
+    /* end of the run, in seconds since its start. `carom_advance` replaces it by a later end that is passed to it. See
        `State.until` */
     double until;
 
     /* ---- only for PIT ---- */
-    /* a row of CHAIN_NUMBERS for each wall: number of edges, half width, size, x, y, nx and ny. The last four are those
-       of a half-plane, which has no edges */
+    /* a row of CHAIN_NUMBERS for each wall: number of edges, half width, size, x, y, nx and ny. Only half-planes have
+       x, y, nx and ny, and they have no edges */
     const double *chains;
     /* a row for each edge, chain by chain: the first ten fields of `ChainEdge` in chain_distance.h */
     const double *edges;
@@ -85,21 +85,21 @@ typedef struct RunInput {
     double max_waste; /* limit of the work that skipping may waste: see `State.max_waste` in pit/state.h */
 } RunInput;
 
-/* Return leg number `n` of all legs in the input, counted over all paths. */
+/* Return leg number `n` of the input. Legs are counted over the paths of all driven bodies. */
 static inline Leg leg_of(const RunInput *input, Index n) {
     const double *leg = input->legs + LEG_NUMBERS * n;
     return (Leg){leg[0], leg[1], leg[0], leg[1], leg[2], leg[3], leg[4], leg[5]};
 }
 
-/* Return whether some impact has restitution 0. */
-static inline bool can_stop(const RunInput *input) {
+/* Return whether any impact has restitution 0. */
+static inline bool has_inelastic_body(const RunInput *input) {
     bool found = input->law.restitution == 0.0 || (input->wall_count > 0 && input->law.wall_restitution == 0.0);
     for (Index k = 0; k < input->wall_count && input->materials != NULL; k++)
         found = found || input->materials[MATERIAL_NUMBERS * k] == 0.0;
     return found;
 }
 
-/* Write the law of each wall: the law of the run with the material of that wall. */
+/* Write the law of each wall: the run's law with the material of this wall. */
 static inline void write_wall_laws(Law *laws, const RunInput *input) {
     for (Index k = 0; k < input->wall_count; k++) {
         laws[k] = input->law;

@@ -52,7 +52,7 @@ cdef extern from "carom/core/run_input.h" nogil:
 
 
 cdef inline Law law_of(start, double contact_duration) except *:
-    """Return the law of a scene (`carom.model.disc_arrays.DiscArrays`), with a contact duration for the TC model."""
+    """Return the law of a `carom.model.disc_arrays.DiscArrays`, with a contact duration for the TC model."""
     return Law(
         start.restitution, start.wall_restitution, contact_duration,
         ContactFriction(start.friction, start.tangential_restitution),
@@ -61,7 +61,7 @@ cdef inline Law law_of(start, double contact_duration) except *:
 
 
 cdef inline const double *floats(list kept, values) except? NULL:
-    """Return the address of an array's numbers; NULL if the array is empty. The array is appended to `kept`."""
+    """Return the address of an array's numbers; NULL if the array is empty. The list `kept` keeps the array alive."""
     import numpy as np
 
     array = np.ascontiguousarray(values, np.float64)
@@ -71,7 +71,7 @@ cdef inline const double *floats(list kept, values) except? NULL:
 
 
 cdef inline RunInput input_of(start, acceleration, list kept) except *:
-    """Return those parts of a run's input that both solvers use. The arrays are appended to `kept`.
+    """Return those parts of a run's input that both solvers use. The list `kept` keeps the arrays of the input alive.
 
     `start` is a `carom.model.disc_arrays.DiscArrays`. `acceleration` is a `carom.solvers.run.Start` with gravity or a
     decelerating table; None if no disc accelerates. The caller must keep `kept` as long as it uses the input.

@@ -1,11 +1,11 @@
 """Public function for times of impact of discs in straight uniform motion, for arrays.
 
-The core computes each time: `core/straight/pair_time.h` describes the method and its guarantee. If numbers are not of
-moderate size, a fourth-degree term of the formulas could exceed the range of floats. Numbers that are not moderate are
-first multiplied by powers of two, which is exact. If no power of two makes all of them moderate, the time is computed
+The core computes each time: `core/straight/pair_time.h` describes the method and its guarantee. With very large or
+small numbers, a fourth-degree term of the formulas could exceed the range of floats. Very large or small numbers are
+first multiplied by powers of two, which is exact. If no power of two makes all numbers moderate, the time is computed
 in rational numbers.
 
-Whether discs collide is decided by exact signs, such as that of the closing speed. There are no tolerances.
+Exact signs, such as that of the closing speed, decide whether discs collide.
 """
 
 from __future__ import annotations
@@ -23,36 +23,37 @@ from carom.support.checks import check_finite, check_vectors
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-#: Relative positions and velocities, and sums of radii, are of moderate size if their exponents (those of `math.frexp`)
-#: are at most this in magnitude. `CAROM_PAIR_MOST` and `CAROM_PAIR_LEAST` of the core are the same limits.
+#: Relative positions, relative velocities and sums of radii are of moderate size if their exponents (those of
+#: `math.frexp`) are from -100 to 100. `CAROM_PAIR_MOST` and `CAROM_PAIR_LEAST` of the core are the same limits.
 _EXPONENT = 100
 _MOST, _LEAST = 2.0**_EXPONENT, 2.0 ** -(_EXPONENT + 1)
-#: Number of bits to which a square root is computed in rational numbers: three more than a float has. So a time has an
-#: error of at most an eighth of a unit in its last place before it is rounded to a float.
+#: Number of bits to which a square root is computed in rational numbers: three more than those of a float. So a time
+#: has an error of at most an eighth of a unit in its last place before it is rounded to a float.
 _ROOT_BITS = 56
 
 
 def time_of_impact(
     p1: ArrayLike, v1: ArrayLike, r1: ArrayLike, p2: ArrayLike, v2: ArrayLike, r2: ArrayLike
 ) -> NDArray[np.float64] | float:
-    """Return the seconds until discs 1 and 2 collide, with an error of at most 2 units in the last place.
+    """Return the seconds until discs 1 and 2 collide, for numbers of any size.
 
-    The error bound is valid for numbers of any size.
+    The error is at most 2 units in the last place.
 
     Args:
         p1: Centre of disc 1, in metres; shape ``(..., 2)``.
-        v1: Velocity of disc 1, in metres per second; shape ``(..., 2)``.
+        v1: Velocity of disc 1, in m/s; shape ``(..., 2)``.
         r1: Radius of disc 1, in metres; shape ``(...)``.
         p2: Centre of disc 2.
         v2: Velocity of disc 2.
         r2: Radius of disc 2.
 
     Returns:
-        Seconds, in the broadcast shape of all arguments; a float if no argument is an array. 0 where the discs approach
-        while they touch or overlap; infinity where they never collide, or where the time exceeds the largest float.
+        Seconds, in the broadcast shape of all arguments; a float if no argument is an array. The time is 0 where the
+        discs approach while they touch or overlap. The time is infinity where the discs never collide, or where the
+        time exceeds the largest float.
 
     Raises:
-        InputError: A value is not finite, a radius is not positive, or a last axis is not of length 2.
+        InputError: A value is not finite, a radius is not positive, or a last axis does not have the length 2.
 
     Examples:
         >>> carom.time_of_impact((0, 0), (1, 0), 0.5, (3, 0), (0, 0), 0.5)
@@ -86,10 +87,7 @@ def _check_radii(name: str, value: ArrayLike) -> NDArray[np.float64]:
 def compute_scaled_pair_time(
     x1: float, y1: float, vx1: float, vy1: float, r1: float, x2: float, y2: float, vx2: float, vy2: float, r2: float
 ) -> float:
-    """Return the seconds until two discs collide.
-
-    The result is infinity if they never collide, or if the time exceeds the largest float.
-    """
+    """Return the seconds until two discs collide; infinity for never, or if the time exceeds the largest float."""
     row = (x1, y1, vx1, vy1, r1, x2, y2, vx2, vy2, r2)
     dx, dy, reach = Fraction(x2) - Fraction(x1), Fraction(y2) - Fraction(y1), Fraction(r1) + Fraction(r2)
     ux, uy = Fraction(vx2) - Fraction(vx1), Fraction(vy2) - Fraction(vy1)
@@ -109,7 +107,7 @@ def _are_moderate(*numbers: float) -> bool:
 
 
 def _compute_exponent(number: Fraction) -> int:
-    """Return the exponent of a number as `math.frexp` does. All denominators are powers of two."""
+    """Return the exponent of a number, as `math.frexp` does. The denominator must be a power of two."""
     return number.numerator.bit_length() - number.denominator.bit_length() + 1 if number else 0
 
 
@@ -139,6 +137,6 @@ def _solve_rational(dx: Fraction, dy: Fraction, ux: Fraction, uy: Fraction, reac
 
 
 def _compute_root(square: Fraction) -> Fraction:
-    """Return the root of a positive number, to about `_ROOT_BITS` bits."""
+    """Return the square root of a positive number, to about `_ROOT_BITS` bits."""
     shift = _ROOT_BITS - _compute_exponent(square) // 2
     return Fraction(math.isqrt(math.floor(square * Fraction(4) ** shift))) / Fraction(2) ** shift

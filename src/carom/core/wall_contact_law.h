@@ -1,15 +1,15 @@
 /* Coulomb's law for a disc that gravity presses against a straight wall: the disc slides, rolls or rests.
 
    All quantities are per unit of mass. The wall has the normal n and the tangent t, which is n turned by -90 degrees.
-   The disc has the speed u along t, the rim speed q = R w, and the slip s = u + q. The inertia factor is k. Gravity has
-   the component P > 0 into the wall and a along t. The coefficient of friction is mu, and that of rolling resistance is
-   c. The law with friction f and rolling resistance h is
+   The disc has the speed u along t, the rim speed q = R w (radius times spin), and the slip s = u + q. The inertia
+   factor is k. Gravity has the component P > 0 into the wall and a along t. The coefficient of friction is mu, and that
+   of rolling resistance is c. The law with friction f and rolling resistance h is
 
        u' = a - f,    q' = -(f + h) / k,    f in mu P sign(s),    h in c P sign(q).
 
-   If s is 0, f takes a value within its limits that keeps s at 0, if there is one. If q is 0, h does the same for q.
-   The law has exactly one solution forward in time. For an impact, the same law holds with changes of speed instead of
-   rates, and with the normal impulse instead of P. docs/theory/contact.md derives the law. */
+   If s is 0, f takes the value within its limits that keeps s at 0, if there is one. If q is 0, h does the same for q.
+   The law has exactly one solution forward in time. For an impact, the same law is true with changes of speed instead
+   of rates, and with the normal impulse instead of P. docs/theory/contact.md derives the law. */
 
 #pragma once
 
@@ -51,15 +51,16 @@ static inline double clip(double x, double most) {
     return x > most ? most : x < -most ? -most : x;
 }
 
-/* Return f and h with s = s1 - f (1 + y) - h y and q = q1 - (f + h) y, where y = 1/k.
+/* Return f and h with s = s1 - f (1 + y) - h y and q = q1 - (f + h) y, where y = 1/k. The slip s and the rim speed q
+   are s1 and q1 before friction f and rolling resistance h act.
 
-   F and H are the largest magnitudes of f and h (`f_most`, `h_most`). If s is positive, f is F; if s is negative, f is
-   -F; if s is 0, f is from -F to F. h depends in the same way on H and q. To find h, assume that q = 0. Then f is s1 -
+   F and H are the largest magnitudes of f and h (`f_most`, `h_most`). If s is positive, f is F. If s is negative, f is
+   -F. If s is 0, f is from -F to F. In the same way, h depends on H and q. To find h, assume that q = 0. Then f is s1 -
    q1, limited to [-F, F]. Solve q = 0 for h, and limit h to [-H, H]. The result is the h of the law, because q
-   decreases as h grows. If s is not 0 before friction acts, its sign determines f; likewise q and h. `signs` contains
-   numbers with the signs of s and q, or 0 where the sign does not determine the friction. If s becomes 0, f + h is
-   computed as (s1 + h) / (1 + y). If q becomes 0, f + h is computed as q1 / y. The sum of f and h would lose digits for
-   large y. */
+   decreases as h grows. If s is not 0 before friction acts, its sign determines f. In the same way, q determines h.
+   `signs` contains numbers with the signs of s and q, or 0 where the sign does not determine the friction. If s becomes
+   0, f + h is computed as (s1 + h) / (1 + y). If q becomes 0, f + h is computed as q1 / y. Adding f and h would lose
+   digits for large y. */
 static inline Frictions share_frictions(double s1, double q1, double f_most, double h_most, double y, Slips signs) {
     double f = 0.0, h = 0.0;
     bool blocks = false;
@@ -82,8 +83,8 @@ static inline Frictions share_frictions(double s1, double q1, double f_most, dou
     return (Frictions){f, blocks ? q1 / y : f + h, false, blocks};
 }
 
-/* Return the rates of change of both speeds of a disc in contact. If the law makes the slip or the rim speed 0, the
-   caller must pass exactly 0. */
+/* Return the rates of change of both speeds of a disc in contact. A slip or rim speed that the law makes 0 must be
+   exactly 0 in `now`. */
 static inline ContactRates contact_rates(const Press *press, Slips now) {
     const double y = press->inverse_inertia_ratio;
     const double f_most = press->friction * press->normal;
@@ -97,8 +98,9 @@ static inline ContactRates contact_rates(const Press *press, Slips now) {
     return (ContactRates){press->along - by.friction, turns, false, by.blocks};
 }
 
-/* Return the impulses of both frictions in an impact on a wall, per unit of mass. `pressed` is the normal impulse, 0 or
-   more. With rolling resistance, the tangential restitution is not used: friction does not reverse a slip. */
+/* Return the impulses of friction and rolling resistance in an impact on a wall, per unit of mass. `pressed` is the
+   normal impulse, 0 or more. With rolling resistance, friction does not reverse a slip: the tangential restitution is
+   not used. */
 static inline Frictions frictional_impulses(
     const ContactFriction *contact, double rolling_resistance, Slips before, double y, double pressed
 ) {
@@ -113,8 +115,8 @@ static inline Frictions frictional_impulses(
     return (Frictions){impulse, impulse, sticks, false};
 }
 
-/* Apply both frictions to a disc in an impact on a wall with the normal n and the surface speed `belt`. u is the
-   velocity of the disc relative to the wall before the impact. */
+/* Apply friction and rolling resistance to a disc in an impact on a wall with the normal n and the surface speed
+   `belt`. u is the velocity of the disc relative to the wall before the impact. */
 static inline Frictions rub_on_wall(const ContactFriction *contact, double rolling_resistance, double belt, double nx,
                                     double ny, double ux, double uy, double pressed, Body *a) {
     Turning *turning = a->turning;
@@ -129,7 +131,7 @@ static inline Frictions rub_on_wall(const ContactFriction *contact, double rolli
     return by;
 }
 
-/* Return the seconds until a slip or rim speed `value`, which changes at the constant rate `rate`, is 0; infinity for
+/* Return the seconds until a slip or rim speed `value`, which changes at the constant `rate`, is 0; infinity for
    never. */
 static inline double time_to_zero(double value, double rate) {
     return value != 0.0 && value * rate < 0.0 ? -value / rate : CAROM_INF;
@@ -137,20 +139,21 @@ static inline double time_to_zero(double value, double rate) {
 
 /* Return the slip after the infinitely many bounces that begin now.
 
-   Bounce n has the normal speed w e^n. If the disc slides during the whole bounce, the bounce reduces the slip by C w
-   e^n, where C = f (1 + e)(1 + 1/k). The hop after it adds 2 a e w e^n / P. Bounces that slide in one direction
-   therefore change the slip by (2 a e / P - C sign(s)) w / (1 - e) in all. If a slip of that sign remains, no bounce
-   stops it. Otherwise one bounce stops it, or a hop reverses it. After the first bounce that does not slide throughout,
-   the slip is at most proportional to the speeds of the bounces, which tend to 0. So no slip remains at the end.
-   `approach` is w, the normal speed of the disc, and `restitution` is e < 1. */
+   The normal speed w of the disc is `approach`, the restitution e < 1 is `restitution`, and n = 0, 1, 2, ... counts
+   bounces. Bounce n has the normal speed w e^n. If the disc slides during the whole bounce, the bounce reduces the slip
+   by C w e^n, where C = f (1 + e)(1 + 1/k). The flight after it adds 2 a e w e^n / P. Bounces that slide in one
+   direction therefore change the slip by (2 a e / P - C sign(s)) w / (1 - e) in all. If a slip of the same sign
+   remains, no bounce stops it. If no slip of this sign remains, a bounce stops it, or a flight reverses it. After the
+   first bounce that does not slide throughout, the slip is at most proportional to the speeds of the bounces, which
+   tend to 0. So no slip remains at the end. */
 static inline double slip_after_bounces(const Press *press, double slip, double approach, double restitution) {
     if (slip == 0.0) {
         return 0.0;
     }
     const double most = press->friction * (1.0 + restitution) * (1.0 + press->inverse_inertia_ratio);
     const double a_hop = 2.0 * press->along * restitution / press->normal;
-    /* the first bounce stops the slip. In the second bounce the disc slides if the hop between the two adds more slip
-       than the second bounce can stop */
+    /* The first bounce stops the slip. In the second bounce, the disc slides if the flight between the two adds more
+       slip than the second bounce can stop. */
     if (fabs(slip) <= most * approach) {
         if (fabs(a_hop) <= most * restitution) {
             return 0.0;
@@ -163,12 +166,13 @@ static inline double slip_after_bounces(const Press *press, double slip, double 
     return left * sign > 0.0 ? left : 0.0;
 }
 
-/* Return the slip and rim speed after infinitely many bounces with rolling resistance. The duration of all these
-   bounces is too short for the clock to resolve.
+/* Return the slip and rim speed after infinitely many bounces with rolling resistance. All these bounces together are
+   too short for the resolution of times.
 
-   The result is an approximation: the impulses of all bounces, (1 + e) w / (1 - e) in all, are applied as one impulse,
-   after the changes of speed during all hops. The law of impact then gives the result, which may be rest or rolling.
-   The error of the approximation is proportional to the speed w of the first bounce. */
+   The result is an approximation. The changes of speed in all flights between bounces are applied first. Then the
+   impulses of all bounces, (1 + e) w / (1 - e) in all, are applied as one impulse. The law of impact then gives the
+   result, which may be rest or rolling. The error of the approximation is proportional to the speed w of the first
+   bounce. */
 static inline Slips both_after_bounces(const Press *press, Slips now, double approach, double restitution) {
     const double y = press->inverse_inertia_ratio, left = approach / (1.0 - restitution);
     const double pressed = (1.0 + restitution) * left, fallen = 2.0 * restitution * left / press->normal;

@@ -1,17 +1,17 @@
-"""Features of finite walls, which the rim of a disc can meet: straight faces, vertices, and both sides of arcs.
+"""Features of finite walls, which are the parts that a disc can touch: straight faces, vertices, and sides of arcs.
 
 A wall consists of all points whose distance from a line of straight edges and arcs is at most a half width. A disc
 touches the wall when the distance of its centre from that line is the half width plus the disc's radius. The centres of
 discs that touch a face form a straight line. The centres of discs that touch a vertex, or one side of an arc, form a
-circle. So a vertex is represented as a circle of radius 0. A disc is said to meet a feature when its rim touches it.
+circle. So a vertex is represented as a circle of radius 0. A disc meets a feature when the disc's rim touches it.
 
-Features are immutable. A feature contains all values that are needed to compute times of impact, precomputed from the
-numbers of the scene file. A value with more digits than a float is stored as a pair ``(high, low)`` of floats, whose
-sum is nearest to the value: see `core/arithmetic/double_double.h`.
+Features are immutable. A feature contains all numbers from which times of impact are computed. A number with more
+digits than a float is stored as a pair ``(high, low)`` of floats, whose sum is nearest to the number: see
+`core/arithmetic/double_double.h`.
 
 Neighbouring edges on the same line, or on the same circle, are one feature. A joint has no vertex if the tangents of
-its two edges have the same direction. So a wall that is cut into pieces, at points exactly on it, has the same features
-and bit-identical impacts. All decisions use rational numbers, so that nothing is rounded.
+its two edges have the same direction. So if a wall is cut into pieces at points exactly on it, its features stay the
+same, and impacts are bit-identical. All decisions use rational numbers, so nothing is rounded.
 """
 
 from __future__ import annotations
@@ -30,27 +30,27 @@ Point = tuple[float, float]
 Pair = tuple[float, float]
 Exact = tuple[Fraction, Fraction]
 
-#: Number of bits to which square roots are computed, before they are rounded to pairs of floats, which have 106 bits.
+#: Number of bits to which square roots are computed. Then they are rounded to pairs of floats, which have 106 bits.
 _ROOT_BITS = 160
 
 #: A disc fits inside a circle if the circle's radius exceeds the disc's radius by at least this fraction of the
 #: circle's coordinates. The disc's centre then has at least four to eight different float coordinates in each
-#: direction. With less room, normals would consist of rounding errors.
+#: direction. With fewer coordinates, normals would consist of rounding errors.
 _PLACES = 2.0**-50
 
-#: Sine of a small angle. An arc that is shorter than half a circle by at most this angle is treated as half a circle
+#: Sine of a small angle. An arc that is shorter than half a circle by at most this angle is assumed to be half a circle
 #: with rounded coordinates. A disc as wide as half a circle passes between its ends.
 _NEARLY_HALF = Fraction(1, 2**20)
 
 
 class Mover(NamedTuple):
-    """A disc relative to a wall. The wall may be driven.
+    """A disc relative to a wall, which may be driven.
 
     Attributes:
         x: First coordinate of the disc's centre, in metres.
         y: Second coordinate of the centre, in metres.
-        ux: First component of the disc's velocity relative to the wall, in metres per second.
-        uy: Second component of this velocity, in metres per second.
+        ux: First component of the disc's velocity relative to the wall, in m/s.
+        uy: Second component of this velocity, in m/s.
         radius: Radius of the disc, in metres.
     """
 
@@ -62,7 +62,7 @@ class Mover(NamedTuple):
 
     @classmethod
     def at(cls, position: Point, velocity: Point, radius: float, wall_velocity: Point = (0.0, 0.0)) -> Mover:
-        """Return a disc relative to a wall that moves at `wall_velocity` and is now where the scene file places it."""
+        """Return a disc relative to a wall with `wall_velocity`, which is now at its place in the scene file."""
         ux, uy = primitives.two_diff(velocity[0], wall_velocity[0]), primitives.two_diff(velocity[1], wall_velocity[1])
         return cls((position[0], 0.0), (position[1], 0.0), ux, uy, radius)
 
@@ -74,10 +74,10 @@ class Face:
     Attributes:
         a: Start of the edge, in metres.
         b: End of the edge, in metres.
-        half_width: Half width of the wall, in metres: all points within this distance of the edge belong to the wall.
-        along: The two components of b - a, exactly.
+        half_width: Half width of the wall, in metres. All points within this distance of the edge belong to the wall.
+        along: The two components of ``b - a``, exactly.
         length: Length of the edge, in metres.
-        normal: Unit vector into the free side, rounded to the nearest floats.
+        normal: Unit vector to the free side, rounded to the nearest floats.
     """
 
     a: Point
@@ -114,16 +114,16 @@ class Sector:
 
 @dataclass(frozen=True, slots=True)
 class Arc:
-    """One side of an arc, or of a whole circle; or a vertex.
+    """A vertex, or one side of an arc or of a whole circle.
 
     Attributes:
         centre: The two coordinates of the circle's centre, in metres.
         radius: Radius of the circle, in metres; 0 for a vertex.
-        half_width: Half width of the wall, in metres: all points within this distance of the arc belong to the wall.
-        inside: Whether this is the side on which the circle's centre is.
+        half_width: Half width of the wall, in metres. All points within this distance of the arc belong to the wall.
+        inside: Whether the circle's centre is on this side.
         sector: Directions of the arc's points from the centre; None for a whole circle.
-        fits_below: Smallest radius of discs that do not fit inside, in metres. Discs of this radius or more meet the
-            stops of the arc (see `find_stops`) instead of its inner side.
+        fits_below: Smallest radius of discs that do not fit inside, in metres. Larger discs meet the stops of the arc
+            (see `find_stops`) instead of its inner side.
     """
 
     centre: tuple[Pair, Pair]
@@ -135,10 +135,7 @@ class Arc:
 
     @classmethod
     def vertex(cls, at: Point, half_width: float = 0.0) -> Arc:
-        """Return a vertex: an end of a line, or a joint at which the line is not smooth.
-
-        Discs meet a vertex from all sides.
-        """
+        """Return a vertex: an end of a line, or a joint with a corner. Discs can meet a vertex from all sides."""
         return cls(((at[0], 0.0), (at[1], 0.0)), (0.0, 0.0), half_width, inside=False, sector=None)
 
     @property
@@ -150,10 +147,7 @@ class Arc:
     def on(
         cls, circle: ExactCircle, ends: tuple[Point, Point] | None = None, half_width: float = 0.0, *, inside: bool
     ) -> Arc:
-        """Return one side of a circle, or of its arc.
-
-        The arc runs counterclockwise from the first of `ends` to the second.
-        """
+        """Return one side of a circle, or of its arc that runs counterclockwise from `ends[0]` to `ends[1]`."""
         sector = None if ends is None else _build_sector(circle, *ends)
         place, size = (to_pair(circle.x), to_pair(circle.y)), compute_root(circle.radius2)
         return cls(
@@ -161,7 +155,7 @@ class Arc:
         )
 
     def build_stop(self, circle: ExactCircle, way: tuple[Fraction, Fraction]) -> Arc:
-        """Return a stop of this inner side, at the offset `way` from the centre. Only discs too wide to fit meet it."""
+        """Return a stop of this inner side: a point at the offset `way` that only discs too wide to fit inside meet."""
         (x, y), nothing = way, (0.0, 0.0)
         half = Sector((to_pair(-y), to_pair(x)), (to_pair(y), to_pair(-x)), reflex=False)
         place = to_pair(circle.x + x), to_pair(circle.y + y)
@@ -187,7 +181,7 @@ def compute_root(square: Fraction) -> Pair:
 
 
 def _compute_smallest_unfit(centre: tuple[Pair, Pair], radius: Pair, half_width: float) -> float:
-    """Return the smallest radius of discs that have no room in a circle, or less than floats can resolve."""
+    """Return the smallest radius of discs that don't fit into a circle, or fit with less room than floats resolve."""
     return radius[0] - half_width - _PLACES * (abs(centre[0][0]) + abs(centre[1][0]) + radius[0])
 
 
@@ -203,11 +197,11 @@ def _build_sector(circle: ExactCircle, a: Point, b: Point) -> Sector:
 
 
 class WallFeature(NamedTuple):
-    """A feature of a wall, and the edges of the scene file that form it.
+    """A feature of a wall, and the edges of the scene file from which it is built.
 
     Attributes:
         feature: The feature.
-        edges: Numbers of the edges; for a vertex, only the lower number of its two edges.
+        edges: Numbers of the edges. A vertex has only the lower number of its two edges.
         kind: Kind of the feature: face, vertex or arc.
     """
 
@@ -243,22 +237,21 @@ class JoinedEdges(NamedTuple):
         return self.turn * (self.circle.y - y), self.turn * (x - self.circle.x)
 
     def is_continued_by(self, other: JoinedEdges) -> bool:
-        """Whether `other`, which begins where these edges end, continues the same line or circle smoothly."""
+        """Whether `other`, which begins where these edges end, continues their line or circle smoothly."""
         return self.circle == other.circle and self.turn == other.turn and is_smooth_joint(self, other)
 
     def join_next(self, other: JoinedEdges) -> JoinedEdges:
-        """Return these edges joined with `other`, which continues them."""
+        """Return these edges joined with `other`, which continues them smoothly."""
         edge = Edge(self.edge.a, other.edge.b, self.edge.bulge)
         return JoinedEdges(edge, self.circle, (*self.numbers, *other.numbers))
 
 
 def build_features(outline: Outline, widest_m: float = math.inf) -> tuple[WallFeature, ...]:
-    """Return the features of a wall, on both sides of each edge. If a disc meets two at once, it hits the first one.
+    """Return the features of a wall, on both sides of each edge. Where a disc meets two at once, it hits the first.
 
-    Faces and arcs come first, in the order of the edges, and vertices after them. A disc that
-    meets a vertex exactly where it adjoins a face meets the face at the same time or earlier. So the impact is on the
-    face, which has the correct normal. Stops come last. Only arcs in which a disc of the radius `widest_m` does not fit
-    have stops: see `find_stops`.
+    Faces and arcs come first, in the order of the edges. Then come vertices. Where a vertex adjoins a face, a disc
+    meets the face at the same time or earlier. So the impact is on the face, which has the correct normal. Stops come
+    last. An arc has stops only if a disc of the radius `widest_m` does not fit inside: see `find_stops`.
     """
     if outline.radius == 0.0:
         return (WallFeature(Arc.vertex(outline.points[0], outline.half_width), (0,), EdgeKind.VERTEX),)
@@ -273,19 +266,19 @@ def build_features(outline: Outline, widest_m: float = math.inf) -> tuple[WallFe
 
 
 def are_decidable(one: Feature, other: Feature, *, elastic: bool) -> bool:
-    """Whether two simultaneous impacts of a disc, on frictionless features, have the same result in both orders.
+    """Whether two simultaneous impacts of a disc on features without friction have the same result in both orders.
 
-    The result is True for two faces at an angle of 90 degrees. If both are elastic, it is also True at 60, 45 and 30
-    degrees. The orders have the same result at all angles pi/n, but only the named angles have rational squared
-    cosines, which can be tested exactly. If both features are the same feature, the result is True, because a disc
-    meets a feature again only after it has left it.
+    The result is True for two faces at an angle of 90 degrees. If both faces are elastic, the result is also True at
+    60, 45 and 30 degrees. The orders have the same result at all angles pi/n, but only these angles have rational
+    squared cosines, which can be tested exactly. If both features are the same feature, the result is True, because a
+    disc meets a feature again only after it has left it.
     """
     if one == other:
         return True
     if not isinstance(one, Face) or not isinstance(other, Face):
         return False
     (ax, ay), (bx, by) = _compute_direction(one), _compute_direction(other)
-    dot = ax * bx + ay * by  # also the inner product of the normals, which are the directions turned by 90 degrees
+    dot = ax * bx + ay * by  # equals the inner product of the normals, which are turned by 90 degrees
     if dot == 0:
         return True
     square = dot * dot / ((ax * ax + ay * ay) * (bx * bx + by * by))
@@ -303,7 +296,7 @@ def to_exact(point: tuple[float, float]) -> Exact:
 
 
 def is_smooth_joint(one: JoinedEdges, other: JoinedEdges) -> bool:
-    """Whether the line has the same direction just before and just after the joint of two runs of edges."""
+    """Whether the direction of the line is the same just before and just after the joint of two series of edges."""
     (ax, ay), (bx, by) = one.compute_tangent(one.edge.b), other.compute_tangent(other.edge.a)
     return ax * by - ay * bx == 0 and ax * bx + ay * by > 0
 
@@ -331,7 +324,7 @@ def _build_sides(run: JoinedEdges, half_width: float) -> Iterator[WallFeature]:
         yield WallFeature(Face.between(a, b, half_width), run.numbers, EdgeKind.FACE)
         yield WallFeature(Face.between(b, a, half_width), run.numbers, EdgeKind.FACE)
         return
-    # A sector runs counterclockwise; a whole circle has no sector.
+    # A sector runs counterclockwise. A whole circle has no sector.
     ends = None if a == b else (a, b) if run.turn > 0 else (b, a)
     for inside in (True, False):
         arc = Arc.on(run.circle, ends, half_width, inside=inside)
@@ -359,13 +352,13 @@ def rotate_by_quarters(way: Exact) -> list[Exact]:
 
 
 def find_stops(runs: list[JoinedEdges], k: int, *, closed: bool) -> list[Exact]:
-    """Return the vectors from an arc's centre to its stops: the points that stop discs too wide to fit inside.
+    """Return the vectors from an arc's centre to its stops: points that stop discs which are too wide to fit inside.
 
     A disc with exactly the arc's radius touches the whole arc at once, so a few points can represent the arc. A whole
-    circle has four stops, a quarter turn apart. An arc of more than half a circle, which such a disc can't leave, has
-    two stops, a quarter turn from each end. Exactly half a circle has one stop, in the middle. A disc touches an end of
-    a shorter arc no later than the arc itself. So a shorter arc has stops only at ends at which the wall continues
-    smoothly, where rounding may place the point of contact beyond the edge.
+    circle has four stops, a quarter turn apart. A disc of this radius can't leave an arc of more than half a circle,
+    which has two stops, a quarter turn from each end. Exactly half a circle has one stop, in the middle. A disc touches
+    an end of a shorter arc no later than the arc itself. So a shorter arc has stops only at ends at which the wall
+    continues smoothly, where rounding may place the point of contact outside of the edge.
     """
     run = runs[k]
     if run.circle is None:

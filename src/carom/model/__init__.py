@@ -1,1 +1,1 @@
-"""Data types: scenes with discs and walls, the same as arrays for solvers, and traces with the results of runs."""
+"""Scenes of discs and walls, their arrays (the input of solvers), and traces (the results of runs)."""

@@ -1,7 +1,7 @@
 """Checks of a chain of edges: no edge has length 0, and the chain does not fold back, cross or touch itself.
 
-All decisions are exact. The coordinates of a point that two edges share have the form ``x + x' s``, with rational
-numbers x and x' and the square root s of a rational number. The sign of ``p + q s`` is found without rounding.
+All decisions are exact. If two edges share a point, its coordinates have the form ``x + x' s``, where x and x' are
+rational numbers and s is the square root of a rational number. The sign of ``p + q s`` is computed without rounding.
 """
 
 from __future__ import annotations
@@ -36,13 +36,13 @@ class Surd(NamedTuple):
 
 
 class Place(NamedTuple):
-    """A point at which two edges may meet. Both coordinates are `Surd`s with the same square root."""
+    """A point at which two edges may meet. Both coordinates contain the same square root."""
 
     x: Surd
     y: Surd
 
     def compute_order(self, a: tuple[Number, Number], along: tuple[Number, Number]) -> int:
-        """Return 1 if the point is further in the direction `along` than `a`, -1 if it is less far, or else 0."""
+        """Return 1 if the point is further in the direction `along` than `a`, -1 if less far, and 0 if equally far."""
         dx, dy = self.x.whole - a[0], self.y.whole - a[1]
         return Surd(along[0] * dx + along[1] * dy, along[0] * self.x.part + along[1] * self.y.part, self.x.square).sign
 
@@ -62,15 +62,15 @@ class _Line:
         self.turn = 1 if edge.bulge > 0 else -1
 
     def has_point(self, place: Place) -> bool:
-        """Whether a point on the edge's line or circle is on the edge itself, including its ends."""
-        if self.circle is not None:  # a counterclockwise arc is on the right of its chord
+        """Whether the edge contains a point of its line or circle. The ends belong to the edge."""
+        if self.circle is not None:  # a counterclockwise arc is to the right of the line from its start to its end
             left = (-self.along[1], self.along[0])
             return place.compute_order(self.a, left) * self.turn <= 0
         return place.compute_order(self.a, self.along) >= 0 and place.compute_order(self.b, self.along) <= 0
 
 
 class Crossing(NamedTuple):
-    """Two edges that share a point other than their joint.
+    """Two edges that share a point other than the joint between them.
 
     Attributes:
         first: Number of the first edge.
@@ -108,7 +108,7 @@ def _is_at(place: Place, point: tuple[Number, Number]) -> bool:
 
 
 def _compute_box(edge: Edge, circle: ExactCircle | None) -> tuple[float, float, float, float]:
-    """Return the least and greatest x and y of a box that contains an edge, in metres, rounded outwards."""
+    """Return the least x, least y, greatest x and greatest y of a box around an edge, in metres, rounded outwards."""
     xs, ys = zip(edge.a, edge.b, strict=True)
     box = [min(xs), min(ys), max(xs), max(ys)]
     if circle is not None:
@@ -124,7 +124,7 @@ def _build_place(point: tuple[Number, Number]) -> Place:
 
 
 def _find_shared_points(one: _Line, other: _Line) -> Iterator[Place]:
-    """Return the points that two edges share. If they share a part of a line or circle, return its ends."""
+    """Yield points that two edges share. If the edges share a part of a line or circle, its ends are included."""
     if one.circle is None and other.circle is not None:
         one, other = other, one
     if one.circle is None:
@@ -142,11 +142,12 @@ def _find_shared_points(one: _Line, other: _Line) -> Iterator[Place]:
 def _find_middle(line: _Line, circle: ExactCircle) -> Place:
     """Return the middle of an arc.
 
-    It is tested in addition to the ends, since two equal arcs share both ends, which may be joints.
+    The ends alone are not enough: two equal arcs share both ends, and both ends may be joints.
     """
     x, y, radius2 = circle
     ex, ey = line.along
-    # The middle is one radius from the centre, perpendicular to the chord: to the right for a counterclockwise arc.
+    # The middle is one radius from the centre, perpendicular to the line between the arc's ends. The middle of a
+    # counterclockwise arc is to the right of this line.
     square = radius2 / (ex * ex + ey * ey)
     return Place(Surd(x, line.turn * ey, square), Surd(y, -line.turn * ex, square))
 
@@ -175,7 +176,7 @@ def _intersect_line(a: tuple[Number, Number], along: tuple[Number, Number], circ
 
 
 def _intersect_circles(one: ExactCircle, other: ExactCircle) -> Iterator[Place]:
-    """Yield the points at which two circles meet: those of the first circle on the line of equal powers."""
+    """Yield the points at which two circles meet. Both points are on one line, the line of equal powers."""
     dx, dy = other.x - one.x, other.y - one.y
     distance2 = dx * dx + dy * dy
     if distance2 == 0:

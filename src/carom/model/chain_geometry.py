@@ -1,8 +1,9 @@
 """Geometry of finite walls in floats: straight edges, arcs and circles, and the nearest point of a wall.
 
-An edge connects one point to the next. Its bulge describes how much it is curved: the tangent of a quarter of the arc's
-angle, as in DXF files. An edge with bulge 0 is straight, an edge with bulge 1 is half of a circle, and a positive bulge
-is a counterclockwise arc. The wall consists of all points whose distance from the line is at most the half width.
+An edge connects one point to the next. The bulge of an edge describes its curvature: the tangent of a quarter of the
+arc's angle, as in DXF files. An edge with bulge 0 is straight, an edge with bulge 1 is half of a circle, and a positive
+bulge means a counterclockwise arc. The wall consists of all points whose distance from the line of edges is at most the
+half width.
 """
 
 from __future__ import annotations
@@ -39,8 +40,8 @@ class Foot(NamedTuple):
     Attributes:
         x: x coordinate of the point, in metres.
         y: y coordinate of the point, in metres.
-        edge: Number of the edge that contains the point. For a joint of two edges, it is the lower number.
-        inner: Whether the point is between the ends of the edge, and not one of the ends.
+        edge: Number of the edge that contains the point. A joint of two edges has the lower number.
+        inner: Whether the point is not an end of the edge.
     """
 
     x: float
@@ -72,11 +73,11 @@ class Stretch(NamedTuple):
 
     @property
     def whole(self) -> bool:
-        """Whether this is a whole circle. Its radius may be 0."""
+        """Whether this is a whole circle, whose radius may be 0."""
         return self.edge.a == self.edge.b
 
     def find_nearest(self, x: float, y: float) -> tuple[Point, bool]:
-        """Return the point of the edge that is nearest to a given point, and whether it is between the ends."""
+        """Return the edge's nearest point to a given point, and whether this point is between the ends."""
         (ax, ay), (bx, by), bulge = self.edge
         if self.centre is None:
             ex, ey = bx - ax, by - ay
@@ -89,8 +90,8 @@ class Stretch(NamedTuple):
         if self.whole:  # all points of a circle are equally far from its centre
             rim = (cx + self.radius * dx / distance, cy + self.radius * dy / distance) if distance else (ax, ay)
             return rim, self.radius > 0.0
-        # Whether the point is in the arc's sector is computed from the ends, since the centre of a flat arc is far
-        # away.
+        # Two angles at the ends of the arc show whether the point is in the arc's sector. The centre of a flat arc is
+        # too far away for an accurate test.
         is_past_begin = ((ax - cx) * (y - ay) - (ay - cy) * (x - ax)) * bulge > 0.0
         is_before_end = ((bx - cx) * (y - by) - (by - cy) * (x - bx)) * bulge < 0.0
         if (is_past_begin or is_before_end) if abs(bulge) > 1.0 else (is_past_begin and is_before_end):
@@ -100,10 +101,10 @@ class Stretch(NamedTuple):
         return ((ax, ay) if to_a <= to_b else (bx, by)), False
 
     def compute_power(self, x: float, y: float) -> float:
-        """Return the power of a point: its squared distance from an arc's centre minus the squared radius.
+        """Return the power of the point (x, y): its squared distance from an arc's centre minus the squared radius.
 
-        The power is computed from the arc's ends a and b, so that a huge radius does not reduce accuracy. It is ``(p -
-        a).(p - b)`` plus a multiple of the cross product of the chord and ``p - a``. The factor depends on the bulge.
+        The power is computed from the arc's ends a and b, so that a huge radius does not reduce accuracy. With p = (x,
+        y) and k = bulge, it is ``(p - a).(p - b) - cross(b - a, p - a) (1 / k - k) / 2``.
         """
         (ax, ay), (bx, by), bulge = self.edge
         across = (bx - ax) * (y - ay) - (by - ay) * (x - ax)
@@ -119,12 +120,12 @@ class Stretch(NamedTuple):
 
 @dataclass(frozen=True)
 class Outline:
-    """The shape of a finite wall, in metres or in a run's own units.
+    """The shape of a finite wall, in metres or in the units of a run.
 
     Attributes:
-        points: Points of a chain; the centre of a circle.
+        points: Points of a chain. The only point of a circle is its centre.
         bulges: Bulge of each edge of a chain.
-        half_width: The wall consists of all points within this distance of the line.
+        half_width: The wall consists of all points within this distance of the line or circle.
         closed: Whether an edge runs from the last point to the first.
         solid: Whether the inside of a closed chain is also part of the wall.
         radius: Radius of a circle; None for a chain.
@@ -139,7 +140,7 @@ class Outline:
 
     @property
     def description(self) -> str:
-        """Short text with the kind of the shape and its dimensions."""
+        """Short text with the kind and the dimensions of the shape."""
         x, y = self.points[0]
         if self.radius is not None:
             return f"a circle of radius {self.radius:g} m about ({x:g}, {y:g})"
@@ -149,7 +150,7 @@ class Outline:
 
     @cached_property
     def edges(self) -> tuple[Edge, ...]:
-        """The edges of a chain, in order; a circle has none."""
+        """The edges of a chain, in order. A circle has none."""
         ends = (*self.points[1:], *self.points[:1]) if self.closed else self.points[1:]
         return tuple(map(Edge, self.points, ends, self.bulges))
 
@@ -164,7 +165,7 @@ class Outline:
 
     @cached_property
     def lengths(self) -> tuple[float, ...]:
-        """All coordinates, radii and widths of the shape, some of them negative, for the choice of a unit of length."""
+        """All coordinates, radii and widths of the shape, for the choice of a unit of length. Some are negative."""
         arcs = [(*stretch.centre, stretch.radius) for stretch in self.stretches if stretch.centre is not None]
         return (*(c for point in self.points for c in point), self.half_width, *(c for arc in arcs for c in arc))
 
@@ -199,17 +200,17 @@ class Outline:
                 yield Foot(*place, k, inner)
 
     def find_edge(self, x: float, y: float, among: tuple[int, ...]) -> int:
-        """Return which of the edges `among` is nearest to a point; the lowest number if several are nearest."""
+        """Return the number of the edge nearest to a point, among the edges `among`; the lowest of several numbers."""
         places = [(self.stretches[k].find_nearest(x, y)[0], k) for k in among]
         return min((_compute_square(px - x, py - y), k) for (px, py), k in places)[1]
 
     def compute_gap(self, x: float, y: float, radius: float) -> float:
-        """Return the distance between a disc's rim and the wall; negative if they overlap."""
+        """Return the distance between a disc's rim and the wall, which is negative if they overlap."""
         foot = self.find_nearest(x, y)
         return math.sqrt((x - foot.x) ** 2 + (y - foot.y) ** 2) - self.half_width - radius
 
     def does_enclose(self, x: float, y: float) -> bool:
-        """Whether a closed line encloses a point that is not on the line."""
+        """Whether the line is closed and encloses a point, which must not be on the line."""
         if not self.closed:
             return False
         crossings = 0
@@ -221,7 +222,7 @@ class Outline:
         return crossings % 2 == 1
 
     def build_polyline(self, arc_parts: int) -> Iterator[Point]:
-        """Yield the points of a line that approximates the wall for drawing. A full circle has `arc_parts` parts."""
+        """Yield points of a polygon for drawing. The polygon of a full circle has `arc_parts` edges."""
         for k, stretch in enumerate(self.stretches):
             (ax, ay), b, bulge = stretch.edge
             if k == 0:
@@ -236,7 +237,7 @@ class Outline:
             yield b
 
     def scale_lengths(self, exponent: int) -> Outline:
-        """Return the shape with all lengths divided by ``2**exponent``, which does not round them."""
+        """Return the shape with all lengths divided by ``2**exponent``, which causes no rounding."""
         points = tuple((math.ldexp(x, -exponent), math.ldexp(y, -exponent)) for x, y in self.points)
         radius = None if self.radius is None else math.ldexp(self.radius, -exponent)
         return replace(self, points=points, half_width=math.ldexp(self.half_width, -exponent), radius=radius)
@@ -245,7 +246,7 @@ class Outline:
 def _compute_square(x: float, y: float) -> float:
     """Return the squared length of a vector.
 
-    Multiplication rounds alike on every machine; the power function does not.
+    Multiplication gives the same bits on every machine. The power function does not.
     """
     return x * x + y * y
 
@@ -258,6 +259,6 @@ def _build_stretch(edge: Edge) -> Stretch:
 
 
 def _compute_root(square: Fraction) -> float:
-    """Return the square root of a rational number as a float, even if numerator and denominator exceed floats."""
+    """Return the square root of a rational number as a float. Numerator and denominator may be too large for floats."""
     shift = (square.numerator.bit_length() - square.denominator.bit_length()) // 2
     return math.ldexp(math.sqrt(float(square / Fraction(4) ** shift)), shift)

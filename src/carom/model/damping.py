@@ -1,9 +1,9 @@
-"""Linear damping ``v' = -c v``, treated as motion without damping in another time variable s.
+"""Linear damping ``v' = -c v``. Motion with damping equals motion without damping in another time variable s.
 
 With ``s = (1 - exp(-c t)) / c``, a damped disc has the position ``x + v s``, which is linear in s. Every velocity is
-``exp(-c t) = 1 - c s`` times the undamped one. The same impacts happen as without damping, since all laws of impact
-keep their form if all velocities are multiplied by one factor. `docs/theory/damping.md` derives this. Conversions of
-single times are bit-identical on every machine, see `core/arithmetic/exponentials.h`.
+``exp(-c t) = 1 - c s`` times the undamped velocity. The same impacts happen as without damping, because the laws of
+impact remain true if all velocities are multiplied by one factor. `docs/theory/damping.md` derives this. Conversions of
+single times are bit-identical on every machine; see `core/arithmetic/exponentials.h`.
 """
 
 from __future__ import annotations
@@ -15,26 +15,26 @@ from numpy.typing import NDArray
 
 from carom.core import damped_time
 
-#: If c t is below this number, s equals t except for rounding, since ``s = t (1 - c t / 2 + ...)``.
+#: If ``c t`` is below this number, s equals t except for rounding, because ``s = t (1 - c t / 2 + ...)``.
 _NOTHING = 2.0**-54
 
 
 @dataclass(frozen=True, slots=True)
 class Damping:
-    """A rate of damping, and conversions between clock time t and undamped time s (see the module).
+    """A rate c of damping, and conversions between clock time t and undamped time ``s = (1 - exp(-c t)) / c``.
 
     Attributes:
-        per_s: The rate c, 1/s, 0 or more.
+        per_s: The rate c, in 1/s, 0 or more.
     """
 
     per_s: float
 
     def compute_kept_fraction(self, seconds: float) -> float:
-        """Return the fraction of a speed that is left after a time. A negative time gives a factor above 1."""
+        """Return the fraction of a speed that is left after a time. For a negative time, the fraction is above 1."""
         return damped_time.kept(self.per_s, seconds)
 
     def to_undamped(self, seconds: float) -> float:
-        """Return the time in which a disc would move without damping as far as it moves with damping in `seconds`."""
+        """Return the time in which an undamped disc moves as far as a damped disc in `seconds`."""
         return damped_time.undamped(self.per_s, seconds)
 
     def to_damped(self, undamped_s: float) -> float:
@@ -49,7 +49,7 @@ class Damping:
         return np.where(exponent >= _NOTHING, -np.expm1(-exponent) / self.per_s, seconds)
 
     def to_damped_array(self, undamped_s: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the result of `to_damped` for each time, bit-identical."""
+        """Return the result of `to_damped` for each time, with the same bits."""
         if not self.per_s:
             return undamped_s
         return damped_time.all_damped(self.per_s, np.ravel(undamped_s)).reshape(np.shape(undamped_s))
@@ -57,8 +57,8 @@ class Damping:
     def find_latest_undamped(self, seconds: float) -> float:
         """Return the greatest undamped time that `to_damped` converts to at most `seconds`, which must be 0 or more.
 
-        The result of `to_undamped` is rounded, so `to_damped` could convert it to a time after `seconds`. The two
-        results differ by a few units in the last place.
+        `to_undamped` rounds, so `to_damped` could convert its result to a time after `seconds`. This function returns a
+        time that differs from that result by a few units in the last place.
         """
         return damped_time.latest_undamped(self.per_s, seconds)
 

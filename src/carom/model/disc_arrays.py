@@ -1,6 +1,6 @@
 """Discs and walls as arrays: the input of solvers.
 
-A scene of a million discs would consist of a million validated objects. Arrays with the same content are built in
+A scene of a million discs would consist of a million validated objects. Arrays with the same numbers are built in
 milliseconds.
 """
 
@@ -22,10 +22,10 @@ from carom.support.escaping import format_value
 from carom.support.formatting import format_number
 from carom.support.limits import LARGEST, ORDINARY, require_within
 
-#: A half-plane wall: coordinates of a point on its surface, and of the unit normal that points to the discs' side.
+#: A half-plane wall: a point on its surface, and the unit normal that points to the discs' side, as x, y, nx, ny.
 HalfPlane = tuple[float, float, float, float]
 
-#: Greatest allowed difference of a normal's length from 1. It is four times the effect of rounding.
+#: Greatest allowed difference between a normal's length and 1. The limit is four times the effect of rounding.
 _UNIT_WITHIN = 2.0**-50
 
 #: Path of a body that does not move.
@@ -33,7 +33,7 @@ STANDS = Drive.along([(0.0, (0.0, 0.0))])
 
 
 class Material(NamedTuple):
-    """Coefficients of a wall's restitution and Coulomb friction."""
+    """Coefficients of restitution and Coulomb friction of a wall."""
 
     restitution: float
     friction: float
@@ -41,20 +41,20 @@ class Material(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class DiscArrays:
-    """The initial state of a run, as arrays. Two instances are equal only if they are the same object.
+    """The initial state of a run, as arrays.
 
-    Discs must not overlap. This is not checked here, but when an event-driven run starts.
+    Discs must not overlap, which an event-driven run checks at its start.
 
     Attributes:
         position_m: Centres at time 0, shape ``(n, 2)``, in metres.
-        velocity_m_s: Velocities, shape ``(n, 2)``, in metres per second.
+        velocity_m_s: Velocities, shape ``(n, 2)``, in m/s.
         radius_m: Radii, shape ``(n,)``, in metres, above 0.
         mass_kg: Masses, shape ``(n,)``, in kilograms, above 0; infinity for an immovable disc.
         walls: For each half-plane ``(x, y, nx, ny)``: a point of its surface, and the unit normal that points to the
             discs' side. For each finite wall, its `Outline`.
         restitution: Coefficient of restitution of every pair of discs, 0 to 1.
         wall_restitution: Coefficient of restitution between any disc and any wall, 0 to 1.
-        spin_rad_s: Spins at time 0, counterclockwise, shape ``(n,)``, in radians per second; None if all are 0.
+        spin_rad_s: Spins at time 0, counterclockwise, shape ``(n,)``, in rad/s; None if all are 0.
         inertia_factor: Moments of inertia divided by mass times radius squared, shape ``(n,)``, above 0 and up to 1;
             infinity for a disc that can't turn. None if all are 1/2.
         friction: Coulomb's coefficient of friction of every pair of discs, 0 or more.
@@ -63,8 +63,8 @@ class DiscArrays:
         wall_tangential_restitution: Tangential restitution between any disc and any wall, -1 to 1.
         wall_materials: Coefficients of each wall; None if all walls have `wall_restitution` and `wall_friction`.
         wall_drives: Path of each wall; None if no wall is driven. `walls` contains the positions at time 0.
-        belts_m_s: Speed at which each wall's surface moves, in metres per second, to the left of the normal that points
-            to the disc; None if no surface moves.
+        belts_m_s: Speed at which each wall's surface moves, in m/s, to the left of the normal that points
+            to the disc. None if no surface moves.
         driven_discs: Numbers of the driven discs, ascending. Driven discs have infinite masses.
         disc_drives: Path of each driven disc.
 
@@ -104,9 +104,9 @@ class DiscArrays:
         """Check shapes and values.
 
         Raises:
-            InputError: A shape does not fit. A value is not finite, or is too large or small (`carom.support.limits`).
-                A radius or mass is not positive. An immovable disc has a velocity, or a disc that can't turn has a
-                spin. A coefficient is outside its range.
+            InputError: A shape is wrong. A value is not finite, or is outside the limits of `carom.support.limits`. A
+                radius or mass is not positive. An immovable disc has a velocity, or a disc that can't turn has a spin.
+                A coefficient is outside its range.
         """
         for name in ("position_m", "velocity_m_s", "radius_m", "mass_kg"):
             if not isinstance(getattr(self, name), np.ndarray):
@@ -162,7 +162,7 @@ class DiscArrays:
             raise InputError("spin_rad_s must be 0 for a disc that can't turn (mass_kg or inertia_factor = inf)")
 
     def require_ordinary(self) -> None:
-        """Refuse numbers so large or small that results would have errors beyond rounding. Speeds may be 0 or small.
+        """Refuse numbers so large or small that results would have errors beyond rounding. Speeds may be small or 0.
 
         Raises:
             InputError: The message names the attribute, the value and the limits.
@@ -179,7 +179,7 @@ class DiscArrays:
 
     @classmethod
     def of_valid(cls, **fields: Any) -> DiscArrays:
-        """Return the initial state of a scene as read-only arrays, without checks, since the scene has made them."""
+        """Return a scene's state as read-only arrays, without checks, because the scene has checked the same values."""
         start = object.__new__(cls)
         start.__dict__.update(fields)
         for array in fields.values():
@@ -203,7 +203,7 @@ class DiscArrays:
 
     @property
     def driven(self) -> bool:
-        """Whether a wall or a disc is driven, or the surface of a wall moves."""
+        """Whether a wall or disc is driven, or the surface of a wall moves."""
         return bool(self.driven_discs) or self.wall_drives is not None or self.belts_m_s is not None
 
     def drive_of_wall(self, k: int) -> Drive:
@@ -211,12 +211,12 @@ class DiscArrays:
         return STANDS if self.wall_drives is None else self.wall_drives[k]
 
     def belt_of_wall(self, k: int) -> float:
-        """Return the speed of the surface of wall `k`, in metres per second."""
+        """Return the speed of the surface of wall `k`, in m/s."""
         return 0.0 if self.belts_m_s is None else self.belts_m_s[k]
 
     @property
     def spins(self) -> NDArray[np.float64]:
-        """Spin of each disc at the start, shape ``(n,)``, in radians per second."""
+        """Spin of each disc at the start, shape ``(n,)``, in rad/s."""
         return np.zeros(len(self)) if self.spin_rad_s is None else self.spin_rad_s
 
     @property
@@ -226,7 +226,7 @@ class DiscArrays:
 
     @property
     def surface_speed_m_s(self) -> NDArray[np.float64]:
-        """Spin times radius of each disc, shape ``(n,)``, in metres per second, positive if counterclockwise."""
+        """Spin times radius of each disc, shape ``(n,)``, in m/s, positive if counterclockwise."""
         return self.radius_m * self.spins
 
     @property
@@ -241,12 +241,12 @@ class DiscArrays:
 
     @property
     def rubs(self) -> bool:
-        """Whether friction can act at all."""
+        """Whether friction can act between any two bodies."""
         return self.rubs_discs or self.rubs_walls
 
-    @cached_property  # cached, since computing it takes a quarter of the time for solving two discs
+    @cached_property  # computing it takes a quarter of the time for solving two discs
     def turns(self) -> bool:
-        """Whether discs spin, or friction can make them spin. If not, a run stores no spins."""
+        """Whether discs spin, or friction can make them spin. In other cases, a run stores no spins."""
         return self.rubs or bool(self.spins.any())
 
     @cached_property
@@ -263,7 +263,7 @@ class DiscArrays:
 
     @property
     def driven_speeds(self) -> NDArray[np.float64]:
-        """All velocity components of driven bodies and all belt speeds, in metres per second. Some are negative."""
+        """All velocity components of driven bodies and all belt speeds, in m/s. Some are negative."""
         drives = (*(self.wall_drives or ()), *self.disc_drives)
         speeds = [part for drive in drives for leg in drive.legs for part in leg.velocity]
         return np.array([*speeds, *(self.belts_m_s or ())], np.float64)
@@ -276,12 +276,12 @@ class DiscArrays:
         return (Material(self.wall_restitution, self.wall_friction),) * len(self.walls)
 
     def restitution_of(self, second: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the coefficient of restitution of each impact, given the numbers of the impacts' second bodies."""
+        """Return the coefficient of restitution of each impact. `second` has the number of its second body."""
         walls = np.array([material.restitution for material in self.materials] or [math.nan])
         return np.where(second < 0, walls[np.maximum(-1 - second, 0)], self.restitution)
 
     def friction_of(self, second: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the coefficient of friction of each impact, given the numbers of the impacts' second bodies."""
+        """Return the coefficient of friction of each impact. `second` has the number of its second body."""
         walls = np.array([material.friction for material in self.materials] or [math.nan])
         return np.where(second < 0, walls[np.maximum(-1 - second, 0)], self.friction)
 
@@ -292,14 +292,14 @@ class DiscArrays:
 
     @property
     def has_plain_walls(self) -> bool:
-        """Whether all walls are half-planes, and none has a restitution or friction of its own."""
+        """Whether all walls are half-planes, and all have the scene's coefficients of restitution and friction."""
         return self.wall_materials is None and self.has_half_planes
 
     def half_planes(self) -> tuple[HalfPlane, ...]:
-        """Return the walls, which must be half-planes without coefficients of their own.
+        """Return the walls, which must be half-planes with the scene's coefficients.
 
         Raises:
-            InputError: A wall is not a half-plane, or walls have their own coefficients.
+            InputError: A wall is not a half-plane, or has its own coefficients.
         """
         if self.wall_materials is not None:
             raise InputError("walls have their own restitution or friction, which the caller does not support")
@@ -310,14 +310,14 @@ class DiscArrays:
         return planes
 
     def overlaps(self, disc_name: str, wall_name: str) -> tuple[list[Overlap], bool]:
-        """Return the first overlaps, and whether there are more. The names are used as in `overlap.find_overlaps`."""
+        """Return the first overlaps, and whether there are more. `overlap.find_overlaps` describes the names."""
         return find_overlaps(self.position_m, self.radius_m, self.movable, self.walls, disc_name, wall_name)
 
     def require_apart(self) -> None:
-        """Refuse an initial state in which two discs, or a disc and a wall, overlap by more than rounding can explain.
+        """Refuse a state in which two discs, or a disc and a wall, overlap by more than rounding errors.
 
         Raises:
-            InputError: Bodies overlap; the message names the first ten pairs of each kind.
+            InputError: Bodies overlap. The message names the first ten pairs of each kind.
         """
         overlaps, has_more = self.overlaps("disc {}", "wall {}")
         if overlaps:

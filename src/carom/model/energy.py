@@ -12,9 +12,10 @@ from carom.model.trace import Trace, rim_speeds
 def kinetic_energy(
     scene: Scene, velocity_m_s: NDArray[np.float64], spin_rad_s: NDArray[np.float64] | None = None
 ) -> float:
-    """Return the kinetic energy of the movable discs, in joules. Rotation is included if spins are given.
+    """Return the kinetic energy of the movable discs, in joules. If spins are given, rotation is included.
 
-    `velocity_m_s` has shape ``(n, 2)``, `spin_rad_s` ``(n,)``. A disc that can't turn has no rotational energy.
+    `velocity_m_s` has shape ``(n, 2)``, and `spin_rad_s` has shape ``(n,)``. A disc that can't turn has no rotational
+    energy.
     """
     return float(compute_kinetic_energies(scene, velocity_m_s, spin_rad_s))
 
@@ -22,7 +23,7 @@ def kinetic_energy(
 def compute_kinetic_energies(
     scene: Scene, velocity_m_s: NDArray[np.float64], spin_rad_s: NDArray[np.float64] | None = None
 ) -> NDArray[np.float64]:
-    """Return the results of `kinetic_energy` for several velocities and spins, shapes ``(k, n, 2)`` and ``(k, n)``."""
+    """Return kinetic energies for several velocities and spins, with the shapes ``(k, n, 2)`` and ``(k, n)``."""
     arrays = scene.arrays
     mass = np.where(arrays.movable, arrays.mass_kg, 0.0)
     energy: NDArray[np.float64] = 0.5 * (mass * (velocity_m_s**2).sum(axis=-1)).sum(axis=-1)
@@ -33,11 +34,11 @@ def compute_kinetic_energies(
 
 
 def work_of_driven(trace: Trace) -> NDArray[np.float64]:
-    """Return the work of the driven body on the disc in each impact, in joules, shape ``(m,)``; 0 if no body is driven.
+    """Return the work of a driven body on the disc in each impact, in joules, shape ``(m,)``; 0 without driven body.
 
     The work is the scalar product of the impulse on the disc and the velocity of the driven surface. This velocity
-    includes the speed of a conveyor or the spin of a driven disc. Kinetic energy changes by the work minus the loss in
-    impacts.
+    includes the speed of a conveyor or the spin of a driven disc. An impact changes the kinetic energy by this work
+    minus the energy lost in the impact.
     """
     start, impacts = trace.scene.arrays, trace.impacts
     work = np.zeros(len(impacts))
@@ -52,7 +53,7 @@ def work_of_driven(trace: Trace) -> NDArray[np.float64]:
         if start.belts_m_s is not None:
             belts = np.array(start.belts_m_s)[np.maximum(-1 - impacts[other], 0) % len(start.belts_m_s)]
             runs = np.where(impacts[other] < 0, belts, runs)
-        # Add the speed of the surface, to the left of the normal that points from the driven body to the disc.
+        # The surface moves to the left of the normal, which points from the driven body to the disc.
         surface = impacts[f"velocity_{other}_before"] + runs[:, None] * np.stack([-normal[:, 1], normal[:, 0]], axis=1)
         change = impacts[f"velocity_{disc}_after"] - impacts[f"velocity_{disc}_before"]
         work += mass * np.sum(np.where(is_counted[:, None], change * surface, 0.0), axis=1)

@@ -1,6 +1,6 @@
-"""Shorthand of scene files: lengths in pixels, and a disc's moment of inertia given by the disc's shape.
+"""Shorthand of scene files: lengths in pixels, and the shape of a disc instead of its moment of inertia.
 
-The shorthand is expanded when a file is read. A scene itself contains only metres and moments of inertia.
+The shorthand is replaced when a file is read.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from carom.support.escaping import format_value
 SHAPES = {"disc": 0.5, "sphere": 0.4}
 
 UNITS = ("m", "px")
-#: Fields whose units contain metres, such as lengths, velocities and accelerations.
+#: Fields whose unit contains metres, for a scene, its discs and its walls.
 _LENGTHS = {
     "": ("gravity_m_s2",),
     "discs": ("position_m", "velocity_m_s", "radius_m"),
@@ -24,7 +24,7 @@ _LENGTHS = {
 
 
 def expand_shorthand(content: dict[str, Any]) -> dict[str, Any]:
-    """Return the content of a file with its shorthand expanded.
+    """Return the content of a file with its shorthand replaced by the fields of a scene.
 
     Values of wrong types are not changed here, since the scene refuses them later.
 
@@ -72,7 +72,7 @@ def _divide_fields(fields: Any, names: tuple[str, ...], divisor: float) -> Any:
 def _divide_value(value: Any, divisor: float) -> Any:
     if isinstance(value, list):
         points = bool(value) and isinstance(value[0], list)
-        # A list of two numbers is a vector. Longer lists contain no lengths, except in lists of points.
+        # A list of two numbers is a vector. A longer list contains lengths only if it is a list of points.
         return [_divide_value(item, divisor) for item in value] if points or len(value) <= 2 else value
     if isinstance(value, bool) or not isinstance(value, int | float):
         return value
@@ -95,7 +95,7 @@ def _add_inertia(disc: Any, k: int) -> Any:
 
 
 def add_shorthand(schema: dict[str, Any]) -> dict[str, Any]:
-    """Return the JSON Schema of a scene file: the schema of a scene, extended by the shorthand."""
+    """Return the JSON Schema of scene files: the schema of a scene with the additional fields of the shorthand."""
     unit = {
         "default": "m",
         "description": "Unit of the lengths in this file: m, or px for pixels (then pixels_per_metre is required).",

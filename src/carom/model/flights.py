@@ -1,4 +1,4 @@
-"""Computes flights, the paths of discs from impact to impact, from a trace."""
+"""Computes flights from a trace. A flight is a disc's path from one impact to the next."""
 
 from __future__ import annotations
 
@@ -16,17 +16,15 @@ from carom.support.equality import ByValue
 
 @dataclass(frozen=True, eq=False)
 class Flight(ByValue):
-    """A disc's path between two successive events of this disc: impacts, changes of mode, or the run's start or end.
+    """A disc's path between two successive events: impacts, changes of the disc's mode, or the run's start or end.
 
     Attributes:
-        disc: Number of the disc.
-        impact: Index of the impact at the path's end. If the path does not end by an impact, this is the total number
-            of impacts.
+        impact: Index of the impact that ends the path, or the total number of impacts if no impact ends it.
         begin_s: Start of the path, in seconds.
         end_s: End of the path, in seconds.
         position_m: Position at the start, shape ``(2,)``.
         velocity_m_s: Velocity at the start, shape ``(2,)``.
-        pull_m_s2: Acceleration, shape ``(2,)``: gravity, or that of a disc that slides or rolls.
+        pull_m_s2: Acceleration, shape ``(2,)``: gravity, or the acceleration of a disc that slides or rolls on a wall.
         damping: Damping of the disc's motion.
     """
 
@@ -68,7 +66,7 @@ def free_flights(trace: Trace) -> Iterator[Flight]:
         return Flight(disc, impact, since[disc], end_s, place[disc], velocity[disc], pull[disc], damping)
 
     def build_disc_flights(disc: int, impact: int, end_s: float) -> Iterator[Flight]:
-        """Yield a disc's flights up to a time: several if a driven disc changes velocity or a table stops the disc."""
+        """Yield a disc's flights up to a time: several if a driven disc changes velocity, or a table stops the disc."""
         for leg in drives[disc].legs_from(since[disc])[1:] if disc in drives else ():
             if leg.begin_s >= end_s:
                 break
@@ -84,7 +82,7 @@ def free_flights(trace: Trace) -> Iterator[Flight]:
         yield build_flight(disc, impact, end_s)
 
     def build_mode_flights(impacts: int) -> Iterator[Flight]:
-        """Yield the flights that end because a disc changes its mode, for changes before impact number `impacts`."""
+        """Yield the flights that end because a disc changes its mode before the impact with number `impacts`."""
         while modes and modes[-1]["impacts"] <= impacts:
             mode = modes.pop()
             disc = int(mode["disc"])

@@ -1,7 +1,7 @@
-"""Finds bodies that overlap at the start of a scene, and so make it invalid.
+"""Finds bodies that overlap at the start of a scene.
 
-Rigid bodies never overlap, so the laws of impact don't determine how overlapping bodies move. Two immovable bodies may
-overlap, since that has no effect.
+A scene with an overlap is invalid: rigid bodies never overlap, so the laws of impact don't determine how overlapping
+bodies move. Two immovable bodies may overlap, since this has no effect.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from carom.support.formatting import format_metres
 Floats = NDArray[np.float64]
 Numbers = NDArray[np.intp]
 
-#: Largest number of overlaps of each kind that a message names. Many overlapping discs would fill pages.
+#: Largest number of overlaps of each kind (two discs, or disc and wall) that a message names.
 NAMED = 10
 
-#: The search for near pairs multiplies reaches by this factor, so that it misses no overlap because of rounding. The
-#: factor adds 16 * 2^-52. Rounding of a gap needs 4 * 2^-52, and the comparison in the search needs 8 * 2^-52.
+#: Factor for distances in the search for near bodies, so that rounding hides no overlap. The factor adds 16 * 2^-52.
+#: The rounding of a gap needs 4 * 2^-52, and the comparison in the search needs 8 * 2^-52.
 _ROUNDED_UP = 1.0 + 2.0**-48
 
 
@@ -34,7 +34,7 @@ class Overlap(NamedTuple):
     Attributes:
         disc: Number of the disc; the higher number if both bodies are discs.
         other: Number of the other disc, or number of the wall.
-        message: What is wrong, and what to do. The text follows the name of the field with the disc's position.
+        message: What is wrong, and what the user can do. The text follows the name of a field.
     """
 
     disc: int
@@ -45,9 +45,10 @@ class Overlap(NamedTuple):
 def compute_input_rounding(size: Floats) -> Floats:
     """Return the largest overlap that rounding of the input can explain.
 
-    Discs that touch exactly according to the decimal numbers in a file may overlap slightly as floats. They must not be
-    refused. The gap of two discs depends on six numbers, each rounded by at most half a unit in the last place of the
-    largest: 3 units in all. The computation of the gap rounds five times, by less than 3 units.
+    Discs that touch exactly in the decimal numbers of a file may overlap slightly as floats. Discs with this small
+    overlap must be accepted. The gap of two discs depends on six numbers. Each number is rounded by at most half a unit
+    in the last place of the largest number, which gives 3 units. The computation of the gap rounds five times, by less
+    than 3 units in all.
 
     Args:
         size: Magnitude of the largest number in the computation of a gap, in metres.
@@ -57,7 +58,7 @@ def compute_input_rounding(size: Floats) -> Floats:
 
 
 class _Discs(NamedTuple):
-    """The arguments of `find_overlaps` for each disc, and the magnitude of the disc's largest number."""
+    """Positions, radii and mobility of all discs, and the magnitude of each disc's largest number."""
 
     position: Floats
     radius: Floats
@@ -73,19 +74,19 @@ def find_overlaps(
     disc_name: str,
     wall_name: str,
 ) -> tuple[list[Overlap], bool]:
-    """Return overlaps larger than rounding errors: at most ten of two discs, and at most ten of a disc and a wall.
+    """Return overlaps larger than rounding errors: at most ten between discs, and at most ten between discs and walls.
 
     Args:
         position_m: Centres, in metres, shape ``(n, 2)``.
         radius_m: Radii, in metres, shape ``(n,)``.
         movable: Whether an impact moves a disc, shape ``(n,)``.
-        walls: Point and unit normal of each half-plane, outline of each finite wall.
-        disc_name: Name of the other disc in a message, with ``{}`` for its number.
-        wall_name: Name of the wall in a message.
+        walls: Point and unit normal of each half-plane, and the outline of each other wall.
+        disc_name: Text that names the other disc in a message, with ``{}`` for its number.
+        wall_name: Text that names the wall in a message, with ``{}`` for its number.
 
     Returns:
-        First, the overlaps: those between discs, and then those with walls, each ordered by disc and then by the other
-        body. Second, whether there are more overlaps.
+        First, a list of overlaps between discs and then of overlaps with walls, each ordered by disc and then by the
+        other body. Second, whether there are more overlaps.
     """
     discs = _Discs(position_m, radius_m, movable, np.maximum(np.abs(position_m).max(axis=1), radius_m))
     planes = {k: wall for k, wall in enumerate(walls) if isinstance(wall, tuple)}
@@ -105,11 +106,11 @@ def find_overlaps(
 
 def _find_disc_overlaps(discs: _Discs, name: str) -> Iterator[Overlap]:
     position, radius, movable, size = discs
-    # `compute_input_rounding(size)` is the tolerance for two discs of this size. Each disc's reach is reduced by half
-    # of this value, since the tolerance of any pair is at least the mean of both discs' values.
+    # The tolerance of a pair is at least the mean of both discs' `compute_input_rounding(size)`. So the search may
+    # reduce the radius of each disc by half of this value.
     reach = radius * _ROUNDED_UP - compute_input_rounding(size) / 2.0
     for first, second in find_near_pairs(position, reach, movable):
-        if not len(first):  # most scenes are small, and the following steps take longer than the search
+        if not len(first):  # usually true, and the next steps take longer than the search
             continue
         offset = position[second] - position[first]
         gap = np.hypot(offset[:, 0], offset[:, 1]) - (radius[first] + radius[second])
@@ -145,7 +146,7 @@ def _find_half_plane_overlaps(
 
 def _find_outline_overlaps(discs: _Discs, walls: Mapping[int, Outline], name: str) -> Iterator[Overlap]:
     position, radius, movable, size = discs
-    near: list[tuple[int, int]] = []  # discs and walls whose boxes are near each other
+    near: list[tuple[int, int]] = []  # disc and wall numbers of pairs whose bounding boxes are near each other
     for k, wall in walls.items():
         low, high = wall.box
         beyond = np.maximum(low - position, position - high).max(axis=1)

@@ -1,6 +1,6 @@
-"""Prescribed motion of driven bodies: a path of legs, which are straight parts with constant velocity.
+"""Prescribed motion of driven bodies: a path of straight parts with constant velocity, called legs.
 
-At the instant between two legs, the body already has the velocity of the later leg.
+At the instant between two legs, the body has the velocity of the later leg.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ Vector = tuple[float, float]
 
 
 class Course(NamedTuple):
-    """One leg of a driven body's path.
+    """A leg, one straight part of a driven body's path.
 
     Attributes:
         begin_s: Time at which the leg begins, in seconds since the start.
         end_s: Time at which the next leg begins; infinity for the last leg.
-        moved: Displacement of the body from its position at time 0 to its position when the leg begins, in metres.
-        velocity: Velocity during the leg, in metres per second.
+        moved: Displacement of the body from time 0 to the beginning of the leg, in metres.
+        velocity: Velocity during the leg, in m/s.
     """
 
     begin_s: float
@@ -30,7 +30,7 @@ class Course(NamedTuple):
     velocity: Vector
 
     def moved_at(self, time_s: float) -> Vector:
-        """Return the body's displacement since time 0, at a time within the leg, in metres."""
+        """Return the body's displacement since time 0, in metres. The time must be within the leg."""
         (x, y), (u, v), elapsed_s = self.moved, self.velocity, time_s - self.begin_s
         return x + u * elapsed_s, y + v * elapsed_s
 
@@ -39,16 +39,16 @@ class Drive(NamedTuple):
     """The path of a driven body, starting from its position at time 0.
 
     Attributes:
-        legs: The legs of the path. The first leg begins at 0.
+        legs: The straight parts of the path, in order of time. The first part begins at 0.
     """
 
     legs: tuple[Course, ...]
 
     @classmethod
     def along(cls, legs: Iterable[tuple[float, Vector]]) -> Drive:
-        """Return the path with legs that begin at given times with given velocities.
+        """Return the path with the given start times and velocities of its legs.
 
-        The displacement at the beginning of each leg is added up exactly, and then rounded once.
+        The displacement at the beginning of each leg is summed exactly and then rounded once.
         """
         leg_list = list(legs)
         if len(leg_list) == 1:  # the usual case
@@ -70,19 +70,19 @@ class Drive(NamedTuple):
 
     @property
     def fastest(self) -> float:
-        """Greatest speed of the body, in metres per second."""
+        """Greatest speed of the body, in m/s."""
         return max(math.hypot(*leg.velocity) for leg in self.legs)
 
     def leg_at(self, time_s: float) -> Course:
-        """Return the leg at a time since the start; the first leg for a negative time."""
+        """Return the part of the path at a time since the start; the first part for a negative time."""
         return self.legs[self._find_leg_number(time_s)]
 
     def legs_from(self, time_s: float) -> tuple[Course, ...]:
-        """Return the leg at a time since the start, and all later legs."""
+        """Return the part of the path at a time since the start, and all later parts."""
         return self.legs[self._find_leg_number(time_s) :]
 
     def velocity_at(self, time_s: float) -> Vector:
-        """Return the body's velocity at a time since the start, in metres per second."""
+        """Return the body's velocity at a time since the start, in m/s."""
         return self.leg_at(time_s).velocity
 
     def moved_at(self, time_s: float) -> Vector:
@@ -90,11 +90,11 @@ class Drive(NamedTuple):
         return self.leg_at(time_s).moved_at(time_s)
 
     def velocities_within(self, begin_s: float, end_s: float) -> list[Vector]:
-        """Return the velocities of all legs between two times; if the times are equal, the velocity from then on."""
+        """Return the velocities between two times. If the times are equal, return the velocity just after them."""
         return [leg.velocity for leg in self.legs_from(begin_s) if leg.begin_s <= max(begin_s, end_s)]
 
     def shift_legs(self, time_s: float) -> list[tuple[float, Vector]]:
-        """Return the start time and the velocity of each leg, with times counted from `time_s` instead of the start."""
+        """Return start time and velocity of each leg from `time_s` on. Start times are counted from `time_s`."""
         legs = list(self.legs_from(time_s))
         return [(max(0.0, leg.begin_s - time_s) if k else 0.0, leg.velocity) for k, leg in enumerate(legs)]
 

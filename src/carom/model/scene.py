@@ -1,4 +1,4 @@
-"""Classes of scenes and discs. Their instances are validated and immutable."""
+"""Validated, immutable classes of scenes and discs."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from carom.support.fields import (
 
 __all__ = ["Chain", "Disc", "Need", "Ring", "Scene", "Wall", "to_scene"]
 
-#: Fields about friction that a scene and its arrays have in common.
+#: Fields about friction that both a scene and its arrays have.
 _OF_FRICTION = ("friction", "wall_friction", "tangential_restitution", "wall_tangential_restitution")
 
 
@@ -75,13 +75,13 @@ class Disc(Model):
         position_m: Centre at time 0, in metres.
         velocity_m_s: Velocity at time 0, in metres per second.
         radius_m: Radius, in metres, above 0.
-        mass_kg: Mass, in kilograms, above 0; ``inf`` (in JSON the string ``"inf"``) for a disc that no impact moves.
-        driven: Whether the disc moves with prescribed velocity and spin, which impacts don't change. Its mass must be
-            infinite.
+        mass_kg: Mass, in kilograms, above 0. Impacts don't move a disc with ``inf`` (in JSON the string ``"inf"``).
+        driven: Whether the disc moves with prescribed velocity and spin, which impacts don't change. A driven disc must
+            have infinite mass.
         legs: Velocities of a driven disc, each with the time at which it begins; replaces `velocity_m_s`.
         spin_rad_s: Spin at time 0, counterclockwise, in radians per second.
         inertia_factor: Moment of inertia divided by mass times radius squared, above 0 and up to 1: 1/2 for a uniform
-            disc, 2/5 for a sphere, 1 for a hoop. With ``inf`` (in JSON the string ``"inf"``) a disc can't turn.
+            disc, 2/5 for a sphere, 1 for a hoop. A disc with ``inf`` (in JSON the string ``"inf"``) can't turn.
 
     Examples:
         >>> disc = carom.Disc(position_m=(0.0, 0.0), velocity_m_s=(4.0, 0.0), radius_m=0.25)
@@ -101,11 +101,11 @@ class Disc(Model):
     inertia_factor: Inertia = 0.5
 
     def model_post_init(self, _context: object, /) -> None:
-        """Refuse combinations of fields that contradict each other.
+        """Refuse fields that contradict each other.
 
         Raises:
-            SceneError: A disc of infinite mass moves or spins, but is not driven. The inertia is infinite and the spin
-                is not zero. A driven disc has a finite mass. The legs are invalid, or a disc with legs is not driven.
+            SceneError: A disc of infinite mass moves or spins, but is not driven. A disc of infinite inertia spins. A
+                driven disc has a finite mass. The legs are invalid, or a disc with legs is not driven.
         """
         problems = list(find_leg_problems(self.legs, self.velocity_m_s)) if self.legs else []
         if self.legs and not self.driven:
@@ -137,11 +137,11 @@ class Disc(Model):
 
 
 class Scene(Drawn, Model):
-    """Discs, walls, and the coefficients of the physical laws. Scenes are immutable, and compared by their fields.
+    """Discs, walls and coefficients of the physical laws. Scenes are immutable. Scenes with equal fields are equal.
 
     Attributes:
         name: Name of the scene in reports.
-        description: One or two sentences for a reader; free text.
+        description: Free text for a reader, one or two sentences.
         discs: At least one disc.
         walls: Half-planes, chains of straight edges and arcs, and circles; none by default.
         restitution: Coefficient of restitution of every pair of discs, 0 to 1.
@@ -149,18 +149,19 @@ class Scene(Drawn, Model):
         friction: Coulomb's coefficient of friction of every pair of discs, 0 or more.
         wall_friction: Coulomb's coefficient of friction between any disc and any wall, 0 or more.
         tangential_restitution: Tangential restitution of two discs, -1 to 1. If friction is strong enough, an impact
-            multiplies the slip by minus this value: 0 ends the slip, and 1 reverses it.
+            multiplies the relative velocity of the touching surfaces along the contact by minus this value. The value 0
+            ends this sliding, and 1 reverses it.
         wall_tangential_restitution: Tangential restitution between any disc and any wall, -1 to 1.
         gravity_m_s2: Uniform acceleration of every movable disc, in metres per second squared.
         damping_per_s: Rate c of linear damping, in 1/s, 0 or more: between impacts, velocities and spins of all discs
             decrease as ``exp(-c t)``. The rate must be 0 in a scene with gravity. See `docs/theory/damping.md`.
         wall_rolling_resistance: Coefficient c of rolling resistance between any disc and any wall, 0 or more. If a disc
-            of radius R presses on a wall with the force P, a torque of up to c P R resists its rotation. The
-            coefficient c is the tangent of the steepest slope on which a disc stays at rest. Rolling resistance needs
-            gravity, and `wall_tangential_restitution` must be 0. See `docs/theory/contact.md`.
+            of radius R presses on a wall with the force P, a torque of up to ``c P R`` resists its rotation. On the
+            steepest slope on which a disc stays at rest, c is the tangent of the slope's angle. Rolling resistance
+            needs gravity, and `wall_tangential_restitution` must be 0. See `docs/theory/contact.md`.
         table_deceleration_m_s2: Deceleration of discs that slide on a horizontal table, in metres per second squared.
-            The scene is then seen from above. It can't have gravity, damping, spin, friction or driven bodies. See
-            `docs/theory/contact.md`.
+            A scene with a table is seen from above, and can't have gravity, damping, spin, friction or driven bodies.
+            See `docs/theory/contact.md`.
         duration_s: Duration of the simulation, in seconds, above 0.
         frame_rate_hz: Frames per second. By default, no step is longer than one frame.
 
@@ -174,7 +175,7 @@ class Scene(Drawn, Model):
 
     left_out = (*_OF_FRICTION, "damping_per_s", "wall_rolling_resistance", "table_deceleration_m_s2")
 
-    # Control characters are refused, since names are printed on terminals and in reports.
+    # Control characters are refused because names are printed on terminals and in reports.
     name: Annotated[str, Field(min_length=1, max_length=200, pattern=r"^[^\x00-\x1f\x7f]*$")]
     description: str = ""
     discs: Annotated[tuple[Disc, ...], AfterValidator(_require_disc), Field(json_schema_extra={"minItems": 1})]
@@ -235,7 +236,7 @@ class Scene(Drawn, Model):
 
     @cached_property
     def arrays(self) -> DiscArrays:
-        """The initial state and the coefficients of the scene as read-only arrays, the input of every solver."""
+        """The discs, walls and coefficients of the scene as read-only arrays, the input of every solver."""
         discs, belts = self.discs, tuple(wall.surface_speed_m_s for wall in self.walls)
         return DiscArrays.of_valid(
             position_m=np.array([disc.position_m for disc in discs]),
@@ -268,8 +269,8 @@ class Scene(Drawn, Model):
         )
         return materials if any(material != scene for material in materials) else None
 
-    # The cached arrays are not copied or pickled: a copy may have other discs, and another process builds its own
-    # arrays.
+    # The cached arrays are not copied, because a copy may get other discs. The arrays are not pickled, because another
+    # process builds its own arrays.
 
     def __iter__(self) -> Generator[tuple[str, Any], None, None]:
         return ((name, value) for name, value in super().__iter__() if name != "arrays")
@@ -290,7 +291,7 @@ class Scene(Drawn, Model):
 
     @property
     def undamped(self) -> Self:
-        """The scene without damping; the scene itself if it has none."""
+        """The same scene without damping."""
         if not self.damping_per_s:
             return self
         undamped = self.model_copy(update={"damping_per_s": 0.0})
@@ -329,14 +330,14 @@ class Scene(Drawn, Model):
         return frozenset(need for need, is_needed in conditions.items() if is_needed)
 
     def _does_enclose(self, ring: Ring) -> bool:
-        """Whether a disc is inside the circle at time 0, so that the method must support impacts from inside."""
+        """Whether a disc starts inside the circle, so that the method must support impacts from inside."""
         return any(math.dist(disc.position_m, ring.centre_m) < ring.radius_m for disc in self.discs)
 
     def half_planes(self) -> tuple[Wall, ...]:
         """Return the walls, which must all be half-planes.
 
         Raises:
-            InputError: A wall is not a half-plane; the message names the first such wall.
+            InputError: A wall is not a half-plane. The message names the wall.
         """
         planes = tuple(wall for wall in self.walls if isinstance(wall, Wall))
         if len(planes) < len(self.walls):
@@ -345,7 +346,7 @@ class Scene(Drawn, Model):
         return planes
 
     def step_count(self, dt_s: float) -> int:
-        """Return the number of steps of length `dt_s` that cover the duration: see `count_steps`.
+        """Return the number of steps of length `dt_s` that cover the scene's duration, as `count_steps` does.
 
         Raises:
             InputError: `dt_s` is not a finite number above 0, or it gives more than `carom.support.limits.MOST_STEPS`
@@ -355,10 +356,10 @@ class Scene(Drawn, Model):
 
 
 def to_scene(scene: Scene | str) -> Scene:
-    """Return the given scene, or the scene of the catalogue with the given full name.
+    """Return the argument if it is a scene, or else the scene of the catalogue with this full name.
 
     Raises:
-        UnknownNameError: The catalogue has no scene of this name; the message contains the nearest name.
+        UnknownNameError: The catalogue has no scene of this name. The message contains the nearest name.
         InputError: The argument is neither a scene nor a name.
     """
     if isinstance(scene, Scene):

@@ -13,12 +13,12 @@ from carom.support.checks import check_instance
 from carom.support.fields import Model
 from carom.support.limits import MOST_BYTES, MOST_DISCS, MOST_WALLS
 
-#: Largest number of bodies in a scene file. A scene made in Python may have more.
+#: Largest number of discs and walls in a scene file. A scene made in Python may have more.
 MOST_BODIES = {"discs": MOST_DISCS, "walls": MOST_WALLS}
 
 
 def build_scene_schema() -> dict[str, Any]:
-    """Return the JSON Schema of a scene file, published as ``carom/scene.schema.json``."""
+    """Return the JSON Schema of scene files. The package contains it as ``carom/scene.schema.json``."""
     schema = Scene.model_json_schema()
     for name, limit in MOST_BODIES.items():
         schema["properties"][name]["maxItems"] = limit
@@ -34,11 +34,12 @@ def build_scene_schema() -> dict[str, Any]:
 def load_scene(path: str | Path) -> Scene:
     """Load and validate the scene in a ``.toml`` or ``.json`` file.
 
-    A file may give lengths in pixels, and a disc's moment of inertia by its shape: see `carom.model.file_shorthand`.
+    A file may give lengths in pixels, and a disc's shape instead of its moment of inertia. See
+    `carom.model.file_shorthand`.
 
     Raises:
         SceneError: The file can't be read, is neither TOML nor JSON, is too large, or contains no valid scene. The
-            message names the file, the field with its index, and the value.
+            message contains the file's name, the field, the field's index and the value.
 
     Examples:
         >>> carom.save_scene(carom.scene("paper/late"), "late.toml")
@@ -49,7 +50,7 @@ def load_scene(path: str | Path) -> Scene:
     try:
         return Scene(**_limit_problems(expand_shorthand(_parse_file(path))))
     except SceneError as error:
-        has_more = error.more or len(error.problems) > SceneError.SHOWN  # the search may have stopped early
+        has_more = error.more or len(error.problems) > SceneError.SHOWN  # not all problems may have been found
         raise SceneError(error.problems, source=str(path), more=has_more) from None
 
 
@@ -81,7 +82,7 @@ def _build_ending_problem(path: Path) -> Problem:
 
 
 def _limit_problems(content: dict[str, Any]) -> dict[str, Any]:
-    """Return the content of a file, with only as many invalid entries as a message can show.
+    """Return the content of a file without the invalid entries that are too many for a message.
 
     Each problem takes a kilobyte of memory, and a file can have millions of problems.
     """
@@ -110,10 +111,10 @@ def _limit_unknown_fields(fields: Any, model: type[Model]) -> Any:
 
 
 def save_scene(scene: Scene, path: str | Path) -> None:
-    """Write a scene as TOML or JSON; the ending of the path decides. If the file is loaded, it returns an equal scene.
+    """Write a scene to a file whose name ends in ``.toml`` or ``.json``. Loading the file returns an equal scene.
 
     Raises:
-        SceneError: The ending is neither ``.toml`` nor ``.json``.
+        SceneError: The name ends in neither ``.toml`` nor ``.json``.
         InputError: `scene` is not a scene.
         OSError: The file can't be written.
 

@@ -1,4 +1,4 @@
-"""Finds scenes of the catalogue by name. `carom` registers the function, since `carom.model` can't import it."""
+"""Finds scenes of the catalogue by name. The package `carom` registers the function that finds them."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ _find: Callable[[str], Any]
 
 
 def set_scene_finder(find: Callable[[str], Any]) -> None:
-    """Register the function that returns a scene by its full name."""
+    """Register the function that returns the scene with a given full name."""
     global _find  # noqa: PLW0603 - set once, by the package when it is imported
     _find = find
 
 
 def find_scene(name: str) -> Any:
-    """Return the scene with a full name.
+    """Return the scene of the catalogue with a given full name.
 
     Raises:
-        UnknownNameError: The catalogue has no scene of this name; the message contains the nearest name.
+        UnknownNameError: The catalogue has no scene of this name. The message contains the nearest name.
     """
     return _find(name)

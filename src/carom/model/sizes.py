@@ -1,7 +1,7 @@
 """Checks that the sizes in a scene don't differ too much for floats, and counts the steps of a duration.
 
-Lengths are compared with the smallest radius, and masses with the smallest mass. The longest possible path of a disc
-is also one of the lengths. See `carom.support.limits`.
+Every length in a scene, and the longest possible path of a disc, is compared with the smallest radius. Every mass is
+compared with the smallest mass. See `carom.support.limits`.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ class Sizes(NamedTuple):
     Attributes:
         length: Greatest coordinate or radius of any disc or wall.
         radius: Smallest radius of a disc.
-        speed: Greatest velocity component or rim speed (spin times radius) at the start. If a disc at rest would fall
-            faster than this by the end, it is the speed of this fall.
+        speed: The greater of two speeds: the greatest velocity component or rim speed (spin times radius) at the start,
+            and the speed that gravity gives a disc from rest within the duration.
         duration: Duration of the scene.
         lightest: Smallest mass of a movable disc; 1 if there is none.
         heaviest: Greatest mass of a movable disc; 1 if there is none.
@@ -45,7 +45,7 @@ class Sizes(NamedTuple):
 
     @classmethod
     def of(cls, start: DiscArrays, gravity_m_s2: Vector, duration_s: float) -> Sizes:
-        """Return the sizes of a scene with this starting state."""
+        """Return the sizes of a scene with the starting state `start`."""
         points = [abs(length) for wall in start.walls for length in list_wall_lengths(wall)]
         masses = start.mass_kg[start.movable]
         return cls(
@@ -69,7 +69,7 @@ class Sizes(NamedTuple):
 
 
 def find_span_problems(start: DiscArrays, gravity_m_s2: Vector, duration_s: float) -> Iterator[Problem]:
-    """Yield a problem for each size that differs too much from the others."""
+    """Yield a problem for each pair of sizes with too large a ratio."""
     sizes = Sizes.of(start, gravity_m_s2, duration_s)
     if sizes.length > SPAN * sizes.radius:
         yield Problem(
@@ -112,17 +112,15 @@ def _find_short_edges(index: int, wall: Outline, greatest: float) -> Iterator[Pr
 
 
 def count_steps(duration_s: float, dt_s: float) -> int:
-    """Return the number of steps of size `dt_s` that cover a duration, 0 or more.
+    """Return the number of steps of size `dt_s` that cover a duration, 0 or more. The last step may end later.
 
-    The last step may end after the duration.
-
-    If the duration is a whole number of steps, rounding must not add another step. Both numbers may be rounded, such as
-    1/240, each with a relative error of up to 2^-53. So a quotient that exceeds a whole number by no more than these
-    errors counts as the whole number. The quotient itself is computed exactly.
+    If the duration is a whole number of steps, rounding must not add another step. Duration and step size may be
+    rounded numbers, such as 1/240, each with a relative error of up to 2^-53. So if the quotient of both exceeds a
+    whole number by no more than these errors, the whole number is returned. The quotient itself is computed exactly.
 
     Raises:
-        InputError: `dt_s` is not a finite number above 0, or it gives more than `carom.support.limits.MOST_STEPS`
-            steps.
+        InputError: `dt_s` is not a finite number above 0, or more than `carom.support.limits.MOST_STEPS` steps are
+            needed.
     """
     if not 0 < dt_s < math.inf:
         raise InputError(f"a step size must be a finite number of seconds above 0, got {dt_s}")

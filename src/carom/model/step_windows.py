@@ -1,6 +1,6 @@
 """Data types of the stepwise comparison: each step of a run is compared with PIC from the same state.
 
-A window consists of the successive steps in which a few bodies meet. `carom.comparator.stepwise` finds the windows, and
+A window is a series of successive steps in which a few bodies meet. `carom.comparator.stepwise` finds the windows, and
 a trace stores the results.
 """
 
@@ -21,32 +21,33 @@ Array = NDArray[np.float64]
 
 @dataclass(eq=False)
 class WindowRow:
-    """Comparison of one window with PIC, which starts from the state of the window's bodies at its start.
+    """Comparison of one window with PIC, which starts from the engine's state at the beginning of the window.
 
-    Velocities and rim speeds (spin times radius) are in metres per second. A number that was not requested is NaN.
+    Velocities and rim speeds (spin times radius) are in
+    m/s. A number that was not requested is NaN.
 
     Attributes:
-        begin_s: Time of the window's first state.
-        end_s: Time of the window's last state.
+        begin_s: Time of the first state in the window.
+        end_s: Time of the last state in the window.
         due: Number of impacts that PIC finds in the window.
-        missed: Number of pairs that passed through each other.
-        pit_missed: Number of these pairs whose impact PIT also misses, from the same state at the same phase.
+        missed: Number of pairs of bodies that passed through each other.
+        pit_missed: Number of these pairs whose impact PIT misses too, from the same state at the same phase.
         entangled: Whether the window has no unique answer, because of several pairs or impacts, or an initial overlap.
         turned: Whether bodies changed direction although PIC finds no impact.
-        open: Whether the run ended before the window was complete.
-        late_steps: Number of steps by which the engine's bodies changed direction later than PIC's.
+        open: Whether the run ended before the end of the window.
+        late_steps: Delay of the engine's change of direction, compared with PIC's, in steps.
         late_known: Uncertainty of `late_steps`.
-        late_allowed: Greatest delay of a method that checks once per step, in steps.
-        velocity: Largest difference of a velocity from PIC at the window's end.
-        speed: Greatest speed of the window's bodies, by which rounding errors of velocities are judged.
-        spin: Largest difference of a rim speed from PIC at the window's end.
-        rim: Greatest speed or rim speed of the window's bodies, by which rounding errors of rim speeds are judged.
-        place_m: Largest difference of a position from PIC at the window's end.
-        place_known_m: Uncertainty of `place_m`, from the rounding of positions.
+        late_allowed: Greatest delay that checking once per step can cause, in steps.
+        velocity: Largest difference of a velocity from PIC's velocity when the window ends.
+        speed: Greatest speed of the window's bodies. Rounding errors of velocities are proportional to it.
+        spin: Largest difference of a rim speed from PIC's rim speed when the window ends.
+        rim: Greatest speed or rim speed of the window's bodies. Rounding errors of rim speeds are proportional to it.
+        place_m: Largest difference of a position from PIC's position when the window ends.
+        place_known_m: Uncertainty of `place_m` because positions are rounded.
         price_velocity: Largest velocity error of PIT, which starts from the same state.
         price_spin: Largest rim speed error of PIT, which starts from the same state.
         restitution: Restitution computed from the engine's velocities, minus the scene's restitution.
-        energy_j: Energy that the engine's discs have more than PIC's at the window's end, in joules.
+        energy_j: Energy of the engine's discs minus the energy of PIC's discs when the window ends, in joules.
         energy_price_j: Largest energy that PIT's discs gain from the same state, in joules.
     """
 
@@ -78,8 +79,8 @@ class WindowRow:
 WINDOW_DTYPE = build_dtype(WindowRow)
 
 #: One pair of bodies that meet in a window: the window's index, the numbers of the bodies, and the times of the first
-#: and last state of the pair's steps. The last fields are the time of PIC's impact (NaN if PIC finds none), whether the
-#: run missed it, and whether PIT missed it from the same state.
+#: and last state of the steps in which they meet. Then follow the time of PIC's impact (NaN if PIC finds none), whether
+#: the run missed it, and whether PIT missed it from the same state.
 MEETING_DTYPE = np.dtype(
     [
         ("window", "i8"),
@@ -93,9 +94,9 @@ MEETING_DTYPE = np.dtype(
     ]
 )
 
-#: An unexplained change of a disc's motion in a step outside of windows. The fields are the start of the step, the
-#: changes of velocity and rim speed (metres per second), the displacement that the disc's velocity does not explain
-#: (metres), the disc's speed, and the rounding error of its position.
+#: An unexplained change of a disc's motion in a step in which the disc meets no other body. The fields are the start of
+#: the step, the changes of velocity and rim speed (m/s), the displacement that the velocity does not
+#: explain (metres), the disc's speed, and the rounding error of its position.
 SLIP_DTYPE = np.dtype(
     [
         ("time_s", "f8"),
@@ -108,20 +109,20 @@ SLIP_DTYPE = np.dtype(
     ]
 )
 
-#: Successive steps in which two bodies rest on each other, and the contact changes their velocities: the numbers of the
-#: bodies, and the times of the first and the last state.
+#: Successive steps in which two bodies rest on each other, and the contact changes their velocities. The fields are the
+#: numbers of the bodies, and the times of the first and the last state.
 REST_DTYPE = np.dtype([("first", "i8"), ("second", "i8"), ("begin_s", "f8"), ("end_s", "f8")])
 
 
 @dataclass(frozen=True, eq=False)
 class States:
-    """States of a run at the ends of its steps or, with the profile `located`, of the pieces of its steps.
+    """States of a run at the ends of steps. With the profile `located`, they are at the ends of parts of steps.
 
     Attributes:
         time_s: Shape ``(k,)``, in seconds, increasing.
         position_m: Shape ``(k, n, 2)``, in metres.
-        velocity_m_s: Shape ``(k, n, 2)``, in metres per second.
-        spin_rad_s: Shape ``(k, n)``, in radians per second; None in a scene in which no disc spins.
+        velocity_m_s: Shape ``(k, n, 2)``, in m/s.
+        spin_rad_s: Shape ``(k, n)``, in rad/s; None if no disc of the scene spins.
     """
 
     time_s: Array
@@ -133,13 +134,13 @@ class States:
         return len(self.time_s)
 
     def select_rows(self, rows: slice | NDArray[Any]) -> States:
-        """Return some of the states, selected by their numbers."""
+        """Return the states with the given row numbers."""
         spins = None if self.spin_rad_s is None else self.spin_rad_s[rows]
         return States(self.time_s[rows], self.position_m[rows], self.velocity_m_s[rows], spins)
 
     @classmethod
     def joined(cls, parts: Sequence[States]) -> States:
-        """Return the states of several parts as one. All parts must have spins, or no part."""
+        """Return the states of several parts as one. Either all parts have spins, or none."""
         if len(parts) == 1:
             return parts[0]
         names = [field.name for field in fields(cls) if getattr(parts[0], field.name) is not None]
@@ -148,33 +149,33 @@ class States:
 
 @dataclass(frozen=True, eq=False)
 class LocalTruth:
-    """Comparison of all steps of a run with PIC, each from the run's own state at the step's start.
+    """Comparison of all steps of a run with PIC. PIC starts from the run's own state before each step.
 
     Attributes:
         until_s: Time of the last state that was compared.
-        steps: Number of steps, or pieces of steps, that were compared.
-        windows: Structured array of `WINDOW_DTYPE`, in order of their beginnings.
-        meetings: Structured array of `MEETING_DTYPE`, the pairs of the windows.
+        steps: Number of compared steps. With the profile `located`, it is the number of compared parts of steps.
+        windows: Structured array of `WINDOW_DTYPE`, in order of start times.
+        meetings: Structured array of `MEETING_DTYPE`, the pairs that meet in the windows.
         slips: Structured array of `SLIP_DTYPE`: for each disc, the largest unexplained changes of velocity, spin and
             position while the disc neither met another body nor rested. A disc that moved freely has no row.
         ahead: Number of velocity changes, outside of windows, that are due to a contact margin: the engine reacted just
             before the pair met.
         slip_counts: Two numbers of steps, each summed over all discs: steps with an unexplained change of velocity or
             spin, and steps with an unexplained change of position.
-        resting_steps: Number of steps, summed over all discs, in which a disc belonged to a resting pair.
+        resting_steps: Number of steps in which a disc belonged to a resting pair, summed over all discs.
         sunk_radii: Greatest overlap of a resting pair, divided by the distance of their centres when they touch; 0 if
             no pair overlapped.
-        sinks_s: First time at which a pair's overlap increased in a step by more than by free fall; NaN if there is no
-            such time.
-        polygon: Whether the method moves discs straight in each step, so that curved paths become polygons. Then a
-            position is wrong by up to half of the fall in a step or, with damping, half of the speed lost in a step
-            times the step size.
+        sinks_s: First time at which a step increased the overlap of a pair by more than free fall does. NaN if free
+            fall explains all overlaps.
+        polygon: Whether the method moves discs straight in each step, so that curved paths become polygons. The error
+            of a position is then up to half of the fall in a step. With damping, it is up to half of the speed lost in
+            a step times the step size.
         rests: Structured array of `REST_DTYPE`: steps outside of windows in which a pair rests, and the contact changes
             velocities.
-        invented: Number of steps outside of windows, summed over all discs, in which a velocity or rim speed changed by
-            more than 1 % of the disc's speed without a cause.
-        first_invented_s: Time of the first of these steps; NaN if there is none.
-        first_inventor: Disc that changed in this step; -1 if there is none.
+        invented: Number of steps, summed over all discs, in which a velocity or rim speed changed by more than 1 % of
+            the disc's speed without a cause. Steps in which bodies meet are not counted.
+        first_invented_s: Time of the first step that `invented` counts; NaN if there is none.
+        first_inventor: Disc that changed in this first step; -1 if there is none.
     """
 
     until_s: float
@@ -196,7 +197,7 @@ class LocalTruth:
     def clip_to(self, time_s: float) -> LocalTruth:
         """Return the part of the comparison that concerns the run up to a time.
 
-        Counts stay those of the whole run, except that `invented` is 0 if no step up to the time is invented.
+        Numbers of steps remain those of the whole run. Only `invented` is 0 if no counted step is before this time.
         """
         has_invented = self.first_invented_s <= time_s
         return replace(

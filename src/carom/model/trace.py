@@ -1,4 +1,4 @@
-"""Trace: the result of running a scene with a method, with impacts, final state, outcome and settings."""
+"""Trace: the result of one run of a method on a scene, with impacts, final state, outcome and settings."""
 
 from __future__ import annotations
 
@@ -24,12 +24,11 @@ Setting = float | int | bool | str
 
 
 def format_setting(value: Setting) -> str:
-    """Return the text of a setting. ``--set`` reads the text back as the same value."""
+    """Return the text of a setting. The option ``--set`` reads the text back as the same value."""
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
-#: PIC has two profiles, and PIT has one. So that users can run all methods with the same profile names, these aliases
-#: map the profile names of engines to those of PIC and PIT.
+#: Other names for the profiles of PIC and PIT. With these names, users can run all methods with the same profile.
 PROFILE_ALIASES: Mapping[str, Mapping[str, str]] = {
     "pic": {"default": "frame-by-frame", "tuned": "event-driven"},
     "pit": {"default": "tuned"},
@@ -42,20 +41,17 @@ def resolve_profile(method: str, profile: str) -> str:
 
 
 def format_profile(method: str, profile: str, overrides: Mapping[str, Setting]) -> str:
-    """Return the text shown for a profile: its name, and the settings that were changed.
-
-    For PIT, the profile's name is not shown, because PIT has only one profile.
-    """
+    """Return the text for a profile: its name and the changed settings. PIT has only one profile, which has no text."""
     profile_name = "" if method == "pit" else resolve_profile(method, profile)
     values = ", ".join(f"{name}={format_setting(value)}" for name, value in overrides.items())
     return f"{profile_name} with {values}".lstrip() if values else profile_name
 
 
-#: Spins of an impact's two bodies, just before and just after it, in radians per second, counterclockwise; 0 for a
-#: wall.
+#: Spins of an impact's two bodies just before and just after the impact, in rad/s, counterclockwise.
+#: Walls have spin 0.
 SPIN_DTYPE = np.dtype([("first_before", "f8"), ("second_before", "f8"), ("first_after", "f8"), ("second_after", "f8")])
 
-#: Edge of a finite wall that a disc hit: the edge's number in the wall, or -1 if no edge was hit, and the `EdgeKind`.
+#: Edge of a finite wall that a disc hit: the edge's number in the wall (-1 if no edge was hit), and the `EdgeKind`.
 EDGE_DTYPE = np.dtype([("edge", "i8"), ("kind", "i8")])
 
 #: A time before an impact, and the positions of the impact's two bodies at that time. Unknown positions and positions
@@ -76,7 +72,7 @@ class EdgeKind(IntEnum):
 class Mode(IntEnum):
     """How a disc moves under gravity: in flight, or in lasting contact with a wall.
 
-    In the mode `BLOCK`, a disc slides without turning, because of rolling resistance.
+    In the mode `BLOCK`, a disc slides without turning because of rolling resistance.
 
     Examples:
         >>> [mode.name for mode in carom.Mode]
@@ -95,7 +91,7 @@ NO_EDGE = (-1, -1)
 
 
 class ImpactRecord(NamedTuple):
-    """One impact, as stored in `Trace.impacts`, `Trace.spins` and `Trace.edges`. Units: s, m/s, rad/s."""
+    """One impact of `Trace.impacts`, `Trace.spins` and `Trace.edges`. Times are in s, speeds in m/s, spins in rad/s."""
 
     time_s: float
     first: int
@@ -110,7 +106,7 @@ class ImpactRecord(NamedTuple):
 
 
 class ModeRecord(NamedTuple):
-    """One row of `Trace.modes`, in the order of `MODE_DTYPE`. Units: s, m, rad."""
+    """One row of `Trace.modes`, in the order of `MODE_DTYPE`. Times are in s, lengths in m, angles in rad."""
 
     time_s: float
     impacts: int
@@ -125,12 +121,12 @@ class ModeRecord(NamedTuple):
     spin_rate: float
 
 
-#: One impact. If the second body is a wall, `second` is its `wall_body`. `normal` is the unit vector from first to
-#: second.
+#: One impact. The second body may be a wall, with a negative number as in `wall_body`. The unit vector `normal` points
+#: from the first body to the second.
 IMPACT_DTYPE = build_dtype(ImpactRecord, omitted=("spins", "edge"))
 
-#: A change of a disc's `Mode`, and its state at this instant. `wall` is the body number of the wall, and `impacts` is
-#: the number of earlier impacts in the trace. The acceleration is constant until the disc's next change of mode.
+#: A change of a disc's `Mode`, and the disc's state at this instant. `wall` is the body number of the wall, and
+#: `impacts` is the number of earlier impacts in the trace. The acceleration is constant until the next change of mode.
 MODE_DTYPE = build_dtype(ModeRecord)
 
 _COLUMNS = len(IMPACT_DTYPE.names or ())
@@ -142,7 +138,7 @@ def build_impact_array(records: Iterable[ImpactRecord]) -> NDArray[np.void]:
 
 
 def build_spin_array(records: Iterable[ImpactRecord]) -> NDArray[np.void]:
-    """Return the spins of impact records as a read-only structured array of `SPIN_DTYPE`. No spins may be None."""
+    """Return the spins of impact records as a read-only structured array of `SPIN_DTYPE`. No record may lack spins."""
     return _build_read_only([record.spins for record in records], SPIN_DTYPE)
 
 
@@ -163,7 +159,7 @@ def _build_read_only(rows: list[Any], dtype: np.dtype[np.void]) -> NDArray[np.vo
 
 
 def wall_body(wall: int) -> int:
-    """Return the body number of the k-th wall, ``-1 - k``; discs are numbered from 0."""
+    """Return the body number ``-1 - k`` of wall k. Discs have the body numbers 0, 1, 2, ..."""
     return -1 - wall
 
 
@@ -173,7 +169,7 @@ def wall_index(body: int) -> int:
 
 
 def body_name(body: int) -> str:
-    """Return the name of a body: disc or wall, and its number."""
+    """Return the name of a body, such as "disc 0" or "wall 2"."""
     return f"disc {body}" if body >= 0 else f"wall {wall_index(body)}"
 
 
@@ -190,7 +186,7 @@ def velocities(impacts: NDArray[np.void], moment: Literal["before", "after"]) ->
 def rim_speeds(trace: Trace, moment: Literal["before", "after"]) -> NDArray[np.float64]:
     """Return the rim speeds ``R w`` of both bodies of each impact, shape ``(2, m)``: first bodies, then second bodies.
 
-    Rim speeds are in metres per second, positive if counterclockwise. Walls have rim speed 0. All rim speeds are 0 if
+    Rim speeds are in m/s, positive if counterclockwise. Walls have rim speed 0. All rim speeds are 0 if
     the trace has no spins.
     """
     speeds = np.zeros((2, len(trace.impacts)))
@@ -202,7 +198,7 @@ def rim_speeds(trace: Trace, moment: Literal["before", "after"]) -> NDArray[np.f
 
 
 def turn_times(trace: Trace) -> NDArray[np.float64]:
-    """Return the time at which each impact's paths turn (`effective_time_s`) or, if unknown, the reported time."""
+    """Return for each impact the time at which the free paths before and after it meet, or else the reported time."""
     reported: NDArray[np.float64] = trace.impacts["time_s"]
     effective = reported if trace.effective_time_s is None else trace.effective_time_s
     return np.where(np.isfinite(effective), effective, reported)
@@ -236,7 +232,7 @@ class Outcome(Enum):
 
     @property
     def of_disc(self) -> str:
-        """What happens to the disc in a run that ended in contact, as a phrase such as "comes to rest"."""
+        """What happens to the disc in a run that ended in lasting contact, as a phrase such as "comes to rest"."""
         return _OF_DISC[self]
 
 
@@ -273,7 +269,7 @@ class Samples(ByValue):
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Trace(ByValue, Tabular):
-    """Result of running a scene with a method. Two traces are equal if all fields are equal, arrays bit by bit.
+    """Result of one run of a method on a scene. Two traces are equal if all fields are equal, arrays bit by bit.
 
     Attributes:
         method: Name of the method or engine.
@@ -285,30 +281,31 @@ class Trace(ByValue, Tabular):
         outcome: How the run ended.
         dt_s: Step size (or time between frames), in seconds; 0 if the method takes no steps.
         effective_time_s: Shape ``(len(impacts),)``: the time at which the free paths before and after each impact meet;
-            NaN if they don't. None if the method has no steps, so that the reported time is exact.
+            NaN if they don't meet. None if the method has no steps, because its reported times are then exact.
         state_before: Structured array of `STATE_DTYPE`, one entry per impact: the method's last state before the
-            impact. None for a solver, because its paths follow from the impacts alone.
+            impact. None for a solver, because the impacts alone determine its paths.
         ambiguous: Indices of impacts that share a movable disc with an earlier impact at the same instant. The result
-            depends on their order, which physics does not determine.
+            depends on the order of these impacts, which physics does not determine.
         samples: Positions for drawing, if requested.
-        profile: Name of the profile, empty if a solver was called directly.
+        profile: Name of the profile; empty if a solver was called directly.
         overrides: Settings that the user requested instead of those of the profile.
         settings: The settings that were used, read back from the engine if possible.
-        float_bits: Width of the floats that the method declares to compute in, 32 or 64.
-        counts: How often the method did something: steps, tests of pairs, predictions and others.
-        impacts_per_disc: Number of impacts of each disc with discs and walls, shape ``(n,)``, even if `impacts` is not
-            stored; None if the method does not count them.
+        float_bits: Number of bits of the floats in which the method declares to compute, 32 or 64.
+        counts: Numbers of operations of the method, such as steps, tests of pairs and predictions.
+        impacts_per_disc: Number of impacts of each disc, shape ``(n,)``. Impacts are counted even if `impacts` is not
+            stored. None if the method does not count them.
         notes: Warnings of the method.
         spins: Structured array of `SPIN_DTYPE`, one entry per impact. None if no disc turns in the scene (see
             `carom.DiscArrays.turns`), or if the method does not report spins.
         edges: Structured array of `EDGE_DTYPE`, one entry per impact: the edge of a finite wall that was hit. None in a
             scene without finite walls, or if the method does not report edges.
-        modes: Structured array of `MODE_DTYPE`, in order of time: when discs begin to slide, roll or rest on a wall,
-            and when they leave it. None if no disc does any of these, or if the method does not report modes.
+        modes: Structured array of `MODE_DTYPE`, in order of time: the instants at which discs begin to slide, roll or
+            rest on a wall, or leave the wall. None if there is no contact, or if the method does not report it.
         final_spin_rad_s: Spins at `end_time_s`, shape ``(n,)``; None if `spins` is None.
-        local_truth: Comparison of every step with PIC from the method's own state; None if it was not requested.
-        observed_states: States of all discs after some steps, by which the comparison decides whether discs are at
-            rest. None in a scene of many discs, or in which no disc can come to rest.
+        local_truth: Comparison of every step with PIC, which starts from the method's own state before the step. None
+            if no comparison was requested.
+        observed_states: States of all discs after some steps, which show whether discs are at rest. None in a scene of
+            many discs, or in which no disc can come to rest.
 
     Examples:
         >>> trace = carom.solve_pic("paper/missed")
@@ -349,14 +346,14 @@ class Trace(ByValue, Tabular):
 
     @property
     def contact_s(self) -> float:
-        """Start of the first lasting contact, from the trace's modes and outcome; infinity if there is none."""
+        """Time at which the first lasting contact begins; infinity if there is none."""
         if self.modes is not None and len(self.modes):
             return float(self.modes["time_s"][0])
         return self.end_time_s if self.outcome.in_contact else math.inf
 
     @property
     def contact_of_disc(self) -> str:
-        """What a disc does from `contact_s` on, as a phrase such as "rolls along a wall"."""
+        """What a disc does when the first lasting contact begins, as a phrase such as "rolls along a wall"."""
         if self.modes is not None and len(self.modes):
             return _OF_MODE[Mode(int(self.modes["after"][0]))]
         return self.outcome.of_disc

@@ -1,4 +1,4 @@
-"""Classes of walls: half-planes, chains of straight edges and arcs, and circles. Instances are immutable.
+"""Immutable classes of walls: half-planes, chains of straight edges and arcs, and circles.
 
 `docs/theory/walls.md` describes the surface that discs hit.
 """
@@ -39,10 +39,10 @@ Radius = Friction
 
 
 class Leg(Model):
-    """One leg of a driven body's path: a velocity that the body has until the start of the next leg.
+    """A leg of a driven body's path: a time span in which the body has constant velocity.
 
     Attributes:
-        from_s: Start of the leg, in seconds since the start of the scene; 0 for the first leg.
+        from_s: Start of the leg, in seconds since the start of the scene. The first leg starts at 0.
         velocity_m_s: Velocity of the body, in metres per second.
     """
 
@@ -51,7 +51,7 @@ class Leg(Model):
 
 
 def find_leg_problems(legs: tuple[Leg, ...], velocity: Point) -> Iterator[Problem]:
-    """Yield the problems of the legs of a driven body. `velocity` is the body's field, which legs replace."""
+    """Yield the problems of a driven body's legs. `velocity` is the body's own velocity, which must then be (0, 0)."""
     if velocity != (0.0, 0.0):
         yield Problem(("velocity_m_s",), f"must be left out if legs contain velocities, got {velocity}")
     if len(legs) > MOST_LEGS:
@@ -67,7 +67,7 @@ def find_leg_problems(legs: tuple[Leg, ...], velocity: Point) -> Iterator[Proble
 
 
 def build_drive(legs: tuple[Leg, ...], velocity: Point) -> Drive:
-    """Return the path of a body from its legs or, if it has no legs, from its velocity."""
+    """Return the path of a body with the given legs. A body without legs has the given velocity."""
     return Drive.along([(leg.from_s, leg.velocity_m_s) for leg in legs] or [(0.0, velocity)])
 
 
@@ -86,8 +86,8 @@ class _Common(Model):
         """Refuse invalid legs.
 
         Raises:
-            SceneError: The first leg does not begin at 0, a leg does not begin after the previous leg, there are too
-                many legs, or a velocity is also given.
+            SceneError: The first leg does not begin at 0, a leg does not begin after the previous leg, or there are too
+                many legs. Or the wall has both legs and a velocity.
         """
         if self.legs and (problems := list(find_leg_problems(self.legs, self.velocity_m_s))):
             raise SceneError(problems)
@@ -108,11 +108,13 @@ class Wall(_Common):
 
     Attributes:
         point_m: Any point on the wall's surface, in metres.
-        normal: Vector from the surface to the discs' side, of any length except 0; stored as a unit vector.
-        restitution: Coefficient of restitution between this wall and any disc, 0 to 1; None for the scene's.
-        friction: Coulomb's coefficient of friction between this wall and any disc, 0 or more; None for the scene's.
-        velocity_m_s: Velocity of a driven wall, which impacts don't change. The other fields give its position at time
-            0. A wall with (0, 0) is at rest.
+        normal: Vector from the surface to the discs' side. The length may be anything except 0, and is stored as 1.
+        restitution: Coefficient of restitution between this wall and any disc, 0 to 1; None for the scene's
+            coefficient.
+        friction: Coulomb's coefficient of friction between this wall and any disc, 0 or more; None for the scene's
+            coefficient.
+        velocity_m_s: Velocity of a driven wall, in metres per second. Impacts don't change it. A wall with (0, 0) is at
+            rest. `point_m` is the position at time 0.
         legs: Velocities of a driven wall, each with the time at which it begins; replaces `velocity_m_s`.
         surface_speed_m_s: Speed of a conveyor, in metres per second: the wall's surface moves to the left of the
             normal. It acts on discs only by friction.
@@ -128,24 +130,26 @@ class Wall(_Common):
 
 
 class Chain(_Common):
-    """A line of straight edges and arcs, optionally with a width. No disc may cross the line from either side.
+    """A line of straight edges and arcs, optionally with a width. Discs can't cross the line from either side.
 
     Attributes:
         points_m: Points at which edges begin and end, in metres.
-        bulges: Tangent of a quarter of each arc's angle: 0 for a straight edge, 1 for half of a circle, positive for a
-            counterclockwise arc. Empty if all edges are straight.
+        bulges: For each edge, the tangent of a quarter of the arc's angle: 0 for a straight edge, 1 for half of a
+            circle, positive for a counterclockwise arc. Empty if all edges are straight.
         closed: Whether an edge runs from the last point to the first.
         half_width_m: The wall consists of all points within this distance of the line, in metres. Ends and corners are
             therefore round.
         solid: Whether the inside of a closed chain is also part of the wall, so that no disc may begin there.
         pieces: Number of pieces into which adapters divide each edge for engines. PIC and PIT ignore this number.
-        restitution: Coefficient of restitution between this wall and any disc, 0 to 1; None for the scene's.
-        friction: Coulomb's coefficient of friction between this wall and any disc, 0 or more; None for the scene's.
-        velocity_m_s: Velocity of a driven wall, which impacts don't change. The other fields give its position at time
-            0. A wall with (0, 0) is at rest.
+        restitution: Coefficient of restitution between this wall and any disc, 0 to 1; None for the scene's
+            coefficient.
+        friction: Coulomb's coefficient of friction between this wall and any disc, 0 or more; None for the scene's
+            coefficient.
+        velocity_m_s: Velocity of a driven wall, in metres per second. Impacts don't change it. A wall with (0, 0) is at
+            rest. `points_m` are the points at time 0.
         legs: Velocities of a driven wall, each with the time at which it begins; replaces `velocity_m_s`.
-        surface_speed_m_s: Speed of a conveyor, in metres per second: the surface moves to the left of the normal that
-            points to the disc, on either side of the line. It acts on discs only by friction.
+        surface_speed_m_s: Speed of a conveyor, in metres per second. On either side of the line, the surface moves to
+            the left of the normal that points to the disc. It acts on discs only by friction.
 
     Examples:
         >>> stair = carom.Chain(points_m=[(0.0, 0.0), (2.0, 0.0), (2.0, 1.0)])
@@ -163,10 +167,10 @@ class Chain(_Common):
     pieces: Annotated[int, Strict(), Field(ge=1, le=MOST_WALLS)] = 1
 
     def model_post_init(self, _context: object, /) -> None:
-        """Refuse too few points, edges without length, and a line that crosses or touches itself.
+        """Refuse chains with too few points, with edges of length 0, or with a line that crosses or touches itself.
 
         Raises:
-            SceneError: The message names the edge, or the two edges and the point where they meet.
+            SceneError: The message names the wrong edge, or the two edges that meet and their common point.
         """
         super().model_post_init(_context)
         if problems := list(_find_shape_problems(self)) or list(_find_crossing_problems(self)):
@@ -181,19 +185,21 @@ class Chain(_Common):
 
 
 class Ring(_Common):
-    """A circle that no disc may cross. Discs can be inside or outside. With radius 0, it is a point.
+    """A circle that no disc may cross. Discs can be inside or outside. A circle of radius 0 is a point.
 
     Attributes:
         centre_m: Centre, in metres.
         radius_m: Radius, in metres, 0 or more.
         half_width_m: The wall consists of all points within this distance of the circle, in metres.
-        restitution: Coefficient of restitution between this wall and any disc, 0 to 1; None for the scene's.
-        friction: Coulomb's coefficient of friction between this wall and any disc, 0 or more; None for the scene's.
-        velocity_m_s: Velocity of a driven wall, which impacts don't change. The other fields give its position at time
-            0. A wall with (0, 0) is at rest.
+        restitution: Coefficient of restitution between this wall and any disc, 0 to 1; None for the scene's
+            coefficient.
+        friction: Coulomb's coefficient of friction between this wall and any disc, 0 or more; None for the scene's
+            coefficient.
+        velocity_m_s: Velocity of a driven wall, in metres per second. Impacts don't change it. A wall with (0, 0) is at
+            rest. `centre_m` is the position at time 0.
         legs: Velocities of a driven wall, each with the time at which it begins; replaces `velocity_m_s`.
-        surface_speed_m_s: Speed of a conveyor, in metres per second: the surface moves to the left of the normal that
-            points to the disc, on either side of the circle. It acts on discs only by friction.
+        surface_speed_m_s: Speed of a conveyor, in metres per second. Inside and outside of the circle, the surface
+            moves to the left of the normal that points to the disc. It acts on discs only by friction.
 
     Examples:
         >>> post = carom.Ring(centre_m=(1.0, 2.0), radius_m=0.5)
@@ -213,12 +219,12 @@ class Ring(_Common):
         return Outline((self.centre_m,), (), self.half_width_m, radius=self.radius_m)
 
 
-#: The kind of a wall in a scene file, by a field that only this kind has.
+#: The kind of a wall for each field that only this kind has in a scene file.
 _TELLING: Mapping[str, type[Chain | Ring]] = {"points_m": Chain, "centre_m": Ring, "radius_m": Ring}
 
 
 def kind_of_wall(fields: Iterable[str]) -> type[Wall | Chain | Ring]:
-    """Return the class of walls that has one of these fields; the half-plane by default."""
+    """Return the class of walls that has one of these fields, or else the class of half-planes."""
     return next((kind for name, kind in _TELLING.items() if name in fields), Wall)
 
 
@@ -278,7 +284,7 @@ def _find_crossing_problems(chain: Chain) -> Iterator[Problem]:
 
 
 def count_edges(wall: object) -> int:
-    """Return the number of edges of a wall in a file, valid or not; 1 for a half-plane or a circle."""
+    """Return the number of edges of a wall in a file, which may be invalid; 1 for a half-plane or a circle."""
     points = wall.get("points_m") if isinstance(wall, dict) else None
     return max(1, len(points)) if isinstance(points, list) else 1
 
@@ -287,10 +293,7 @@ Unit = Callable[[float], float]
 
 
 def convert_lengths(wall: AnyWall, length: Unit, speed: Unit, time: Unit) -> AnyWall:
-    """Return a wall in other units. Each of the functions `length`, `speed` and `time` converts one number.
-
-    The shape is not checked again.
-    """
+    """Return a wall in other units. Each of the functions `length`, `speed` and `time` converts one number."""
     changed: dict[str, Any] = {
         "velocity_m_s": _map_point(wall.velocity_m_s, speed),
         "legs": convert_speeds(wall.legs, speed, time),
@@ -320,14 +323,14 @@ def shift_legs(body: Any, time_s: float) -> Any:
 
 
 def reverse_motion(wall: AnyWall) -> AnyWall:
-    """Return a wall that moves backwards in time: with opposite velocity and surface speed."""
+    """Return the wall as seen when time runs backwards: with opposite velocity and surface speed."""
     u, v = wall.drive.velocity_at(0.0)
     changed = {"velocity_m_s": (-u, -v), "legs": (), "surface_speed_m_s": -wall.surface_speed_m_s}
     return wall.model_copy(update=changed) if wall.driven or wall.surface_speed_m_s else wall
 
 
 def move_wall(wall: AnyWall, x: float, y: float) -> AnyWall:
-    """Return a wall moved by a vector. The shape is not checked again."""
+    """Return the wall displaced by the vector ``(x, y)``, without checking its shape again."""
     return _map_points(wall, lambda point: (point[0] + x, point[1] + y))
 
 
@@ -336,7 +339,7 @@ def _map_point(point: Point, function: Unit) -> Point:
 
 
 def _map_points(wall: AnyWall, function: Callable[[Point], Point]) -> AnyWall:
-    """Return a wall with a function applied to each of its points."""
+    """Return a wall whose points are replaced by the results of a function."""
     if isinstance(wall, Wall):
         return wall.model_copy(update={"point_m": function(wall.point_m)})
     if isinstance(wall, Chain):

@@ -33,7 +33,7 @@ def format_scene_file(entry: CatalogueScene) -> str:
 
 
 def build_certified_document(certified: CertifiedTrace, max_rows: int) -> Document:
-    """Return a document with the proven digits of the first impacts. It also describes how far the run is certified."""
+    """Return a document with the proven digits of the first impacts, and with the extent of the certified run."""
     columns = [
         Column("#", str, number=True),
         Column("time, s", lambda k: list_decimals(certified, k)[0]),
@@ -52,7 +52,7 @@ def build_certified_document(certified: CertifiedTrace, max_rows: int) -> Docume
 
 
 def _build_limited_table(columns: Sequence[Column], count: int, max_rows: int, title: str) -> Table:
-    """Return a table of the first numbers from 0 to `count`. Its note gives the number of omitted rows."""
+    """Return a table of at most `max_rows` of `count` rows. A note below the table counts the omitted rows."""
     note = f"and {count - max_rows} more" if count > max_rows else ""
     return Table(columns, range(min(max_rows, count)), title=title, note=note)
 

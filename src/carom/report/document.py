@@ -1,7 +1,7 @@
 """Parts of reports, such as sections, tables and figures, without their appearance.
 
 The modules of `carom.studies` build documents, and `carom.report.render` shows them as HTML, as Markdown and on a
-terminal. The attribute `only` of a part contains the media (page, Markdown or terminal) that show it.
+terminal. The attribute `only` of a part contains the media (page, Markdown or terminal) that show this part.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Cell(NamedTuple):
 
     Attributes:
         text: The text.
-        note: A note in smaller letters after the text, such as a number that belongs to it.
+        note: A note in smaller letters after the text, such as a number.
         short: Shorter text for a terminal, instead of text and note.
         title: The full explanation, which a page shows as a tooltip.
         css: CSS class for colours on a page.
@@ -45,7 +45,7 @@ class Cell(NamedTuple):
         style: Colours on a terminal.
         link: Link target of the text on a page; empty for none.
         shares: The parts of a bar below the text; empty for no bar. A terminal shows the bar instead of the text.
-        part: Length of a coloured line (meter) below the text, relative to the longest one; None for no line.
+        part: Length of a coloured line (meter) below the text, relative to the longest line; None for no line.
         anchor: Name to which links on the page refer; empty for none.
         corner: A sign in the corner of the cell on a page; empty for none.
     """
@@ -77,7 +77,6 @@ class Column(NamedTuple):
         say: Function that returns the cell for the item of a row.
         under: A second line of the heading.
         number: Whether the cells are numbers.
-        only: Media that show the column.
     """
 
     head: str
@@ -107,8 +106,7 @@ class Table(NamedTuple):
         note: Explanation of the columns.
         folded: Label that opens the table on a page; empty if the table is open from the start.
         css: CSS class for the layout on a page.
-        only: Media that show the table.
-        packed: Whether a page stores the rows in compressed form until a reader opens the table. This is for tables
+        packed: Whether a page stores the rows in compressed form until a reader opens the table. Packing is for tables
             with many rows.
     """
 
@@ -132,7 +130,6 @@ class Text(NamedTuple):
 
     Attributes:
         text: The text.
-        only: Media that show the paragraph.
         folded: Whether a page shows the paragraph only after a click on *How is this computed?*.
     """
 
@@ -146,7 +143,6 @@ class Lines(NamedTuple):
 
     Attributes:
         items: The sentences.
-        only: Media that show the list.
         folded: Label that opens the list on a page; empty if the list is open from the start.
     """
 
@@ -180,7 +176,8 @@ class Figure(NamedTuple):
     """A drawing as SVG, which is only made when a page needs it.
 
     Attributes:
-        draw: Function that returns the drawing. If its argument is True, it returns the version for a phone.
+        draw: Function that returns the drawing. If the argument of `draw` is True, the drawing is the version for a
+            phone.
         caption: Sentences below the drawing.
         title: A heading above the drawing; empty if the drawing or the section has a heading.
     """
@@ -250,7 +247,6 @@ class Section(NamedTuple):
         heading: The heading.
         blocks: The content, in order.
         level: Level of the heading: 2, or 3 for a part of the previous section.
-        only: Media that show the section.
         short: A shorter heading for the list of sections.
     """
 
@@ -270,10 +266,10 @@ class Document(NamedTuple):
 
     Attributes:
         title: The title.
-        lead: The headline: sentences that state the main result. A terminal prints the first sentence on the first
-            line, and the others last, so that they stay visible.
+        lead: The headline: sentences that state the main result. A terminal prints the first sentence at the top, and
+            the other sentences at the end, where they stay visible.
         sections: The sections.
-        about: A description of the method in two sentences, for new readers. A terminal does not show it.
+        about: A description of the method in two sentences, for new readers. A terminal does not show this description.
         watch: Link to the replay that a reader should watch first; None for none.
     """
 
@@ -284,5 +280,5 @@ class Document(NamedTuple):
     watch: Cell | None = None
 
     def select_for(self, medium: Media) -> Iterable[Section]:
-        """Return the sections that a medium shows, except for empty ones."""
+        """Return the sections that a medium shows, except for empty sections."""
         return (section for section in self.sections if medium in section.only and section.select_for(medium))

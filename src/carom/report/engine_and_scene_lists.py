@@ -62,7 +62,7 @@ def format_group_lines(entries: Sequence[CatalogueScene]) -> list[str]:
 
 
 def format_scene_lines(entries: Sequence[CatalogueScene]) -> list[str]:
-    """Return a table of scenes. Their descriptions are in the last column, because a terminal may cut it off."""
+    """Return a table of scenes. Descriptions are in the last column, because a terminal may cut off this column."""
     rows = [("name", "discs", "impacts", "topic")]
     for entry in entries:
         count = entry.known.count

@@ -57,14 +57,14 @@ def to_json_types(value: object) -> object:
 
 
 def fields_of(result: DataclassInstance) -> dict[str, object]:
-    """Return the fields of a result by their names in files. Their values are not converted."""
+    """Return the fields of a result by their names in files, without converting their values."""
     return {name_in_files(field.name): getattr(result, field.name) for field in dataclasses.fields(result)}
 
 
 def format_json(kind: str, result: DataclassInstance, leave_out: Sequence[str] = (), **content: object) -> str:
     """Return the text of a strict JSON file.
 
-    It contains the fields of a result except those in `leave_out`, and `content`.
+    The file contains `content`, and the fields of a result except those in `leave_out`.
     """
     result_fields = {name: value for name, value in fields_of(result).items() if name not in leave_out}
     fields = to_json_types({"format": FORMATS[kind], **result_fields, **content})

@@ -37,7 +37,7 @@ def format_fraction(share: float) -> str:
 
 
 def format_percent(share: float) -> str:
-    """Format a number from 0 to 1 in per cent. NaN becomes the sign for an absent number."""
+    """Format a number from 0 to 1 in per cent. NaN becomes `ABSENT`."""
     return ABSENT if math.isnan(share) else f"{format_number(100.0 * share)} %"
 
 
@@ -47,7 +47,7 @@ def format_percent_or_blank(part: float) -> str:
 
 
 def format_ratio(value: float | None) -> str:
-    """Format a quotient of two run times. An absent number (`None`) is shown as a sign."""
+    """Format a quotient of two run times. None becomes `ABSENT`."""
     return ABSENT if value is None else f"{format_number(value)} ×"  # noqa: RUF001 - this is the multiplication sign
 
 

@@ -11,7 +11,7 @@ from carom.comparator.grades import EARLIER_WORDS
 from carom.errors import UnknownNameError
 from carom.report.outcome_marks import GRADED, Mark
 
-#: Other common words, and words of earlier versions. For each, this is the word that reports use instead.
+#: Common words and words of earlier versions, each with the word that reports use instead.
 _ALSO = {"tunnelling": "missed", "tunneling": "missed", "invented": "spurious", **EARLIER_WORDS}
 
 

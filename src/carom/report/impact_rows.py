@@ -17,14 +17,15 @@ from carom.report import formatting
 #: Text for an unknown cause.
 UNKNOWN = "unknown: the run's state before the impact is not known"
 
-#: An impact counts as missed if its bodies pass through each other at most this number of steps before or after it.
+#: An impact counts as missed if its bodies pass through each other at most this number of steps before or after its
+#: time.
 NEAR_STEPS = 2.0
 
 Json = dict[str, Any]
 
 
 def build_impact_rows(reference: Trace, trace: Trace, score: Score) -> Iterator[Json]:
-    """Yield each impact of the reference and each invented one, in order of time, with its outcome and the cause."""
+    """Yield each impact of the reference and each invented impact, in order of time, with its outcome and cause."""
     found = {error.reference: error for error in score.errors}
     rows: list[Json] = []
     for k, impact in enumerate(reference.impacts):
@@ -97,7 +98,8 @@ def _explain_missed(k: int, impact: np.void, trace: Trace, score: Score) -> str:
         pit = {True: "PIT also misses this impact", False: "PIT finds this impact"}
         return "" if score.pit_missed is None else pit[k in score.pit_missed]
     meetings = trace.local_truth.meetings
-    # If the engine is late, bodies pass through each other after the exact instant; if it is early, before it.
+    # In early engines, bodies pass through each other before the exact instant, and in late engines after the exact
+    # instant.
     near = np.abs(meetings["begin_s"] - impact["time_s"]) <= NEAR_STEPS * trace.dt_s
     passed = meetings[
         (meetings["first"] == impact["first"]) & (meetings["second"] == impact["second"]) & meetings["missed"] & near

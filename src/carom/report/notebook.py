@@ -37,7 +37,7 @@ _SIZE_IN, _STUDY_SIZE_IN = (5.0, 3.6), (7.0, 3.8)
 _NARROW_IN = (3.9, 4.6)
 #: Largest number of impacts for a picture in a notebook's cell; `plot` has no limit.
 _MOST_IMPACTS_DRAWN = 1000
-#: Colours of bars: green, light blue, blue, ochre, plum, violet, red. All others are grey.
+#: Colours of bars: green, light blue, blue, ochre, plum, violet, red. Bars of other outcomes are grey.
 _COLOUR = {
     Mark.EXACT: SERIES[0],
     Mark.CLOSE: "#3f8fc4",

@@ -1,4 +1,4 @@
-"""Outcomes of runs. Each is shown by a word, a symbol and a colour, and has a definition."""
+"""Outcomes of runs, each with a word, a symbol, a colour and a definition."""
 
 from __future__ import annotations
 
@@ -103,5 +103,5 @@ def parse_mark(status: Status, grade: Grade | None, float_bits: int | None) -> M
 
 
 def mark_of_grade(grade: Grade, float_bits: int) -> Mark:
-    """Return the outcome for a grade. For *exact*, it depends on the width of the floats."""
+    """Return the outcome for a grade. The outcome for *exact* depends on the width of the floats."""
     return Mark.EXACT_32 if grade is Grade.EXACT and float_bits == 32 else _OF_GRADE[grade]

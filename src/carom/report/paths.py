@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from carom.model.trace import Trace, turn_times
 from carom.report.tracks import Track, Turning, build_reference_tracks, compute_turnings, list_sampled_positions
 
-#: Number of straight pieces with which a parabola is drawn. They differ from the parabola by at most 1/576 of its
+#: Number of straight pieces with which a parabola is drawn. The pieces differ from the parabola by at most 1/576 of its
 #: height, which is less than the width of a line in any picture.
 _PIECES_OF_A_PARABOLA = 24
 
@@ -34,7 +34,7 @@ class Paths:
         impact_positions: Position of each disc at each of its impacts.
         frame_positions: Positions of all centres at the recorded steps, shape ``(k, n, 2)``; None if the trace has no
             steps.
-        frame_times: The times of these steps.
+        frame_times: The times of the recorded steps; None if the trace has no steps.
         turned: Rotation of each disc over time; empty if no disc turns.
     """
 
@@ -87,7 +87,7 @@ def _list_turns(trace: Trace, time_s: NDArray[np.float64]) -> Iterator[tuple[int
 
 
 def build_observed_paths(trace: Trace) -> Paths:
-    """Return lines through the recorded states, with each impact on a line.
+    """Return lines through the recorded states, with the position of each impact on its disc's line.
 
     Without recorded states, return exact paths.
     """

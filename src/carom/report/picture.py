@@ -33,8 +33,8 @@ _WIDTH_IN = 3.3
 #: Smallest and largest height of a picture, as a fraction of its width. A flat scene gets empty space above and below.
 _FLATTEST, _TALLEST = 0.28, 1.0
 _MARGIN = 0.06
-#: Largest size of the shown region, divided by the extent of the reference. Otherwise the scene would be shrunk to a
-#: dot if an engine throws discs far away.
+#: Largest size of the shown region, divided by the extent of the reference. Without this limit, the scene would shrink
+#: to a dot if an engine throws discs far away.
 _WIDEST = 1.6
 #: Largest number of impacts at which discs are drawn as circles. More circles would hide the paths, so dots are drawn
 #: instead.
@@ -42,7 +42,8 @@ _MOST_IMPACT_POSITIONS = 8
 #: Largest number of steps whose states are drawn as dots. More dots would merge into a line.
 _MOST_FRAMES = 40
 _MOST_MISSES = 4
-#: Number of straight lines with which a whole circle is drawn. They differ from the circle by 1/2000 of its radius.
+#: Number of straight lines with which a whole circle is drawn. The lines differ from the circle by 1/2000 of its
+#: radius.
 ARC_PARTS = 100
 
 #: Opacity with which a body with a prescribed motion is drawn at its final position.
@@ -78,8 +79,8 @@ def draw_pair(reference: Trace, observed: Trace, missed: Sequence[int], labels: 
 def draw_traces(several: Sequence[Axes], traces: Sequence[Trace]) -> None:
     """Draw the paths, impacts and walls of traces of one scene, each trace on separate axes, to the same scale.
 
-    The drawings usually show the plane in which the discs move. But if all discs of the first trace move along one
-    line, they show positions on this line against time.
+    Usually the drawings show the plane in which the discs move. But if all discs of the first trace move along one
+    line, the drawings show positions on this line against time.
     """
     scene, paths = traces[0].scene, [build_observed_paths(trace) for trace in traces]
     corners = [compute_limits(scene, paths[0], other) for other in paths]
@@ -156,7 +157,7 @@ def _colour_of(disc: int) -> str:
 def _render_in_plane(
     scene: Scene, sides: Sequence[tuple[Paths, _Misses]], limits: Limits, labels: Sequence[str], *, dotted: bool
 ) -> tuple[str, ...]:
-    """Return a picture of each side. All share one set of axes, because creating axes takes longer than drawing."""
+    """Return a picture of each side. All pictures share their axes, because creating axes takes longer than drawing."""
     drawings: list[str] = []
     low, high = limits
     width, height = high - low
@@ -191,7 +192,7 @@ def _draw_paths(axes: Axes, scene: Scene, paths: Paths, misses: _Misses, *, dott
         axes.add_artist(Circle(tuple(centre), radius, fill=False, **edge))
 
     def mark(disc: int, centre: NDArray[np.float64], time_s: float) -> None:
-        """Mark the angle of a turning disc by the outer part of a radius."""
+        """Draw the outer part of a radius, which shows the angle of a turning disc."""
         if not paths.turned or not np.isfinite(centre).all():
             return
         angle = paths.turned[disc].angle_at(time_s)
@@ -293,7 +294,6 @@ def _draw_wall(axes: Axes, wall: AnyWall, limits: Limits, **style: float) -> Ite
 
 
 def _draw_outline(axes: Axes, outline: Outline, **style: Any) -> Iterator[Artist]:
-    """Draw a finite wall: its line, and the area within its half width."""
     from matplotlib.patches import Circle, Polygon
 
     points = np.array(list(outline.build_polyline(ARC_PARTS)))
@@ -322,7 +322,7 @@ def _render_over_time(scene: Scene, paths: Paths, axis: int, limits: Limits, lab
 def _draw_over_time(axes: Axes, scene: Scene, paths: Paths, axis: int, limits: Limits) -> None:
     """Draw positions on the line of motion against time.
 
-    Each disc is drawn as a band of the disc's width, so that it is visible when two discs touch.
+    Each disc is drawn as a band of the disc's width, so that readers see when two discs touch.
     """
     from matplotlib.ticker import MaxNLocator
 

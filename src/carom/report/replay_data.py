@@ -32,8 +32,8 @@ from carom.support.escaping import escape_controls
 #: Number of stored decimal digits of positions, relative to the scene's extent. One unit of the last digit is a tenth
 #: of the largest error of a drawn path.
 _SHARP = 6
-#: Largest error of a drawn path while a disc slides, rolls or rests, divided by the scene's extent. This is a hundredth
-#: of a pixel in a picture of a hundred pixels. Such a path is drawn as many pieces of constant acceleration.
+#: Largest error of a drawn path while a disc slides, rolls or rests, divided by the scene's extent. The error is a
+#: hundredth of a pixel in a picture of a hundred pixels. The path is drawn as many pieces of constant acceleration.
 _NEAR_IN_CONTACT = 1e-4
 
 _MODES = {
@@ -141,13 +141,13 @@ def _build_sampler(reference: Trace, trace: Trace) -> Json | None:
 
 
 class ContactPoint(NamedTuple):
-    """The contact point of an impact, and the time that the bodies would overlap without the impact.
+    """The contact point of an impact, and how long the bodies would overlap without the impact.
 
     Attributes:
-        x_m: The contact point.
-        y_m: The contact point.
-        overlap_s: The time that the bodies would overlap. They approach in the first half of this time. None for
-            impacts on walls, in scenes that slow discs down, and if only one of two discs falls.
+        x_m: The x coordinate of the contact point.
+        y_m: The y coordinate of the contact point.
+        overlap_s: The time that the bodies would overlap, in seconds. In the first half of this time, the bodies
+            approach. None for impacts on walls, in scenes that slow discs down, and if only one of two discs falls.
     """
 
     x_m: float
@@ -193,9 +193,9 @@ def _build_impacts(reference: Trace, contact_points: Sequence[ContactPoint], tra
 def find_pause_time(row: Json, overlap_s: float | None, trace: Trace) -> float:
     """Return the time at which a replay pauses to show a fault, in seconds.
 
-    This is the time that the run reports or, for a missed impact, the time at which the miss is most visible.
+    The replay pauses at the time that the run reports or, for a missed impact, when the miss is most visible.
 
-    A miss is most visible in the middle of the overlap, when the bodies overlap most. But the time is at most one step
+    A miss is most visible in the middle of the overlap, when the bodies overlap most. But the pause is at most one step
     after the exact impact, because a check once per step does not miss longer overlaps.
     """
     if row.get("reported") is not None:
@@ -205,7 +205,7 @@ def find_pause_time(row: Json, overlap_s: float | None, trace: Trace) -> float:
 
 
 def find_first_fault(rows: list[Json]) -> int | None:
-    """Return the number of the impact at which a replay pauses: the first missed or invented one, or the worst.
+    """Return the number of the impact at which a replay pauses: the first missed or invented impact, or the worst one.
 
     The worst impact has the largest velocity error. The first inaccurate impact is not chosen, because its
     error may be hardly visible.

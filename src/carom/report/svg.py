@@ -26,8 +26,8 @@ MUTED = "#66707f"
 GRID = "#d8dde4"
 SURFACE = "#fefefd"
 WALL = "#8b94a1"
-#: Colours that colour-blind people can distinguish in light and in dark mode, which a test simulates. The first three
-#: (green, blue, red) are the colours in the paper by which Carom is inspired.
+#: Colours that colour-blind people can distinguish in light and in dark mode, as a test checks. The first three (green,
+#: blue, red) are the colours of the paper that inspired Carom.
 SERIES = ("#00805c", "#0068a8", "#cc3d1e", "#d94fd0", "#4b2d00", "#0f3c69", "#6a1fe0", "#74777c")
 
 _AIM_PT = 11.0
@@ -37,7 +37,7 @@ _MARKERS = "osD^vP*X"
 _PNG_DPI = 144
 #: Space above the axes, with and without a title.
 _HEAD_IN, _BARE_IN = 0.5, 0.15
-#: Fraction of an axis that is reserved for errors within rounding (it has space for two labels), and largest number of
+#: Fraction of an axis that is reserved for errors within rounding, with space for two labels, and largest number of
 #: ticks on a phone.
 _STRIP, _MOST_TICKS = 0.14, 4
 #: Space for the numbers and the label of the y axis, and height of a line below the diagram.
@@ -145,8 +145,8 @@ def _choose_look(engine: str) -> tuple[str, str]:
 def choose_line_style(engine: str, *, profile: str = "tuned") -> dict[str, Any]:
     """Return a method's line style: colour and mark depend on the engine, and the dash pattern on the profile.
 
-    PIT's line is broad and drawn below the other lines, so that they stay visible. Marks of default settings are
-    hollow.
+    PIT's line is broad, and drawn below the other lines, so that the other lines stay visible. Marks of default
+    settings are hollow.
     """
     hollow, pit = profile in {"default", "frame-by-frame"}, engine == "pit"
     colour, marker = _choose_look(engine)
@@ -269,7 +269,7 @@ def label_lines(figure: Figure, axes: Axes, ends: Sequence[LineEnd]) -> None:
 
     A thin line leads from the end of a line to its name.
     """
-    axes.set_xlim(axes.get_xlim())  # this fixes the limits, and so the positions of the ends of lines
+    axes.set_xlim(axes.get_xlim())  # this fixes the limits, and so the places where lines end
     axes.set_ylim(axes.get_ylim())
     spacing = 1.25 * _NAME_PT / (72.0 * axes.get_position().height * figure.get_figheight())
     to_axes = axes.transData + axes.transAxes.inverted()
@@ -308,7 +308,7 @@ def render_png(figure: Figure) -> bytes:
 
 
 def render(figure: Figure, label: str, links: Mapping[str, str] = MappingProxyType({}), *, narrow: bool = False) -> str:
-    """Return a figure as an SVG element for HTML, with an accessible name. Call it within `use_drawing_style`.
+    """Return a figure as an SVG element for HTML, with an accessible name. The drawing style must be in use.
 
     Args:
         figure: The figure.

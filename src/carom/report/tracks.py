@@ -18,12 +18,12 @@ from carom.model.trace import Trace, turn_times
 
 Array = NDArray[np.float64]
 
-#: A recorded state is omitted if the flight between its neighbours passes it within this fraction of the scene's
-#: extent. This is a thousandth of a pixel in a picture of a hundred pixels, and a fiftieth of a pixel in the largest
-#: picture.
+#: A recorded state is omitted if the flight between its neighbours passes the state within this fraction of the scene's
+#: extent. The distance is a thousandth of a pixel in a picture of a hundred pixels, and a fiftieth of a pixel in the
+#: largest picture.
 SHARPNESS = 1e-5
 #: Number of pieces into which the sliding of a disc is divided. In each piece, the disc is drawn with constant spin.
-#: The error of its angle is at most 1/576 of the angle that the change of spin causes.
+#: The error of the drawn angle is at most 1/576 of the angle that the change of spin causes.
 _PIECES_OF_A_SLIDE = 12
 
 
@@ -34,8 +34,8 @@ class Track:
     Attributes:
         time_s: Times at which flights begin, and the time at which the last flight ends; shape ``(k,)``, ascending.
         position_m: Positions of the disc at these times, shape ``(k, 2)``.
-        pull_m_s2: Acceleration in all flights, shape ``(2,)``. If the disc sometimes slides, rolls or rests, this is
-            the acceleration in each flight, shape ``(k - 1, 2)``.
+        pull_m_s2: Acceleration in all flights, shape ``(2,)``. For a disc that sometimes slides, rolls or rests: the
+            acceleration in each flight, shape ``(k - 1, 2)``.
     """
 
     time_s: Array
@@ -84,7 +84,7 @@ def _compute_flight(
 
 @dataclass(frozen=True)
 class Turning:
-    """The angle of one disc over time. Between two successive stored times, it changes at a constant rate.
+    """The angle of one disc over time. Between two successive stored times, the angle changes at a constant rate.
 
     Attributes:
         time_s: The times of the start, of the disc's impacts, of changes of its spin in contacts, and of the end; shape
@@ -166,9 +166,9 @@ def build_reference_tracks(trace: Trace) -> tuple[Track, ...]:
 def _compute_knot_times(flight: Flight) -> list[float]:
     """Return the times of a flight's knots. With damping, a flight needs several knots.
 
-    With a damping rate c and a time h between two knots, a disc of speed v has an error of up to c v h^2 / 8. The error
-    must be at most `SHARPNESS` times the flight's length. When the remaining path is shorter than this, the disc is
-    drawn at rest.
+    With a damping rate c and a time h between two knots, a disc of speed v has an error of up to `c v h^2 / 8`. The
+    error must be at most `SHARPNESS` times the flight's length. When the remaining path is shorter than this limit, the
+    disc is drawn at rest.
     """
     duration_s, rate = flight.end_s - flight.begin_s, flight.damping.per_s
     undamped_s, begin_s = flight.damping.to_undamped(duration_s), flight.begin_s
@@ -184,12 +184,12 @@ def build_observed_tracks(trace: Trace, extent_m: float) -> tuple[Track, ...]:
 
     If no states are recorded, or if the impacts explain all states, return tracks from the impacts.
 
-    If a method advances to the instants of impacts, discs change direction between two recorded states. So the impacts
-    of such a method describe the paths better than its states.
+    If a method advances to the instants of impacts, discs change direction between two recorded states. Impacts then
+    describe the paths better than states.
 
     Args:
         trace: The run.
-        extent_m: Size of the drawing, to which `SHARPNESS` is relative.
+        extent_m: Size of the drawing. `SHARPNESS` is a fraction of this size.
     """
     impact_tracks = build_reference_tracks(trace)
     if (sampled := list_sampled_positions(trace)) is None:
@@ -218,7 +218,7 @@ def list_sampled_positions(trace: Trace) -> tuple[Array, Array] | None:
 
 
 def _cut_at_non_finite(track: Track) -> Track:
-    """Return a track up to its first number that is NaN or infinite. After this, the disc is drawn at rest."""
+    """Return a track up to its first NaN or infinite number. After its last point, the disc is drawn at rest."""
     known = np.isfinite(track.time_s) & np.isfinite(track.position_m).all(axis=1)
     count = len(known) if known.all() else int(known.argmin())
     return track if count == len(known) else Track(track.time_s[:count], track.position_m[:count], track.pull_m_s2)
@@ -231,7 +231,7 @@ def _has_states(track: Track, times: Array, places: Array, near: float) -> bool:
 
 
 def _thin_track(times: Array, places: Array, pull: Array, near: float) -> Track:
-    """Return a track through as few states as possible, so that it also passes through all other states."""
+    """Return a track through few of the states that passes all other states within the distance `near`."""
     finite = np.isfinite(places).all(axis=1)
     times, places = times[finite], places[finite]
     kept_rows, pending = [0], [(0, len(times) - 1)]

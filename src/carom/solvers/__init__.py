@@ -1,1 +1,1 @@
-"""Carom's own methods, which compute a trace from a scene: PIC from impact to impact, PIC frame by frame, and PIT."""
+"""Carom's own methods, PIC and PIT, which compute a trace (the result of a run) from a scene."""

@@ -1,7 +1,6 @@
-"""PIC runs with damping, computed by conversion of a run without damping. See `carom.model.damping`.
+"""PIC runs with damping, which convert the results of a run without damping. See `carom.model.damping`.
 
-In both runs, discs move along the same paths. The times and velocities of the run without damping are converted to
-those with damping.
+Discs move along the same paths with and without damping, but at other times and with other velocities.
 """
 
 from __future__ import annotations
@@ -22,14 +21,14 @@ Array = NDArray[np.float64]
 
 
 def build_undamped_options(options: RunOptions, damping: Damping) -> RunOptions:
-    """Return the options of the run without damping. They have no contact time, which damping does not support."""
+    """Return the options of the run without damping, whose contact time is 0, because damping does not support one."""
     if options.window_s == ALWAYS:
         return replace(options, contact_duration_s=0.0)
     begin, end = options.window_s
     undamped_begin_s, undamped_end_s = -math.inf, end
     if begin > 0.0:
-        # Because of rounding, several undamped times correspond to the same damped time. Start with the smallest one
-        # that is within the window.
+        # Because of rounding, several undamped times correspond to the same damped time. The window of recorded impacts
+        # starts with the smallest of these undamped times.
         undamped_begin_s = math.nextafter(damping.find_latest_undamped(math.nextafter(begin, -math.inf)), math.inf)
     if end >= 0.0:
         undamped_end_s = damping.find_latest_undamped(end)
@@ -41,7 +40,7 @@ class DampedRun(SeenRun):
 
     Args:
         run: The run without damping, which must be at its start.
-        damping: The damping.
+        damping: Rate of damping of the scene.
     """
 
     def __init__(self, run: Run, damping: Damping) -> None:
@@ -50,9 +49,7 @@ class DampedRun(SeenRun):
         self._damping = damping
 
     def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:
-        """Apply every impact up to and including `time_s`.
-
-        Stop earlier if the run has had `max_impacts` impacts in total.
+        """Apply every impact up to and including `time_s`, or stop after `max_impacts` impacts in all.
 
         Raises:
             InputError: An argument is invalid, see `carom.solvers.options.require_goal`.
@@ -66,17 +63,17 @@ class DampedRun(SeenRun):
         return outcome
 
     def velocities(self) -> Array:
-        """Return the current velocities, in metres per second, shape ``(n, 2)``."""
+        """Return the current velocities, in m/s, shape ``(n, 2)``."""
         return self._run.velocities() * self._damping.compute_kept_fraction(self.time_s)
 
     def spins(self) -> Array | None:
-        """Return the current spins, in radians per second, shape ``(n,)``; None if no disc in the scene turns."""
+        """Return the current spins, in rad/s; None if no disc turns."""
         spins = self._run.spins()
         return None if spins is None else spins * self._damping.compute_kept_fraction(self.time_s)
 
 
 def _slow_rows(rows: NDArray[np.void], log: RunImpacts, damping: Damping) -> NDArray[np.void]:
-    """Convert impacts or their spins from the run without damping to the motion with damping."""
+    """Convert impacts, or their spins, of the run without damping to those with damping."""
     slowed = rows.copy()
     if rows.dtype == SPIN_DTYPE:
         damped_time.slow_spins(damping.per_s, log.array().view(np.uint8), slowed.view(np.uint8))

@@ -1,4 +1,4 @@
-"""Options of a PIC run, and checks that `carom.solve_pic` and the run classes share."""
+"""Options of a PIC run, and checks of arguments that `carom.solve_pic` and the run classes share."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from carom.support.checks import check_count, check_number
 from carom.support.escaping import format_value
 
 ALWAYS = (-math.inf, math.inf)
-#: Number of impacts that compiled code interprets as no limit.
+#: The compiled code interprets this number of impacts as no limit.
 NO_LIMIT = 2**62
 
 
 @dataclass(frozen=True, slots=True)
 class RunOptions:
-    """Options of a run: the impacts to record, and the contact time.
+    """Options of a run: which impacts to record, and the contact time.
 
     Attributes:
-        record: Which impacts to record: "all" or "none". The impacts of each disc are counted in both cases.
-        window_s: First and last time of impacts to record, in seconds.
-        contact_duration_s: Contact time of the TC model, in seconds, which is explained in `EventDrivenRun`; 0 turns
-            the model off.
+        record: "all" records all impacts, "none" records no impact. The impacts of each disc are counted in both cases.
+        window_s: First and last time, in seconds, of the impacts to record.
+        contact_duration_s: Contact time of the TC model, in seconds. `EventDrivenRun` explains this model. 0 turns the
+            model off.
 
     Raises:
-        InputError: An option is outside its range; the message names the option.
+        InputError: An option is outside its range. The message names the option.
     """
 
     record: str = "all"
@@ -47,15 +47,15 @@ class RunOptions:
     def of(cls, record: str, window_s: tuple[float, float], contact_duration_s: float) -> RunOptions:
         """Return checked options.
 
-        If all options have their default values, the result is the existing object `PLAIN`. Creating a new object would
-        take noticeable time in scenes of two discs.
+        If all options have their default values, the existing object `PLAIN` is returned. A new object would take
+        noticeable time in scenes of two discs.
         """
         if record == "all" and window_s is ALWAYS and type(contact_duration_s) is float and contact_duration_s == 0.0:
             return PLAIN
         return cls(record, window_s, contact_duration_s)
 
     def convert_units(self, units: Units) -> RunOptions:
-        """Return these options converted to other units."""
+        """Return the same options in other units."""
         if self is PLAIN:
             return self
         begin, end = map(units.from_seconds, self.window_s)
@@ -77,9 +77,9 @@ PLAIN = RunOptions()
 
 
 def require_goal(time_s: float, max_impacts: int | None) -> None:
-    """Check the time and the number of impacts at which a run must stop. The time may be infinite.
+    """Check the time and the number of impacts up to which a run must advance. The time may be infinite.
 
-    NaN is refused, because a run up to such a time would never end.
+    NaN is refused, because a run up to NaN would never end.
 
     Raises:
         InputError: The message names the argument and its value.

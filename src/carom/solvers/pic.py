@@ -1,8 +1,7 @@
 """PIC, predicted instant of collision: advances from impact to impact, without frames.
 
 PIC computes the next impact of each disc, and applies the earliest one at its instant. After an impact, PIC predicts
-new impacts only for the discs of this impact. So all impacts are applied in order, even if there are many between two
-frames.
+new impacts only for the two discs of this impact.
 """
 
 from __future__ import annotations
@@ -22,16 +21,17 @@ from carom.solvers.run import Run, Start, build_trace
 from carom.solvers.units import Units
 from carom.support.checks import check_count, check_times
 
-#: Numbers of impacts of each disc, in a scene of two discs that don't meet (first row) or meet (second row).
+#: Numbers of impacts of two discs: in the first row if they don't meet, in the second row if they meet.
 _IMPACTS_PER_DISC = np.frombuffer(np.array([[0, 0], [1, 1]]).tobytes(), np.int64).reshape(2, 2)
 
 
 def start_pic_run(scene: Scene, options: RunOptions = PLAIN, *, all_pairs: bool = False) -> Run:
     """Return a PIC run of a scene, which can be advanced in pieces.
 
-    If `all_pairs` is true, the next impact of each pair is computed at each event. This does not change the result.
+    With `all_pairs`, the next impact of each pair is computed at each event. Computing all pairs is slower, with the
+    same result.
     """
-    from carom.solvers.event_driven.run import EventDrivenRun  # imported here, because the closed form does not need it
+    from carom.solvers.event_driven.run import EventDrivenRun  # imported here: scenes of two discs don't need it
     from carom.solvers.units import run_in_ordinary_units
 
     def make(start: Start, units: Units) -> Run:
@@ -68,24 +68,24 @@ def solve_pic(
     contact_duration_s: float = 0.0,
     progress: Callable[[int, float], None] | None = None,
 ) -> Trace:
-    """Run a scene by PIC, with which all other methods are compared.
+    """Run a scene by PIC, the method with which Carom compares all other methods.
 
     Args:
         scene: The scene, or its name in the catalogue.
         max_impacts: Stop after this many impacts; None for no limit.
         until_s: Stop at this time instead of the scene's duration.
-        record: Which impacts the trace contains: "all" or "none". The impacts of each disc are counted in both cases.
-        window_s: First and last time of impacts to keep, in seconds.
+        record: "all" or "none": which impacts the trace contains. The impacts of each disc are counted in both cases.
+        window_s: First and last time, in seconds, of the impacts in the trace.
         sample_times_s: Ascending times, in seconds, at which the trace contains all positions.
-        contact_duration_s: Contact time of the TC model, in seconds, which is explained in `EventDrivenRun`. The model
-            prevents inelastic collapse. 0 turns it off.
-        progress: Function that is called at intervals with the number of impacts so far and the time reached.
+        contact_duration_s: Contact time of the TC model, in seconds. The model prevents an endless series of impacts in
+            a finite time, and `EventDrivenRun` explains it. 0 turns the model off.
+        progress: Function called at intervals with the number of impacts and the time so far.
 
     Returns:
         The trace. If the run ended early, the final state is the state at the last impact.
 
     Raises:
-        InputError: An option is outside its range, or not supported under gravity or with damping.
+        InputError: An option is outside its range, or is not supported with gravity or damping.
 
     Examples:
         >>> trace = carom.solve_pic("paper/missed")
@@ -121,7 +121,7 @@ def solve_pic(
 
 
 def _solve_two_discs(scene: Scene, end_s: float) -> Trace | None:
-    """Solve a scene of two discs without walls by formulas; None if the formulas do not apply to the scene."""
+    """Solve a scene of two discs without walls by formulas. Return None if the formulas don't apply to the scene."""
     first, second = scene.discs
     solution = pic.solve_two_discs(first, second, scene.restitution, end_s)
     if solution is None:

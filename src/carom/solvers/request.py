@@ -1,4 +1,4 @@
-"""Checks of the arguments of a run, and the loop that advances a run to its end."""
+"""Checks of the arguments of a run, and a function that advances a run to its end."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from carom.support.limits import LARGEST, MOST_STEPS, SMALLEST, format_limits
 def advance_run(
     run: Run, end_s: float, max_impacts: int | None, samples_s: Sequence[float], progress: Progress | None
 ) -> tuple[Outcome, Samples | None]:
-    """Advance a run to its end. Return the outcome, and the samples if any were requested.
+    """Advance a run to its end. Return the outcome, and the positions at the times `samples_s` if there are any.
 
     Args:
         run: The run.
         end_s: Time of the end.
         max_impacts: Stop after this many impacts; None for no limit.
-        samples_s: Ascending times of the samples.
-        progress: Function that is called at intervals with the number of impacts so far and the time reached.
+        samples_s: Ascending times at which positions are sampled.
+        progress: Function called at intervals with the number of impacts and the time so far.
     """
     outcome, reached, places = Outcome.COMPLETED, [], []
     for time_s in (*(time_s for time_s in samples_s if time_s <= end_s), end_s):
@@ -52,10 +52,10 @@ def find_bending_force(scene: Scene) -> str:
 
 
 def check_end_time(scene: Scene, until_s: object) -> float:
-    """Return `until_s` as a number.
+    """Return `until_s`, the time at which a run shall stop, as a number.
 
     Raises:
-        InputError: It is not a time within the limits.
+        InputError: `until_s` is not a time within the limits.
     """
     end_s = check_number("until_s", until_s, least=0.0)
     if end_s > LARGEST:
@@ -67,7 +67,7 @@ def check_end_time(scene: Scene, until_s: object) -> float:
 
 
 def compute_frames(scene: Scene, frame_rate_hz: object) -> tuple[float, int]:
-    """Return the frame rate, by default the scene's own, and the number of frames in the scene's duration.
+    """Return the frame rate (the scene's own if it is None), and the number of frames in the scene's duration.
 
     Raises:
         InputError: The frame rate is not a positive number within the limits, or leads to more than `MOST_STEPS`

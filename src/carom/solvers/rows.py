@@ -1,4 +1,4 @@
-"""Array to which rows are appended, in constant time on average."""
+"""Array to which rows are appended. Appending takes constant time on average."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Rows:
         return self._count
 
     def add(self, later: NDArray[np.void]) -> None:
-        """Add rows. The first rows are stored without a copy."""
+        """Append rows. The rows of the first call are stored without a copy."""
         begin, self._count = self._count, self._count + len(later)
         if begin == 0:
             self._rows = later
@@ -40,14 +40,14 @@ class Rows:
         return rows
 
 
-#: Type of a row with the position of an impact and the number of the wall's part; equal to `Contact` of carom_core.h.
+#: Type of a row with the position of an impact and the number of the wall's part, equal to `Contact` of carom_core.h.
 CONTACT_DTYPE = np.dtype([("x", "f8"), ("y", "f8"), ("feature", "i8")])
 
 
 class RecordedImpacts:
     """Recorded impacts in the memory of the compiled code; implements `carom.solvers.run.RunImpacts`.
 
-    `edges_of` converts contacts (`CONTACT_DTYPE`) to edges; None without finite walls.
+    `edges_of` converts contacts (`CONTACT_DTYPE`) to edges of walls. `edges_of` is None in scenes without finite walls.
     """
 
     def __init__(
@@ -85,7 +85,7 @@ class RecordedImpacts:
         return None if self._spins is None else self._spins.array()
 
     def modes(self) -> NDArray[np.void] | None:
-        """Return the changes between sliding, rolling and rest; None if there are none."""
+        """Return the changes of discs between flight, sliding, rolling and rest; None if there are none."""
         if (modes := self._run.take_modes()) is not None:
             if self._modes is None:
                 self._modes = Rows(MODE_DTYPE)
@@ -93,7 +93,7 @@ class RecordedImpacts:
         return None if self._modes is None else self._modes.array()
 
     def edges(self) -> NDArray[np.void] | None:
-        """Return the edges of the impacts; None without finite walls."""
+        """Return the wall edges that the impacts hit; None in scenes without finite walls."""
         if self._edges_of is None or self._edges is None:
             return None
         self.array()

@@ -1,4 +1,4 @@
-"""Interface of the runs of all solvers, and a wrapper that converts a run's units or damping."""
+"""Interface of the runs of all solvers, and a base class of runs whose units or damping are converted."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from carom.model.disc_arrays import DiscArrays
 from carom.model.scene import Scene
 from carom.model.trace import Outcome, Trace
 
-#: Function that is called at intervals with the number of impacts so far and the time reached, in seconds.
+#: Function called at intervals with the number of impacts and the time so far, in seconds.
 Progress = Callable[[int, float], None]
 #: Function that converts rows of impacts, spins or modes.
 SeenRows = Callable[["NDArray[np.void]"], "NDArray[np.void]"]
 
 
 class Start(Protocol):
-    """Start of a run: a scene, or a scene converted to other units (`carom.solvers.units`)."""
+    """Start of a run: a scene, or a scene converted to other units by `carom.solvers.units`."""
 
     @property
     def arrays(self) -> DiscArrays:
@@ -32,7 +32,7 @@ class Start(Protocol):
 
     @property
     def wall_rolling_resistance(self) -> float:
-        """Coefficient of rolling resistance of every disc and wall."""
+        """Coefficient of rolling resistance between discs and walls."""
 
     @property
     def table_deceleration_m_s2(self) -> float:
@@ -53,20 +53,20 @@ class RunImpacts(Protocol):
         """Return the impacts as a read-only array of `trace.IMPACT_DTYPE`, in order."""
 
     def spins(self) -> NDArray[np.void] | None:
-        """Return the spins of impacts as a read-only array of `carom.model.trace.SPIN_DTYPE`; None if no disc spins."""
+        """Return the spins of impacts as an array of `trace.SPIN_DTYPE`; None if no disc spins."""
 
     def edges(self) -> NDArray[np.void] | None:
-        """Return the edges of impacts, as an array of `trace.EDGE_DTYPE`; None without finite walls."""
+        """Return the wall edges that impacts hit, as `trace.EDGE_DTYPE`; None without finite walls."""
 
     def modes(self) -> NDArray[np.void] | None:
-        """Return changes between sliding, rolling and rest, as `trace.MODE_DTYPE`; None if there are none."""
+        """Return the changes between flight, sliding, rolling and rest, as `trace.MODE_DTYPE`."""
 
     def ambiguous(self) -> tuple[int, ...]:
-        """Return the rows of impacts that may be simultaneous with an earlier impact of the same movable disc."""
+        """Return the rows of impacts that may be simultaneous with an earlier impact of one of their movable discs."""
 
 
 class Run(Protocol):
-    """A run in progress. It can be advanced in any number of pieces, which do not change the result."""
+    """A run in progress, which can be advanced in any number of pieces without an effect on the result."""
 
     @property
     def time_s(self) -> float:
@@ -82,12 +82,10 @@ class Run(Protocol):
 
     @property
     def counts(self) -> dict[str, int]:
-        """Counts of the work so far, by name."""
+        """Numbers of operations so far, by name."""
 
     def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:
-        """Apply every impact up to and including `time_s`.
-
-        Stop earlier if the run has had `max_impacts` impacts in total.
+        """Apply every impact up to and including `time_s`, or stop after `max_impacts` impacts in all.
 
         Raises:
             InputError: An argument is invalid, see `carom.solvers.options.require_goal`.
@@ -97,17 +95,17 @@ class Run(Protocol):
         """Return the current centres, in metres, shape ``(n, 2)``."""
 
     def velocities(self) -> NDArray[np.float64]:
-        """Return the current velocities, in metres per second, shape ``(n, 2)``."""
+        """Return the current velocities, in m/s, shape ``(n, 2)``."""
 
     def spins(self) -> NDArray[np.float64] | None:
-        """Return the current spins, in radians per second, shape ``(n,)``; None if no disc in the scene turns."""
+        """Return the current spins, in rad/s; None if no disc turns."""
 
     def impacts_per_disc(self) -> NDArray[np.int64]:
-        """Return the number of impacts that each disc has had with discs and walls, shape ``(n,)``."""
+        """Return the number of impacts of each disc, shape ``(n,)``."""
 
 
 class SeenRun:
-    """A wrapper that converts a run's units or damping. Subclasses override the methods whose results they convert."""
+    """A run that wraps another run and converts its units or damping. Subclasses override what they convert."""
 
     def __init__(self, run: Run, rows: SeenRows) -> None:
         self.log = SeenLog(run.log, rows)
@@ -120,11 +118,11 @@ class SeenRun:
 
     @property
     def counts(self) -> dict[str, int]:
-        """Counts of the work so far, by name."""
+        """Numbers of operations so far, by name."""
         return self._run.counts
 
     def impacts_per_disc(self) -> NDArray[np.int64]:
-        """Return the number of impacts that each disc has had with discs and walls, shape ``(n,)``."""
+        """Return the number of impacts of each disc, shape ``(n,)``."""
         return self._run.impacts_per_disc()
 
     def positions(self) -> NDArray[np.float64]:
@@ -137,7 +135,7 @@ class SeenLog:
 
     Args:
         log: The impacts of the wrapped run.
-        rows: Function that converts rows of the wrapped run (impacts, their spins, or modes) to rows of the wrapper.
+        rows: Function that converts rows of impacts, spins or modes of the wrapped run.
     """
 
     def __init__(self, log: RunImpacts, rows: SeenRows) -> None:
@@ -154,12 +152,12 @@ class SeenLog:
         return self._convert(self._log.array())
 
     def spins(self) -> NDArray[np.void] | None:
-        """Return the spins of impacts as a read-only array of `carom.model.trace.SPIN_DTYPE`; None if no disc spins."""
+        """Return the spins of impacts as an array of `trace.SPIN_DTYPE`; None if no disc spins."""
         spins = self._log.spins()
         return None if spins is None else self._convert(spins)
 
     def modes(self) -> NDArray[np.void] | None:
-        """Return changes between sliding, rolling and rest, as `trace.MODE_DTYPE`; None if there are none."""
+        """Return the changes between flight, sliding, rolling and rest, as `trace.MODE_DTYPE`."""
         modes = self._log.modes()
         return None if modes is None else self._convert(modes)
 
@@ -170,7 +168,7 @@ class SeenLog:
 
 
 def build_trace(run: Run, method: str, scene: Scene, outcome: Outcome, **extra_fields: Any) -> Trace:
-    """Return the trace of a run with its outcome. `extra_fields` adds or replaces fields of the trace."""
+    """Return the trace of a run with its outcome. `extra_fields` are added to the trace, or replace its fields."""
     fields: dict[str, Any] = {
         "impacts": run.log.array(),
         "spins": run.log.spins(),

@@ -1,8 +1,7 @@
 """Units of a run.
 
-A scene with extremely large or small numbers is converted to units in which they are of ordinary size.
-
-The units are powers of two of SI units, so the conversion causes no rounding. Most scenes are not converted.
+A scene with extremely large or small numbers is converted to units in which the numbers are neither large nor small.
+The units are powers of two times SI units, so the conversion causes no rounding.
 """
 
 from __future__ import annotations
@@ -27,20 +26,21 @@ from carom.support.limits import ORDINARY
 
 Array = NDArray[np.float64]
 _LEAST = 1.0 / ORDINARY
-#: Binary exponent of the greatest speed in the new units. It is above 0, because most other speeds are smaller. But it
-#: is so far below `ORDINARY` that even the gravity which causes this speed in the shortest scene is not too large.
+#: Binary exponent of the greatest speed in the new units. The exponent is above 0, because other speeds are mostly
+#: smaller. The exponent is far below that of `ORDINARY`, so that gravity is not too large even if it causes this speed
+#: in a short scene.
 _FASTEST = 100
 
 
 class Units(NamedTuple):
-    """Exponents of the units of length, time and mass, which are powers of two of a metre, a second and a kilogram."""
+    """Exponents of the units of length, time and mass, which are powers of two times a metre, second and kilogram."""
 
     length: int
     time: int
     mass: int
 
     def convert_scene(self, scene: Scene) -> Start:
-        """Convert a scene to these units, and return it as the start of a run."""
+        """Convert a scene to these units. The result is the start of a run."""
         if self == SI:
             return scene
         start, speed = scene.arrays, self.length - self.time
@@ -86,7 +86,7 @@ class Units(NamedTuple):
         return _scale_by_power(rate, self.time)
 
     def convert_damping(self, per_s: float) -> Damping:
-        """Convert a damping rate to these units, limited to the largest float."""
+        """Convert a damping rate to these units. The result is at most the largest float."""
         return Damping(min(self.from_hertz(per_s), sys.float_info.max))
 
     def convert_rows(self, rows: NDArray[np.void]) -> NDArray[np.void]:
@@ -110,7 +110,7 @@ SI = Units(0, 0, 0)
 
 
 def choose_units(scene: Scene) -> Units:
-    """Return the units in which to run a scene; `SI` if all its numbers have ordinary sizes."""
+    """Return the units in which to run a scene. If all numbers have ordinary sizes, SI units are returned."""
     if _is_ordinary(scene):
         return SI
     sizes = Sizes.of(scene.arrays, scene.gravity_m_s2, scene.duration_s)
@@ -123,9 +123,9 @@ def choose_units(scene: Scene) -> Units:
 
 
 def run_in_ordinary_units(scene: Scene, make: Callable[[Start, Units], Any]) -> Any:
-    """Return a run that computes in the units of `choose_units`, but has results in SI units.
+    """Return a run that computes in the units of `choose_units` and has results in SI units.
 
-    `make` builds this run.
+    The function `make` builds the run that computes.
     """
     units = choose_units(scene)
     run = make(units.convert_scene(scene), units)
@@ -133,7 +133,7 @@ def run_in_ordinary_units(scene: Scene, make: Callable[[Start, Units], Any]) -> 
 
 
 class _ScaledStart(NamedTuple):
-    """The start of a run in other units. Its numbers are not checked, and field names still contain SI units."""
+    """The start of a run in other units. Fields are not checked, and their names still contain SI units."""
 
     arrays: DiscArrays
     gravity_m_s2: Vector
@@ -143,7 +143,7 @@ class _ScaledStart(NamedTuple):
 
 
 class RunInUnits(SeenRun):
-    """A PIC or PIT run that computes in other units, with results in SI units; implements `carom.solvers.run.Run`."""
+    """A PIC or PIT run that computes in other units and has results in SI units; implements `carom.solvers.run.Run`."""
 
     def __init__(self, run: Any, units: Units) -> None:
         super().__init__(run, units.convert_rows)
@@ -156,7 +156,7 @@ class RunInUnits(SeenRun):
         return self._run.counts["frames"]
 
     def advance_frames(self, frames: int) -> None:
-        """Run this number of frames of a PIT run, and advance to the time of the next frame."""
+        """Run this many frames of a PIT run, and advance to the time of the next frame."""
         self._of_frames.advance_frames(frames)
 
     @property
@@ -165,10 +165,7 @@ class RunInUnits(SeenRun):
         return self._units.to_seconds(self._run.time_s)
 
     def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:
-        """Apply every impact up to and including `time_s`.
-
-        Stop earlier if the run has had `max_impacts` impacts in total.
-        """
+        """Apply every impact up to and including `time_s`, or stop after `max_impacts` impacts in all."""
         report = None if progress is None else lambda impacts, time: progress(impacts, self._units.to_seconds(time))
         return self._run.advance_to(self._units.from_seconds(time_s), max_impacts, report)
 
@@ -177,11 +174,11 @@ class RunInUnits(SeenRun):
         return np.ldexp(self._run.positions(), self._units.length)
 
     def velocities(self) -> Array:
-        """Return the current velocities, in metres per second, shape ``(n, 2)``."""
+        """Return the current velocities, in m/s, shape ``(n, 2)``."""
         return np.ldexp(self._run.velocities(), self._units.length - self._units.time)
 
     def spins(self) -> Array | None:
-        """Return the current spins, in radians per second, shape ``(n,)``; None if no disc in the scene turns."""
+        """Return the current spins, in rad/s; None if no disc turns."""
         spins = self._run.spins()
         return None if spins is None else np.ldexp(spins, -self._units.time)
 
@@ -194,7 +191,7 @@ def _is_ordinary(scene: Scene) -> bool:
 
 
 def _compute_middle_exponent(smallest: float, largest: float) -> int:
-    """Return the mean of the binary exponents of two numbers."""
+    """Return the mean of the binary exponents of two numbers, rounded down."""
     return (_compute_exponent(smallest) + _compute_exponent(largest)) // 2
 
 

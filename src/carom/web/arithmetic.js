@@ -1,12 +1,11 @@
-// Exact difference of floats, and frexp and ldexp as in Python. ECMAScript prescribes the rounding of all operations
-// used here, and they have the same order as in carom/core. So the numbers for the core are bit-identical in every
-// browser.
+// Exact difference of floats, and frexp and ldexp as in Python. ECMAScript prescribes how all operations in this file
+// are rounded, and their order is that of carom/core. So the numbers for the core are bit-identical in every browser.
 export const twoDiff = (a, b) => {
   const s = a - b,
     p = s - a;
   return [s, a - (s - p) - (b + p)];
 };
-// The exponent that math.frexp returns, and math.ldexp. Results are exact, except below 2^-1022.
+// The exponent that math.frexp returns, and the result of math.ldexp. Results are exact, except below 2^-1022.
 const view = new DataView(new ArrayBuffer(8));
 export const exponent = (x) => {
   if (x === 0 || !Number.isFinite(x)) return 0;

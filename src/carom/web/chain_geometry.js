@@ -1,4 +1,4 @@
-// Outline of a finite wall in floats, and the outline's nearest point to a position, as in
+// Outline of a finite wall in floats, and the point of the outline that is nearest to a position, as in
 // carom/model/chain_geometry.py.
 import { ldexp } from "./arithmetic.js";
 import { halfBits, less, nearest, over, plus, power4, rational, times } from "./rational.js";
@@ -95,8 +95,8 @@ export class Outline {
       ? this.edges.map(Stretch.of)
       : [new Stretch({ a: start, b: start, bulge: 1 }, centre_m, radius_m)];
   }
-  // Returns the nearest point on some edges. If points on two edges are equally near, returns that of the edge with the
-  // lower number.
+  // Returns the nearest point on the given edges. If points on two edges are equally near, returns the one on the edge
+  // with the lower number.
   nearest(x, y, among = this.stretches.keys()) {
     let least = Infinity,
       found;

@@ -49,7 +49,7 @@ const PHASES = 8,
   RATES = 48,
   SLICE_MS = 12; // longest calculation before the page handles other events
 let charted = "",
-  rows = {}; // for each method: frames per second, missed share, worst velocity error
+  rows = {}; // for each method, lists of frames per second, missed share, and worst velocity error
 export function drawChart() {
   const { scene: s, truth } = state;
   if (state.drag || !truth) return;
@@ -135,7 +135,7 @@ function paintChart(s, truth, frame_rate_hz, crowd) {
   const engine = state.method === "pit" ? "" : methods.selectedOptions[0].textContent;
   chartSaid.textContent = `The chart shows ${engine || "PIT"} at different frames per second, with ${PHASES} frame offsets each. The vertical line is your rate. The bars show ${crowd ? "impacts from the first miss on" : "frame offsets at which an impact is missed"}. The line shows the largest velocity error of the first impact, divided by its speed${engine ? "; the thin line is PIT's" : ""}${crowd ? "" : `. The dashed line shows ${engine ? "PIT's" : "the"} bars by formula`}.`;
 }
-// Yields after each run, so that the page can handle events. Phases at which a method can't run are ignored.
+// Yields after each run, so that the page can react to events. Phases at which a method can't run are ignored.
 function* measured(method, crowd) {
   const { scene: s, truth } = state,
     own = rows[method];

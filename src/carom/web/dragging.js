@@ -1,4 +1,4 @@
-// Lets users move discs and arrows by mouse, touch and keys. A touch outside of discs scrolls the page.
+// Lets users move discs and arrows by mouse, touch and keyboard. A touch outside of discs scrolls the page.
 import { head, moved } from "./scene_edits.js";
 import { left, right } from "./layout.js";
 import { draw } from "./pictures.js";

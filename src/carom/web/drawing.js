@@ -1,7 +1,8 @@
 // Computes positions of discs, and draws discs, walls, paths and marks, for the play page and for replays in reports.
 // A track describes the path of one disc: [times, xs, ys], in seconds and metres. Between two times, the disc has a
-// constant acceleration: that of free flight or, if the track has a fourth list, the acceleration in this list. Colours
-// are CSS variables: --s0 to --s7 for discs, --wall, --ghost (the exact run), --wrong, --surface, --ink.
+// constant acceleration. If the track has a fourth list, the list contains this acceleration. If not, the disc flies
+// freely. Colours are CSS variables: --s0 to --s7 for discs, --wall, --ghost (the exact run), --wrong, --surface,
+// --ink.
 export const make = (name, attributes = {}, ...children) => {
   const e = document.createElement(name);
   for (const [k, v] of Object.entries(attributes))
@@ -44,8 +45,8 @@ export const spinAt = ([times, angles], t) => {
     d = times[k + 1] - times[k];
   return d > 0 ? (angles[k + 1] - angles[k]) / d : 0;
 };
-// Returns the displacement of a driven wall. A leg consists of its start time, the displacement at that time, and its
-// velocity.
+// Returns the displacement of a driven wall. A leg, a part of its path with constant velocity, consists of its start
+// time, the displacement at that time, and its velocity.
 export const movedAt = ({ legs = [[0, 0, 0, 0, 0]] }, time) => {
   const [begin, x, y, u, v] = legs.findLast(([since]) => since <= time) ?? legs[0];
   return [x + u * (time - begin), y + v * (time - begin)];
@@ -60,7 +61,7 @@ const eventsOf = ({ impacts, modes }) => {
   }
   return [...events, ...impacts.slice(k)];
 };
-// Converts a time to the time in which a disc would move as far without damping, and back.
+// Converts a time to the time in which a disc would move as far without damping. The next function converts it back.
 export const flownIn = ({ damping_per_s: c }, t) => (c ? -Math.expm1(-c * t) / c : t);
 export const clockOf = ({ damping_per_s: c }, t) => (!c ? t : c * t < 1 ? -Math.log1p(-c * t) / c : Infinity);
 const piecesOf = ({ damping_per_s: c }, t) => (c ? Math.max(1, Math.min(400, Math.ceil(16 * c * t))) : 1);
@@ -142,8 +143,8 @@ export const anglesOf = (scene, run) => {
   for (const one of turned) add(one, Math.max(run.end_s, one.times.at(-1)), one.spin);
   return turned.map(({ times, angles }) => [times, angles]);
 };
-// Returns how long two discs would overlap if they flew on without their impact. In the first half of this time they
-// would approach.
+// Returns how long two discs would overlap if they flew on without their impact. They would approach in the first half
+// of this time.
 export const overlapOf = (scene, impact) => {
   if (impact.second < 0) return Infinity;
   const [v, w] = impact.before,
@@ -200,7 +201,7 @@ export class Stage {
   hue(scene, i) {
     return scene.discs[i].mass_kg === "inf" ? this.colour("--wall") : this.colour(`--s${i % 8}`);
   }
-  // Draws walls. `time` gives the positions of driven walls.
+  // Draws walls. Driven walls are drawn at their positions at the time `time`.
   walls(list, time = 0) {
     const { pen, dense } = this,
       far = this.canvas.width + this.canvas.height;
@@ -284,7 +285,7 @@ export class Stage {
     const r = radius * this.scale,
       [x, y] = this.at(place);
     if (angle !== undefined) {
-      // two light quarters show the rotation, and leave the disc's number visible
+      // two light quarters show the rotation, and leave the disc's number readable
       pen.fillStyle = this.colour("--surface");
       pen.globalAlpha = 0.45;
       for (const a of [0, Math.PI]) {
@@ -318,8 +319,8 @@ export class Stage {
     pen.stroke();
     pen.lineCap = "butt";
   }
-  // Draws a label and a line to its point. The label is at the first of twelve positions around the point at which it
-  // covers no disc and no other label.
+  // Draws a label and a line to its point. Twelve positions around the point are tried. The label is drawn at the first
+  // position at which it covers no disc and no other label.
   label(place, text, colour, taken, bold = true) {
     const { pen, dense } = this,
       [x, y] = this.at(place);

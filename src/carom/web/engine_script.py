@@ -1,7 +1,7 @@
 """Joins an engine's npm package, the engine's adapter and shared code into one script for the play page.
 
-The adapters contain few and simple ``import`` lines. This module replaces each of these lines, so that no bundler is
-needed. Any other import is refused.
+The adapters contain few and simple ``import`` lines. This module replaces these lines, so that no bundler is needed.
+Any other import is refused.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from carom.web.packages import PACKAGES, load_package_script
 
 _IMPORT = re.compile(r'^import (?P<names>\{[^}]*\}|\w+) from "(?P<source>[^"]+)";$', re.MULTILINE)
 _EXPORTED = re.compile(r"^export (?:async )?(?:function|class|const) (\w+)", re.MULTILINE)
-#: Comment lines and indents, which the page does not need.
+#: Comment lines and indents, which the script does not need.
 _UNSEEN = re.compile(r"^[ \t]*//.*\n|^[ \t]+", re.MULTILINE)
 _SHARED = "../serve.mjs"
 
@@ -32,9 +32,10 @@ class PageEngine:
         label: The engine's name and version.
         profiles: Settings of each profile except `located`.
         script: Script of the engine, with its adapter.
-        licence: Text of the package's licence. The page must contain it.
-        lacks: Features of scenes that the page can show, but that the engine does not support.
-        shared: Script with the functions that all adapters use. The page runs it once, before the scripts of engines.
+        licence: Text of the package's licence, which the page must contain.
+        lacks: Features of scenes that the page can show and the engine does not support.
+        shared: Script with the functions that all adapters use. The page runs the shared script once, before the
+            scripts of engines.
     """
 
     name: str
@@ -83,9 +84,9 @@ def build_shared_script(shared: str) -> str:
 
 
 def link_script(name: str, *, package: str, package_name: str, module: str) -> str:
-    """Return a script that runs an engine's adapter module and exports its class. Imports and comments are removed.
+    """Return a script that runs an engine's adapter module and exports its class, without imports and comments.
 
-    Imports and comments are recognised by the start of a line. So a string in the module must not span several lines.
+    Imports and comments are found by the start of a line. So no string in the module may span several lines.
     """
 
     def format_binding(match: re.Match[str]) -> str:

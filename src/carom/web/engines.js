@@ -1,6 +1,6 @@
-// Starts engines in the page, and runs scenes on them. Each engine is a packed block of text that is unpacked when a
-// user chooses the engine. A block contains the adapter's engine.mjs and the engine's package
-// (carom/web/engine_script.py). The adapter passes its World class to this module.
+// Starts engines in the page, and runs scenes on them. Each engine is a packed block of text, which is unpacked when a
+// user chooses the engine. A block contains the adapter's engine.mjs and the engine's package (see
+// carom/web/engine_script.py). The adapter passes its World class to this module.
 import { isFixed, advanced, bare } from "./scene.js";
 
 const INSTALLED = JSON.parse(globalThis.caromText(document.getElementById("engines")));
@@ -21,7 +21,8 @@ async function start(name) {
   });
 }
 
-// Runs a scene on an engine. Successive steps in which the contact of two bodies changes a velocity are one impact.
+// Runs a scene on an engine. If the contact of two bodies changes a velocity in several successive steps, this is one
+// impact.
 export function drive(World, settings, scene, phase) {
   const dt = 1 / scene.frame_rate_hz,
     early = phase * dt;
@@ -97,8 +98,8 @@ function stepped(world, scene, start, dt, early) {
   for (const one of impacts) if (one.alone) one.effective_s = effectiveTime(one, pullOf);
   return { impacts, tracks, warning, end_s: early + steps * dt, stepped: true, step_ms: spent / Math.max(1, steps) };
 }
-// Returns the time at which the free paths before and after the contact are nearest to each other, as in
-// carom/execution/observation/open_contact.py; NaN if the velocities did not change.
+// Returns the time at which the free paths before and after the contact are nearest to each other, or NaN if the
+// velocities did not change. carom/execution/observation/open_contact.py does the same.
 function effectiveTime({ first, second, began, ended }, pullOf) {
   const lasted = ended.time_s - began.time_s,
     of = (rows, axis) => (second < 0 ? 0 : rows[second][axis]) - rows[first][axis];

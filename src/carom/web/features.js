@@ -1,6 +1,6 @@
 // Computes the features of a finite wall, which are the faces, arcs and vertices that a disc can hit, as in
-// carom/core/wall_features.py. Edges on one line or circle are merged; whether they are is decided without rounding. A
-// feature has a kind (face, vertex or arc) and its edges. A pair of floats [high, low] represents their sum.
+// carom/core/wall_features.py. Edges on one line or circle are merged. Exact arithmetic decides which edges are merged.
+// A feature has a kind (face, vertex or arc) and its edges. A pair of floats [high, low] represents their sum.
 import { twoDiff } from "./arithmetic.js";
 import { circleOf, sameEnds } from "./chain_geometry.js";
 import { alike, cross, dot, less, nearestRoot, negated, pairOf, plus, rational, rootOf, times } from "./rational.js";
@@ -24,8 +24,8 @@ function arcOn({ x, y, radius2 }, ends, halfWidth, inside, edges) {
   return roundOf([pairOf(x), pairOf(y)], rootOf(radius2), halfWidth, inside, sector, edges);
 }
 const PLACES = 2 ** -50;
-// A disc with a radius of fitsBelow or more is too large to touch the inner side of an arc, and hits the arc's
-// ends.
+// A disc with a radius of fitsBelow or more is too large to touch the inner side of an arc, and hits the arc's ends
+// instead.
 function roundOf(centre, radius, halfWidth, inside, sector, edges) {
   const size = Math.abs(centre[0][0]) + Math.abs(centre[1][0]) + radius[0],
     fitsBelow = inside ? radius[0] - halfWidth - PLACES * size : 0;

@@ -14,10 +14,10 @@ from carom.model.scene import Need
 from carom.web.engine_script import PageEngine, build_page_engine
 from carom.web.packages import PACKAGES
 
-#: Engines that the page contains by default. They are small and need no WebAssembly.
+#: Engines that the page contains by default, because they are small and need no WebAssembly.
 DEFAULT_ENGINES = ("matter", "planck")
 
-#: Features of scenes that an engine may lack, in the order in which the page lists them.
+#: Features of scenes that an engine may not support, in the order in which the page lists them.
 _NEEDS = (
     *(Need.SPIN, Need.FRICTION, Need.SEGMENTS, Need.ARCS, Need.WALL_MATERIALS, Need.DRIVEN_WALLS, Need.DRIVEN_DISCS),
     *(Need.LEGS, Need.BELTS, Need.EDGE_BELTS, Need.ROLLING_RESISTANCE, Need.DAMPING, Need.TABLE_FRICTION),

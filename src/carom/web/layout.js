@@ -64,7 +64,7 @@ export const gravity = make("input", {
   id: "gravity",
   onchange: () => {
     state.scene.gravity_m_s2 = gravity.checked ? [0, -G] : [0, 0];
-    // a scene with gravity can't have damping, and one without can't have rolling resistance
+    // a scene with gravity can't have damping, and a scene without gravity can't have rolling resistance
     state.scene[gravity.checked ? "damping_per_s" : "wall_rolling_resistance"] = 0;
     changed();
   },

@@ -1,4 +1,4 @@
-// Handles the buttons that copy a link to the scene, or save the scene as a file.
+// Makes two buttons work: one copies a link to the scene, the other saves the scene as a file.
 import { copy, problem, save } from "./layout.js";
 import { asLink, asToml } from "./scene.js";
 import { make } from "./drawing.js";

@@ -33,8 +33,8 @@ function rowOf(feature, wall) {
 
 const SQUARES = [1n, 2n, 3n]; // squared cosines of 60, 45 and 30 degrees, times 4
 const wayOf = ({ along }) => along.map(([high, low]) => plus(rational(high), rational(low)));
-// If a disc hits two features at one instant: whether the order of the two impacts has no effect on the result. This is
-// `are_decidable` of carom/core/wall_features.py.
+// For a disc that hits two features at one instant: whether both orders of the two impacts have the same result. This
+// is `are_decidable` of carom/core/wall_features.py.
 function areOrderFree(one, other, elastic) {
   if (sameFeature(one, other)) return true;
   if (one.kind !== "face" || other.kind !== "face") return false;
@@ -45,8 +45,8 @@ function areOrderFree(one, other, elastic) {
   return elastic && inner[0] < 0n && SQUARES.some((part) => 4n * n === part * d);
 }
 
-// Rows for the walls of a scene: one row per half-plane, and one row per feature of a finite wall. Features that no
-// disc of the scene can hit, because of its radius, are left out.
+// Rows for the walls of a scene: one row per half-plane, and one row per feature of a finite wall. Features that the
+// discs of the scene can't hit because of their radii are omitted.
 export class Obstacles {
   constructor(walls, widest) {
     this.walls = walls;
@@ -69,8 +69,8 @@ export class Obstacles {
     return areOrderFree(this.features[one], this.features[other], elastic);
   }
   // Returns two arrays. The first has four numbers for each row: whether a disc can stay in contact with the row's
-  // feature, the vertices at the feature's two ends (-1 for none), and a count. The second array lists the features
-  // that the disc can't hit while it stays in contact; the count is the number of these features for the row.
+  // feature, the vertices at the feature's two ends (-1 for none), and a count. The count is the number of features
+  // that the disc can't hit while it stays in contact. The second array lists these features, row after row.
   grounds() {
     const never = [],
       rows = this.rows.map(([, wall], number) => {
@@ -85,8 +85,8 @@ export class Obstacles {
       });
     return [rows, never];
   }
-  // Returns the vertices at the ends of a face, and the features that a disc can't hit while it is in contact with the
-  // face: the face and its other side, the vertices, and arcs that continue the wall smoothly.
+  // Returns the vertices at the ends of a face, and the features that a disc in contact with the face can't hit: the
+  // face and its other side, the vertices, and arcs that continue the wall smoothly.
   around(face, wall) {
     const numbers = [...this.features.keys()].filter((n) => this.features[n] && this.rows[n][1] === wall),
       all = (fits) => numbers.filter((n) => fits(this.features[n])),

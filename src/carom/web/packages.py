@@ -19,8 +19,8 @@ class Package:
         script: Script file of the package, relative to its folder.
         exported: Name of the default export, if the script is an ECMAScript module; empty if the script sets
             ``module.exports``.
-        binary: WebAssembly file of the package; empty if the package has no such file.
-        closed: Pieces of code that need Node or violate the page's security policy, with their replacements. Each piece
+        binary: WebAssembly file of the package; empty if there is none.
+        closed: Pieces of code that need Node or violate the page's security policy, each with its replacement. A piece
             must occur exactly once in the script.
     """
 
@@ -30,8 +30,8 @@ class Package:
     closed: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
 
 
-#: Box2D's JavaScript (embind) creates functions from source text. The page's security policy forbids this. So this code
-#: is replaced by closures that do the same.
+#: Box2D's JavaScript (embind) creates functions from source text, which the page's security policy forbids. The
+#: replacements here are closures with the same effect.
 _BOX2D_CALLERS = {
     "return new Function(args1, invokerFnBody);": """return function (...bound) {
     const [, , invoker, fn, runDestructors, fromRetWire, toClassParamWire, ...rest] = bound;
@@ -66,8 +66,8 @@ _CANNON_CLOCK = {
         "const performance = globalThis.performance;"
     )
 }
-#: Packages by the name of the adapter. The page can't run havok and physx, because their adapters read files by
-#: functions of Node.
+#: Packages by name of the adapter. The page can't run havok and physx, because their adapters read files by functions
+#: of Node.
 PACKAGES = MappingProxyType(
     {
         "matter": Package("build/matter.min.js"),
@@ -93,7 +93,7 @@ def load_package_script(package: Package, folder: Path) -> str:
         InputError: The package has an unexpected version.
         OSError: A file of the package can't be read.
     """
-    # The file is read as bytes, so that line ends are not converted. They may be part of WebAssembly in a string.
+    # The file is read as bytes to keep its line ends, which may be part of WebAssembly in a string.
     text = (folder / package.script).read_bytes().decode("utf-8")
     ended = {f"export default {package.exported};": _build_default_export(package, folder)} if package.exported else {}
     for old, new in (ended | dict(package.closed)).items():
@@ -106,10 +106,7 @@ def load_package_script(package: Package, folder: Path) -> str:
 
 
 def _build_default_export(package: Package, folder: Path) -> str:
-    """Return the code that exports a module's default export.
-
-    If the package has a separate WebAssembly file, the code contains the content of this file.
-    """
+    """Return the code that exports a module's default export, with the package's WebAssembly file if there is one."""
     if not package.binary:
         return f"module.exports = {{ default: {package.exported} }};"
     data = base64.b64encode((folder / package.binary).read_bytes()).decode()

@@ -27,7 +27,7 @@ function take(scene, method) {
   if (method && method !== state.method && [...methods.options].some((o) => o.value === method)) choose(method);
   else changed();
 }
-// Returns a scene as text; an empty text if one of its numbers is outside the page's limits.
+// Returns a scene as text, or an empty text if a number of the scene is outside the page's limits.
 function written(given) {
   try {
     return JSON.stringify(bare(asPageScene(given)));
@@ -79,7 +79,7 @@ whenChanged(() => {
   }, 150);
   fit();
 });
-// Shows a scene of the gallery. If a number of the scene is outside the page's limits, reports it and keeps the present
+// Shows a scene of the gallery. If a number of the scene is outside the page's limits, reports it and keeps the current
 // scene.
 function shown(name) {
   problem.textContent = "";
@@ -128,7 +128,7 @@ function tick(now) {
   requestAnimationFrame(tick);
 }
 requestAnimationFrame(tick);
-// For tests: the state, and the positions on the screen of a disc and of the head of its arrow.
+// For tests: the state, and the positions on the screen of a disc and of the tip of its arrow.
 const spot = (i, where = "position_m") => {
   const r = left.canvas.getBoundingClientRect(),
     d = state.scene.discs[i],

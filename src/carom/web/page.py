@@ -1,4 +1,4 @@
-"""Builds the play page: one HTML file. Its security policy forbids scripts from elsewhere and all requests."""
+"""Builds the play page, a single HTML file whose security policy forbids external scripts and all requests."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from carom.web.engine_script import PageEngine
 SOURCES = Path(__file__).parent
 #: The solvers, compiled from `carom/core` by `tests/packaging/core_wasm.py`.
 CORE = SOURCES / "core.wasm"
-#: The modules of the page. Each module comes after the modules that it imports.
+#: The JavaScript modules of the page. Each module comes after the modules that it imports.
 MODULES = (
     *("arithmetic", "rational", "prescribed_motion", "chain_geometry", "features", "obstacles", "quartic", "wasm_core"),
     *("units", "drawing", "impact_positions", "run_methods", "scene", "compare", "start_core"),
@@ -31,7 +31,7 @@ MODULES = (
 MOST_DISCS = 10
 #: The 91 characters in which binary data is encoded. "<" is excluded, so that the data can't end its HTML element.
 _LETTERS = np.frombuffer(bytes(range(35, 126)).replace(b"<", b"!"), np.uint8)
-#: Parameter lc of LZMA, which `unpack_blocks.js` also contains.
+#: Parameter lc (number of literal context bits) of LZMA. The parameter must be the same in `unpack_blocks.js`.
 _LITERAL_BITS = 3
 #: Scenes of the catalogue that the page offers. The page opens with the first scene.
 GALLERY = (
@@ -57,7 +57,7 @@ def strip_comments(script: str) -> str:
 
 
 def render_page(scenes: Sequence[Scene], engines: Sequence[PageEngine] = ()) -> str:
-    """Return the page as HTML. It offers the scenes and engines, and opens with the first scene.
+    """Return the page as HTML with the given scenes and engines. The page opens with the first scene.
 
     Raises:
         InputError: The page can't show a scene.
@@ -79,7 +79,7 @@ def render_page(scenes: Sequence[Scene], engines: Sequence[PageEngine] = ()) -> 
         "style": pack_block((SOURCES / "page.css").read_bytes()),
         "licences": "\n".join(engine.licence for engine in engines).replace("--", "- -"),
         "first": html.escape(scenes[0].name),
-        # The numbers need no check here, since the page checks them.
+        # The page checks the numbers of the scenes.
         "scenes": _pack_json({scene.name: json.loads(scene.model_dump_json()) for scene in scenes}),
         "engines": _pack_json(about),
         "blocks": "\n".join(
@@ -102,7 +102,7 @@ def add_gallery(*scenes: Scene) -> list[Scene]:
 
 
 def find_page_limit(scene: Scene) -> str:
-    """Describe why the page can't show a scene; an empty text if it can."""
+    """Return why the page can't show a scene, or an empty text if it can."""
     if len(scene.discs) > MOST_DISCS:
         return f"the page shows at most {MOST_DISCS} discs, but {scene.name} has {len(scene.discs)}"
     return ""
@@ -113,9 +113,9 @@ def _pack_json(value: object) -> str:
 
 
 def pack_block(content: bytes) -> str:
-    """Return content as text that `unpack_blocks.js` converts back: its length, its Adler-32 and its LZMA stream.
+    """Return content as text that `unpack_blocks.js` converts back.
 
-    Two characters encode 13 bits.
+    The text contains the content's length, its Adler-32 checksum and its LZMA stream. Two characters encode 13 bits.
 
     Raises:
         InputError: This Python was built without LZMA.
@@ -124,8 +124,7 @@ def pack_block(content: bytes) -> str:
         import lzma
     except ImportError as error:
         raise InputError("the page needs Python's module lzma, but this Python was built without it") from error
-    # A dictionary larger than the content would not change the result. But clearing it would take longer than the
-    # compression.
+    # A dictionary larger than the content would have no effect, but clearing it would take longer than the compression.
     size = max(len(content), 4096)
     filters = [{"id": lzma.FILTER_LZMA1, "preset": 9, "dict_size": size, "lc": _LITERAL_BITS, "lp": 0, "pb": 0}]
     packed = lzma.compress(content, format=lzma.FORMAT_RAW, filters=filters)

@@ -75,8 +75,8 @@ function verdict(name, first) {
   if (!Number.isFinite(pair[1].effective_s)) return `${name} reports the impact ${describeLateness(reported)}.`;
   return `${name} lets the bodies bounce ${describeLateness(late)}, and reports the impact ${describeLateness(reported)}.`;
 }
-// PIT's run is repeated for this time, in milliseconds, to measure the cost of a frame in spite of a browser's coarse
-// clock.
+// The run of PIT is repeated for this time, in milliseconds. The cost of a frame is then known although a browser's
+// clock is coarse.
 const MEASURED_MS = 20;
 export function cost() {
   const { scene: s, seen } = state;

@@ -1,4 +1,4 @@
-// Paths of driven bodies as legs of constant velocity, as in carom/model/prescribed_motion.py.
+// Paths of driven bodies as legs (parts with constant velocity), as in carom/model/prescribed_motion.py.
 import { less, nearest, plus, rational, times } from "./rational.js";
 
 const NO_WAY = [0, 0];

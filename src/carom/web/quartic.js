@@ -1,14 +1,15 @@
-// Computes exactly when the gap between two bodies closes. The gap is a polynomial in time. The arithmetic uses
-// integers, as in carom/core/exact_quartic.py. The core calls exactFall if neither floats nor pairs of floats are
-// precise enough; see polynomial.h.
+// Computes exactly when the gap between two bodies, a polynomial in time, closes. The arithmetic uses integers, as in
+// carom/core/exact_quartic.py. The core calls exactFall if neither floats nor pairs of floats are precise enough; see
+// polynomial.h.
 import { ldexp } from "./arithmetic.js";
 import { gcd, plus, rational, times } from "./rational.js";
 
 const ZERO = [0n, 1n];
 
 // For each power of time (lowest first), `powers` lists pairs of numbers. The coefficient is the sum of the products of
-// these pairs. Returns the instant after `begin` at which the gap closes: the first for `index` 0, the second for 1,
-// and so on, or Infinity if it does not close so often. For a negative index, returns the sign of the gap at `begin`.
+// these pairs. Returns the instants after `begin` at which the gap closes: the first for `index` 0, the second for 1,
+// and so on. Returns Infinity if there is no such instant. For a negative index, returns the sign of the gap at
+// `begin`.
 export function exactFall(powers, begin, isClosed, index) {
   const gap = powers.map((products) => products.map(([a, b]) => times(rational(a), rational(b))).reduce(plus, ZERO)),
     start = rational(begin);
@@ -20,7 +21,7 @@ export function exactFall(powers, begin, isClosed, index) {
   for (const time of closings(gap)) if (number++ === index) return time;
   return Infinity;
 }
-// Yields the instants from 0 on at which a gap closes. If the gap is closed at 0 and does not open, 0 is the first.
+// Yields the instants from 0 on at which a gap closes. If the gap is closed at 0 and becomes negative, 0 is the first.
 function* closings(gap) {
   const powers = [...gap];
   while (powers.length && powers[0][0] === 0n) powers.shift();

@@ -1,5 +1,5 @@
-// Rational numbers without rounding: pairs of numerator and denominator in lowest terms, like Python's Fraction. Also
-// converts them to the nearest float or to the nearest pair of floats, as carom/core/wall_features.py does.
+// Rational numbers without rounding: pairs of numerator and denominator in lowest terms, like Python's Fraction. They
+// can be converted to the nearest float or to the nearest pair of floats, as in carom/core/wall_features.py.
 import { ldexp } from "./arithmetic.js";
 
 export const gcd = (a, b) => {
@@ -35,8 +35,8 @@ export const cross = ([ax, ay], [bx, by]) => less(times(ax, by), times(ay, bx));
 export const dot = ([ax, ay], [bx, by]) => plus(times(ax, bx), times(ay, by));
 
 const bitLength = (n) => (n < 0n ? -n : n).toString(2).length;
-// Returns the nearest float. The quotient is computed with more bits than a float has, and its last bit is set if there
-// is a remainder. So the conversion to a float rounds correctly.
+// Returns the nearest float. The quotient is computed with more bits than a float has. Its last bit is set if there is
+// a remainder, so that the conversion to a float rounds correctly.
 export const nearest = ([n, d]) => {
   if (n === 0n) return 0;
   const size = n < 0n ? -n : n,

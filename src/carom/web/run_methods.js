@@ -47,7 +47,7 @@ const KNOWN = {
     "surface_speed_m_s",
   ],
 };
-// Returns the unsupported fields of a scene, so that no field is silently ignored.
+// Returns the fields of a scene that the page does not support, so that no field is silently ignored.
 export function refused(scene) {
   const unknown = (one, known) => Object.keys(one).filter((name) => !known.includes(name));
   return [
@@ -104,8 +104,8 @@ function inputOf(scene) {
   };
   return { arrays, numbers, obstacles };
 }
-// Returns the rows that only PIC reads. If no body is driven or accelerated, half-planes without coefficients of their
-// own need no rows.
+// Returns the rows that only PIC reads. If no body is driven or accelerated, half-planes with the scene's coefficients
+// need no rows.
 function picArrays(scene, { arrays, numbers, obstacles }) {
   const { discs, walls } = scene,
     { materials, ...others } = arrays,
@@ -118,7 +118,7 @@ function picArrays(scene, { arrays, numbers, obstacles }) {
   return { ...others, features: obstacles.rows, materials, driven, legs, grounds, neverLists };
 }
 
-// Runs a scene in units in which no computation overflows.
+// Runs a scene in units of length, time and mass with which no computation overflows.
 function inOrdinaryUnits(scene, rate, run) {
   const units = unitsOf(scene, new Obstacles(scene.walls, Infinity).outlines);
   if (units === null) return run(scene, rate);

@@ -33,7 +33,7 @@ const DEFAULTS = {
 };
 export const isFixed = (disc) => disc.mass_kg === "inf";
 
-// Allowed range of each number. PIC and PIT allow much larger ranges.
+// Allowed range of each number. The ranges that PIC and PIT allow are much larger.
 const RANGES = {
   position: [-1e4, 1e4],
   speed: [-1e4, 1e4],
@@ -213,7 +213,8 @@ export function ofLink(text) {
   return { scene: asPageScene(scene, phase), method };
 }
 
-// Moves all bodies on along their free paths by the phase of a scene, so that PIT's first frame is at this time.
+// Moves all bodies along their free paths by the phase of a scene (a fraction of a frame), so that PIT's first frame is
+// at this time.
 const legsAfter = (legs, by) =>
   legsFrom(legs, by).map(({ begin, velocity }, k) => ({ from_s: k ? begin - by : 0, velocity_m_s: velocity }));
 function wallOn(wall, by) {
@@ -284,7 +285,7 @@ export function asToml(s) {
   ].join("");
 }
 
-// Returns which bodies overlap, so that the scene can't start; nothing if the scene can start.
+// Returns a text that names the bodies whose overlap prevents the scene from starting, or nothing if it can start.
 export function problemOf(s) {
   for (const [j, d] of s.discs.entries()) {
     for (const [i, e] of s.discs.slice(0, j).entries())

@@ -23,7 +23,7 @@ export async function choose(method) {
     }
   changed();
 }
-// Runs a scene at its frame rate and phase with a method. Returns null if the method has not started yet.
+// Runs a scene with a method, at the scene's frame rate and phase. Returns null if the method has not started yet.
 export function runOf(method, s, truth) {
   if (method === "pit") return pitOf(s);
   if (!state.World) return null;

@@ -1,5 +1,5 @@
 // Converts scenes to units in which no computation overflows, as carom/solvers/units.py does. Units are powers of two,
-// so that conversions do not round.
+// so conversions do not round.
 import { isDriven, legsOf } from "./prescribed_motion.js";
 import { exponent } from "./arithmetic.js";
 import { lengthsOf } from "./obstacles.js";
@@ -11,7 +11,7 @@ const isOrdinary = (x) => x === 0 || Math.abs(x) === Infinity || (Math.abs(x) <=
 const most = (numbers) => numbers.reduce((found, x) => Math.max(found, Math.abs(x)), 0);
 const middle = (least, greatest) => Math.floor((exponent(least) + exponent(greatest)) / 2);
 
-// Returns units of length, time and mass as powers of two; null if no computation can overflow in SI units.
+// Returns units of length, time and mass as powers of two, or null if no computation can overflow in SI units.
 export function unitsOf({ discs, walls, gravity_m_s2, duration_s }, outlines) {
   const radii = discs.map((d) => d.radius_m),
     places = discs.flatMap((d) => d.position_m),

@@ -19,7 +19,7 @@ const QUARTIC_POWERS = 5,
   MOST_PRODUCTS = 36;
 
 let core = null;
-// Function that the core calls: whether the order of two impacts at a corner has no effect.
+// Function that the core calls: whether two simultaneous impacts at a corner have the same result in both orders.
 const asked = { isOrderFree: () => false };
 export const whenAsked = (answers) => Object.assign(asked, answers);
 
@@ -65,7 +65,7 @@ function give(arrays, numbers) {
   const all = floats(core.numbers(), NUMBERS.length);
   for (const [name, value] of Object.entries(numbers)) all[NUMBERS.indexOf(name)] = Number(value);
 }
-const IMPACT = 13, // size of a row in units of 8 bytes, as in carom_core.h and accelerated_state.h
+const IMPACT = 13, // numbers of 8 bytes in a row of an impact, as in carom_core.h and accelerated_state.h
   MODE = 14;
 function results() {
   const values = floats(core.results(), RESULTS.length);

@@ -1,4 +1,4 @@
-"""The catalogue: what every scene of it promises, what finds one, and that its name is taken wherever a scene is."""
+"""The catalogue: properties of all scenes, the search for scenes, and names of scenes as arguments."""
 
 import re
 from collections.abc import Callable
@@ -80,7 +80,7 @@ def test_every_scene_is_complete_and_has_moderate_sizes() -> None:
         assert last_s < scene.duration_s - frames / scene.frame_rate_hz, entry.name
 
 
-#: By hand, from what each scene shows; every tag is here, and no scene has all of them.
+#: Tags that were assigned by hand. Every tag is here, and no scene has all tags.
 TAGS = {
     "paper/late": "two-bodies",
     "paper/multiple": "chain",

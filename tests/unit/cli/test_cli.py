@@ -1,4 +1,4 @@
-"""The command line as a user types it: what it writes, what it refuses, and how it ends."""
+"""The command line: output, refused arguments and exit codes."""
 
 import base64
 import hashlib
@@ -37,7 +37,7 @@ from carom.engines.api import Profile
 from carom.errors import InputError
 from carom.execution import describe_engines
 from carom.model.scene_file import build_scene_schema
-from carom.report.results_file.json_lines import build_records_schema
+from carom.report.results_file.line_codec import build_records_schema
 from carom.studies.tune.search import KnobSearch
 from carom.support.options import list_declared_options
 from carom.web.engine_script import PageEngine, link_script

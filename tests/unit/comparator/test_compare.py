@@ -142,8 +142,9 @@ def test_early_impact_is_inaccurate() -> None:
 
 def test_impact_that_is_early_because_of_a_late_one_is_sampled() -> None:
     """An impact that is early only because an earlier one was late is graded SAMPLED."""
-    # A disc strikes an immovable one off centre. Found late, it is deflected by another angle and meets the wall behind
-    # it on another path. From frames that find the first impact .9 of a frame late, the second comes early.
+    # A disc strikes an immovable one off centre. If an impact is found late, the disc leaves at another angle and meets
+    # the wall behind on another path. From frames that find the first impact .9 of a frame late, the second comes
+    # early.
     for rate in (23.0, 29.0, 31.0, 37.0, 41.0, 43.0):
         scene = staged(
             "thrown",

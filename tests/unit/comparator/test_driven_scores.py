@@ -153,7 +153,7 @@ def test_impact_after_the_end_is_ignored() -> None:
 
 
 def build_crush_scene() -> Scene:
-    """A disc at rest between a wall and one that comes at 1 m/s, which leaves it no room from 2 s on."""
+    """Return a scene with a disc that a wall, approaching at 1 m/s, crushes against a wall at rest after 2 s."""
     return staged(
         "crush",
         disc_at(1.0, 0.0, r=0.25),

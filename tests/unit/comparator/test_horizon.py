@@ -1,4 +1,4 @@
-"""The horizon, given, certified or estimated: nothing is compared globally beyond it, and everything up to it."""
+"""The horizon (given, certified or estimated): all impacts before the horizon are compared globally, and none after."""
 
 import dataclasses
 import math

@@ -71,7 +71,7 @@ def test_unrelated_body_hides_no_error(name: str, plant: Callable[[Trace, float]
 
 def test_speed_scale_is_the_largest_speed_that_led_to_an_impact() -> None:
     """The speed scale of an impact is the largest speed that earlier impacts have handed on to its discs."""
-    # A disc at 4 m/s stops where it strikes another and hands its speed on; one at 2 m/s meets it there.
+    # A disc at 4 m/s strikes another disc, passes on its velocity and stops. A disc at 2 m/s hits the disc at rest.
     discs = [disc_at(0, 0, 4, 0), disc_at(3, 0), disc_at(-6, 0, 2, 0), disc_at(0, 9, 1, 0), disc_at(3, 9, m=math.inf)]
     reference = solve_pic(staged("handed on", *discs, duration_s=4))
     own = compute_own_scales(reference)

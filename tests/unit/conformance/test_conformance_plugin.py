@@ -1,4 +1,4 @@
-"""The pytest plug-in, run as its users run it: in a process and a folder of its own."""
+"""The pytest plug-in, run in its own process and folder, as users run it."""
 
 import subprocess
 from collections.abc import Callable

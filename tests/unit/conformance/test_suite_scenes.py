@@ -1,4 +1,4 @@
-"""What the suite of conformance holds runs against, and Carom's own methods, asked in this process."""
+"""The answers of the conformance suite, and runs of Carom's own methods in this process."""
 
 import dataclasses
 import re

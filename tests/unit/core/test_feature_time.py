@@ -33,7 +33,7 @@ def to_exact(value: float | Fraction | Pair) -> Any:
 
 @dataclass
 class Found:
-    """How a form did: cases, hits of them, the worst error in units of the last place, and hits taken for misses."""
+    """Results of a formula: cases, hits, the worst error in units of the last place, and hits computed as misses."""
 
     cases: int = 0
     hits: int = 0
@@ -51,7 +51,10 @@ class Found:
 
 @dataclass
 class Geometry:
-    """A feature as rational numbers have it: what touches it is at `reach` from its line, within its ends."""
+    """A feature in rational numbers.
+
+    A body at the distance `reach` from its line, within its ends, touches the feature.
+    """
 
     name: str
     feature: Feature

@@ -82,10 +82,11 @@ def compute_signs(row: list[float]) -> tuple[int, int, int]:
 
 
 def build_ties(kind: str, count: int) -> list[list[float]]:
-    """Return pairs of which b, c or D is exactly 0, and as many with one number off by a unit in its last place.
+    """Return pairs for which b, c or D is exactly 0.
 
-    They are oblique, on a Pythagorean triple, so that all is rational. The first disc has 2^-60 or less of what the
-    second has, so that no single float holds position, velocity and radii as one sees them from the other.
+    Return equally many pairs with one number changed by a unit in its last place. The directions follow Pythagorean
+    triples, so that all numbers are rational. The first disc has 2^-60 or less of what the second has, so that no
+    single float holds position, velocity and radii as one sees them from the other.
     """
     rng = np.random.default_rng(12)
     along, aside = {"graze": (-(2.0**20), 1.0), "touching": (-1.0, 0.0), "sliding": (0.0, 1.0)}[kind]

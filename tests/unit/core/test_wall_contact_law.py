@@ -1,4 +1,4 @@
-"""The motion of a disc in contact: that one answer holds, and what infinitely many bounces leave of its slip."""
+"""The motion of a disc in contact: the law has a unique answer, and gives the slip after infinitely many bounces."""
 
 import itertools
 import math

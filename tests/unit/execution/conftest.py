@@ -1,4 +1,4 @@
-"""A distribution of hostile adapters, as somebody else's would be installed: found by its entry points."""
+"""A distribution of hostile adapters, which Carom finds by entry points like any installed distribution."""
 
 from collections.abc import Callable, Iterator
 from pathlib import Path

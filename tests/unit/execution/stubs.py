@@ -25,7 +25,7 @@ class Still:
 
 
 class Makes:
-    """An adapter of one world, in a profile of each name that is asked for."""
+    """An adapter with one world, and a profile for each given name."""
 
     name, engine, capabilities = "makes", Engine("Makes"), Capabilities()
     profiles: Mapping[str, Profile] = {

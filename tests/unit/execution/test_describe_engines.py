@@ -92,7 +92,7 @@ DECLARED = {
 
 @pytest.fixture
 def importing_adapters(install: Install) -> None:
-    """Adapters that do something at their import: as attributes that are made when they are asked for."""
+    """Adapters with side effects at import, as attributes that are created at their first use."""
     acts = {name.replace("-", "_"): act for name, (act, _) in LOADING.items()}
     source = f"{ADAPTER}\nACTS = {acts!r}\ndef __getattr__(name):\n    return exec(ACTS[name], globals())\n"
     install(source, {name: name.replace("-", "_") for name in LOADING})

@@ -130,7 +130,7 @@ LIMIT_S = 2.0
 
 @pytest.fixture
 def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, install: Callable[[str, dict[str, str]], None]) -> None:
-    """Adapters that do these acts; their notes and leftovers are in folders of their own."""
+    """Hostile adapters. Each writes its notes and files into its own folder."""
     for variable, name in (("CAROM_TEST_FOLDER", "here"), ("TMPDIR", "temp")):
         (tmp_path / name).mkdir()
         monkeypatch.setenv(variable, str(tmp_path / name))

@@ -1,4 +1,7 @@
-"""A journal holds what was answered, to the bit, whatever cut it off, and a sweep that was killed goes on from it."""
+"""Journals contain all results bit for bit, even if the process was killed.
+
+A killed study continues from its journal.
+"""
 
 import itertools
 import json

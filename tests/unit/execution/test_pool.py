@@ -52,7 +52,7 @@ POOLS: dict[str, Callable[[], AbstractContextManager[Pool]]] = {
 
 
 def collect_results(results: Results) -> CameOf:
-    """Return what came of each job: its status, why, its trace to the bit, and its score."""
+    """Return the result of each job: status, reason, trace (all bits) and score."""
     found: CameOf = {}
     for row in results.rows:
         trace = {} if row.trace is None else vars(row.trace)

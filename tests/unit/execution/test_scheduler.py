@@ -1,4 +1,4 @@
-"""The desk: what is known or refused is not sent, what is asked twice is carried out once, and all is written down."""
+"""The scheduler does not compute known results again, runs equal tasks once, and records all results."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

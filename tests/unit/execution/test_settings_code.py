@@ -9,7 +9,8 @@ from carom.engines.api import CodedAdapter
 from carom.engines.registry import load_adapter
 from carom.execution.settings_code import find_changed_code, find_changed_lines, find_step_code, find_step_lines
 
-#: A program as an adapter writes one, with a place for the step, its number, and what depends on it.
+#: A program like those of adapters, with fields for the step size, the number of steps, and values that depend on the
+#: step.
 PROGRAM = textwrap.dedent("""
     # A heading.
     import engine

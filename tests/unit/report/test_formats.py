@@ -34,8 +34,8 @@ from carom.report.outcome_marks import Mark
 from carom.report.render.html import render_html as html_of
 from carom.report.render.markdown import render_markdown as markdown_of
 from carom.report.render.terminal import render_terminal
-from carom.report.results_file.json_lines import format_line
-from carom.report.results_file.records import read_records, stream_records
+from carom.report.results_file.line_codec import format_line
+from carom.report.results_file.results_jsonl import read_records, stream_records
 from carom.studies.cross_check.document import build_report, cross_check_document
 from carom.support.escaping import escape_controls
 from carom.support.folders import MARKER

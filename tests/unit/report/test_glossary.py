@@ -1,4 +1,4 @@
-"""`carom explain`: the meaning of each word of a report, from the one place that defines it."""
+"""`carom explain`: the meaning of each word of a report."""
 
 import re
 from pathlib import Path

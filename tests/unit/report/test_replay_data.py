@@ -1,4 +1,4 @@
-"""Replays: what a page is given of a run, and of each of its impacts."""
+"""Replays: the data of a run and of its impacts that a page gets."""
 
 import dataclasses
 import json

@@ -35,9 +35,9 @@ def test_disc_rests_if_its_hop_is_below_the_accuracy_of_its_gap(part: float, res
 def test_impact_from_below_makes_a_disc_hop_off_the_floor(part: float) -> None:
     """A disc on a floor that is hit from below hops, also lower than the accuracy of its gap.
 
-    Another disc hits it at the top of its own flight, lower by a small part of the distance of their centres: the sine
-    of the normal's angle. At equal masses and restitution 1, the disc takes over the speed 1 m/s times the cosine along
-    the normal. At 1 m/s^2 a hop lasts twice its upward speed.
+    Another disc hits this disc at the top of its own flight. The other centre is lower by a small part of the distance
+    of the centres: the sine of the normal's angle. At equal masses and restitution 1, the disc takes over the speed 1
+    m/s times the cosine along the normal. At 1 m/s^2 a hop lasts twice its upward speed.
     """
     sine = part * _HOP_M_S
     place = 0.5 - 0.8 * sine  # height of the other disc at the impact

@@ -1,4 +1,4 @@
-"""What is asked of a run is refused in the same words at every door, and a state fits its own scene alone."""
+"""All functions refuse invalid options with the same message, and a state continues only its own scene."""
 
 import dataclasses
 import math

@@ -314,7 +314,7 @@ def test_round_body_that_returns_slowly_hits_a_disc_that_came_fast(kind: str) ->
 @each("at_m", [2.0**10, 2.0**20])
 @each("gain_m_s", [1e-6, 1e-4])
 def test_driven_disc_that_speeds_up_hits_the_disc_before_it_again(at_m: float, gain_m_s: float) -> None:
-    """A driven disc pushes another one at 1 m/s, and hits it again when it begins to move a little faster.
+    """A driven disc pushes another disc at 1 m/s, and hits it again when the driven disc becomes a little faster.
 
     Far from the origin, floats resolve the direction between two discs of a micrometre only roughly.
     """
@@ -509,7 +509,7 @@ def test_right_angled_corner_ends_at_the_sum_of_its_slides(kind: str, restitutio
 def test_hops_between_two_rough_grounds_are_exact_down_to_the_clock() -> None:
     """A disc slides and rolls along one wall and back to the other until its hops are shorter than the clock resolves.
 
-    Certified runs have the same impacts. Each hop has another acceleration after the slip has ended.
+    Certified runs have the same impacts. Hops after the end of the slip have another acceleration.
     """
     scene = staged(
         "two grounds",

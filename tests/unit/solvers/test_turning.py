@@ -1,4 +1,4 @@
-"""Friction and spin in the solvers: what they report, what they leave unchanged, and which of them refuse."""
+"""Friction and spin in the solvers: results, unchanged results, and refused scenes."""
 
 import math
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""What holds of every study: its workers have its limits, and what its journal holds is not asked again."""
+"""Every study passes its limits to its workers, and does not repeat tasks whose results are in its journal."""
 
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -51,7 +51,7 @@ Asked = list[tuple[int, float, str]]
 
 @pytest.fixture
 def recorded_tasks(monkeypatch: pytest.MonkeyPatch) -> Iterator[Asked]:
-    """The limits that each worker is given with each of its tasks; tasks are carried out in this process."""
+    """Record the limits that workers get with each task. Tasks run in this process."""
     found: Asked = []
 
     class Worker:

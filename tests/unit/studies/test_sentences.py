@@ -1,4 +1,7 @@
-"""No sentence is said of a run that its numbers do not support: each is tried on runs for which it is not true."""
+"""Reports contain no sentence that the numbers of a run do not support.
+
+Each sentence is tested with runs for which it is false.
+"""
 
 import dataclasses
 import re
@@ -71,7 +74,7 @@ def test_trend_without_errors_has_no_medians() -> None:
 
 
 def build_stress_lead(change: Callable[[CellResult], CellEnding]) -> str:
-    """Return the sentences of a campaign in which each cell ends as this function says."""
+    """Return the sentences of a campaign in which a function determines the result of each cell."""
     found = build_campaign_results()
     cells = {key: dataclasses.replace(result, ending=change(result)) for key, result in found.cells.items()}
     return " ".join(build_stress_document(dataclasses.replace(found, cells=cells)).lead)

@@ -115,7 +115,7 @@ def test_page_refuses_an_unknown_field_by_name() -> None:
     assert [json.loads(line) for line in done.stdout.splitlines()] == [{"refused": [name]} for name in changes]
 
 
-#: Faults in the rows that the core is given, and where they change a result.
+#: Faults in modules of the page: the module, its text, and the text with a rounding fault.
 _FAULTS = [
     ("rational.js", "ROOT_BITS = 160", "ROOT_BITS = 52"),
     ("chain_geometry.js", "Math.sqrt(nearest(", "Math.fround(nearest("),
@@ -142,7 +142,10 @@ def test_comparison_finds_a_rounding_fault_in_the_page(module: str, old: str, ne
 
 
 def _draw_scene(kind: str, seed: int) -> carom.Scene:
-    """Draw a scene: of four, one is rough, one falls, and one is both; of eight, two are damped."""
+    """Draw a random scene.
+
+    One in four scenes has friction, one has gravity, and one has both. Two in eight are damped.
+    """
     rough, falls = seed % 2 == 1, seed % 4 > 1
     scene = draw_scene(kind, seed, rough=rough, gravity=(0.5, -9.81) if falls else (0.0, 0.0))
     fields = {"name": f"{scene.name} {rough} {falls}", "duration_s": min(scene.duration_s, 6.0)}
@@ -150,7 +153,10 @@ def _draw_scene(kind: str, seed: int) -> carom.Scene:
 
 
 def _draw_table(seed: int) -> carom.Scene | None:
-    """Draw discs among edges, arcs and circles; of four, one falls, one has driven bodies, and one both."""
+    """Draw discs among edges, arcs and circles.
+
+    One in four scenes has gravity, one has driven bodies, and one has both.
+    """
     rnd = random.Random(f"in the page {seed}")
     try:
         scene = TABLES["table"](rnd)
@@ -189,7 +195,7 @@ def _build_table_jobs(seeds: range) -> list[Job]:
 
 
 def _build_crushed_scene() -> carom.Scene:
-    """A wall closes on a disc before another one, until it is crushed after impacts without end."""
+    """A wall presses a disc against another wall and crushes the disc after infinitely many impacts."""
     walls = wall_at(-1.0, 0.0, 1.0, 0.0), wall_at(1.0, 0.0, -1.0, 0.0, velocity_m_s=(-0.5, 0.0))
     return staged("crushed", disc_at(0.0, 0.0, 1.0, r=0.25), *walls, duration_s=5.0)
 

@@ -13,7 +13,7 @@ from carom.catalogue.entry import CatalogueScene
 
 
 class Symptom(StrEnum):
-    """Symptoms of reported bugs that a trace can show. The value is the phrase that documents show."""
+    """Symptoms of reported bugs, as documents describe them. Each symptom can be found in the results of a run."""
 
     MISSES = "an impact is missed"
     INVENTS = "an impact is invented"
@@ -33,7 +33,7 @@ class BugReport(CatalogueScene):
     Attributes:
         thread: Web address of the thread that contains the report.
         reported: Summary of the report in the thread.
-        symptom: Symptom to find in a trace.
+        symptom: Symptom by which the bug is found in the results of a run.
         at_least: Smallest error that counts as the reported bug, as a fraction of the scene's speed or energy. The
             default is one per cent, since users notice such an error.
         made: Which numbers of the scene are from the thread, and which were chosen for the catalogue.
@@ -53,11 +53,11 @@ class BugReport(CatalogueScene):
 def load_bug_reports() -> Iterator[BugReport]:
     """Yield all bug reports, in the order of ``bug_reports.json``.
 
-    The file groups the reports by the module that builds their scenes. For each report, `build` is the name of a
-    function of this module; by default, it is the name of the scene. The function's docstring is the default
-    description of the scene. Texts in `arguments` are complex numbers.
+    The file groups the reports by the module that builds their scenes. The field `build` of a report names the function
+    of this module that builds the scene. By default, the function has the name of the scene. The function's docstring
+    is the default description of the scene. Strings in `arguments` are complex numbers.
     """
-    # imported here, because most commands don't need these scenes
+    # Most commands don't need these scenes, so they are imported only here.
     from carom.catalogue.bug_reports import driven, falling, pairs, rolling, seams, thin, walled
 
     modules = {

@@ -1,4 +1,7 @@
-"""Bug reports about driven bodies: bodies pass through them, treat them as at rest, or are pressed through walls."""
+"""Bug reports about driven bodies, which move at given velocities.
+
+Balls pass through them, are pressed through walls, or bounce as if off walls at rest.
+"""
 
 from __future__ import annotations
 
@@ -24,13 +27,16 @@ def matter_js_672() -> Staged:
     drive, time = 2, 0.305
     begins = -drive * time
     walls = [edges(begins + a, begins + b, velocity_m_s=to_vector(drive)) for a, b in ((-1j, 0), (0, -0.6 + 0.8j))]
-    source = f"{LAW}: 2 V - v off the paddle"
+    source = f"{LAW}, so the ball leaves the paddle at 2 V - v"
     return stage_at_wall(-6, 0.25, 1, walls, source, point=-0.0625j, drive=drive, time_s=time)
 
 
 def pymunk_137() -> Staged:
     """A ball bounces in a moving box. An observer who moves with the box sees a ball in a box at rest."""
-    source = "in the frame of the box (Galileo) the ball bounces between walls at rest, and its path unfolds to a line"
+    source = (
+        "Galileo: relative to the box, walls are at rest; if the box is mirrored instead of the path, the path is a "
+        "line"
+    )
     return stage_in_room(
         0.6875 + 0.4375j, 4.71875 + 3.6328125j, 0.125, 2.0, 1.5, 3.0, drive=-2.5 + 1.25j, source=source
     )
@@ -42,9 +48,9 @@ def box2d_130() -> Staged:
 
 
 def visualpinball_322() -> Staged:
-    """A ball and a moving post meet obliquely, and each moves by more than its radius within a frame."""
+    """A ball and a moving post meet at an angle, and each moves by more than its radius within a frame."""
     drive, post, time = 3 + 12j, 0.0625, 0.255
-    normal = complex(-0.28, 0.96)  # from the post to the ball
+    normal = complex(-0.28, 0.96)  # points from the post to the ball
     wall = Ring(centre_m=to_vector(-drive * time), radius_m=post, velocity_m_s=to_vector(drive))
     return stage_at_wall(4 - 9j, 0.125, normal, [wall], LAW, point=post * normal, drive=drive, time_s=time)
 
@@ -60,8 +66,11 @@ def pinball_470() -> Staged:
 def pico8_pinball_6() -> Staged:
     """The end of a rising flipper hits a very slow ball."""
     drive, time = 3j, 0.305
-    normal, tip = complex(0.28, 0.96), -drive * time  # from the flipper's end to the ball
-    flipper, source = edges(tip - 1, tip, velocity_m_s=to_vector(drive)), f"{LAW}, from the end to the ball"
+    normal, tip = complex(0.28, 0.96), -drive * time  # points from the flipper's end to the ball
+    flipper, source = (
+        edges(tip - 1, tip, velocity_m_s=to_vector(drive)),
+        f"{LAW}, which points from the flipper's end to the ball",
+    )
     return stage_at_wall(0.0625, 0.25, normal, [flipper], source, drive=drive, time_s=time, restitution=0.9)
 
 
@@ -77,15 +86,13 @@ def escape_space_1() -> Staged:
 
 
 def ball2box_21() -> Staged:
-    """A box moves towards a wall with a ball between them, and recedes when a gap of a seventh of a metre is left."""
+    """A box approaches a wall with a ball between them, and turns back when it has almost crushed the ball."""
     legs = [(Fraction(0), Fraction(-3, 4)), (Fraction(29, 16), Fraction(3))]
-    return stage_before_paddle(
-        Fraction(-2), Fraction(2), legs, Fraction(35, 16), f"{LAW}; times from a recurrence in rational numbers"
-    )
+    return stage_before_paddle(Fraction(-2), Fraction(2), legs, Fraction(35, 16), f"{LAW}; times are exact fractions")
 
 
 def on_a_platform(drive: float, friction: float) -> Staged:
     """Build a scene in which a ball falls straight down on a rough platform that moves to the right."""
     floor = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0), velocity_m_s=(drive, 0.0))
-    source = "Coulomb: friction ends the slip (the platform's speed), or friction's impulse is f times the normal one"
+    source = "Coulomb's law: friction either ends the slip, or the impulse of friction is f times the normal impulse"
     return on_a_moving_surface(floor, drive, friction, source)

@@ -37,8 +37,8 @@ def dropped(
         since, time = time, time + 2 * speed / gravity_m_s2
     left = duration_s - since
     source = (
-        "Free fall: the ball arrives at the speed gt and leaves at e gt; each flight takes e times as long as the "
-        "flight before"
+        "Free fall: after a fall of t seconds, the ball hits at the speed g t and leaves at e g t; each flight takes e "
+        "times as long as the flight before"
     )
     height, rising = radius_m + speed * left - gravity_m_s2 * left**2 / 2, speed - gravity_m_s2 * left
     return build_staged(scene, impacts, source, final=[(complex(0, height), complex(0, rising))])
@@ -46,7 +46,7 @@ def dropped(
 
 def rapier_974() -> Staged:
     """A ball with restitution 0.8 is dropped from 2 m."""
-    # The fall takes sqrt(2 h / g). The rise to the first apex takes e times as long.
+    # The fall takes sqrt(2 h / g). The rise to the first apex takes e times as long as the fall.
     down = math.sqrt(4.0 / 9.81)
     return dropped(height_m=2.0, restitution=0.8, duration_s=down + 0.8 * down)
 

@@ -15,9 +15,11 @@ from carom.catalogue.closed_forms import (
 )
 from carom.catalogue.entry import KnownAnswer, Staged
 
-_NEWTON = "Conservation of momentum and Newton's law of restitution, head-on"
+_NEWTON = "Conservation of momentum and Newton's law of restitution, for a head-on impact"
 
-_CONVENTION = "Touching discs collide at one instant; impacts are applied one pair at a time, as for vanishing gaps"
+_CONVENTION = (
+    "Touching discs collide at one instant; impacts are applied to one pair at a time, as if there were tiny gaps"
+)
 
 
 def head_on(
@@ -39,7 +41,7 @@ def head_on(
 
 
 def mujoco_441() -> Staged:
-    """A small ball moves towards a thin wall. In each step the ball moves by four times its size."""
+    """A small ball moves towards a thin wall. In each step the ball moves by three times its diameter."""
     return head_on(
         speeds=(60.0, 0.0), radius_m=(0.02, 0.01), gap_m=0.97, mass_kg=(1.0, math.inf), duration_s=0.03, rate_hz=500.0
     )
@@ -110,7 +112,8 @@ def dynamo_57() -> Staged:
         "together, with their centre of mass at rest (S. McNamara and W. R. Young, Phys. Fluids A 4, 496, 1992)"
     )
     convention = (
-        "The outer discs arrive at one instant; in the limit all discs are at rest in either order of the two impacts"
+        "Both outer discs hit the middle disc at one instant; in either order of these two impacts, all discs end at "
+        "rest"
     )
     return Staged(scene, KnownAnswer(source, final_velocity_m_s=((0.0, 0.0),) * 3, convention=convention))
 
@@ -121,5 +124,5 @@ def cannon_359() -> Staged:
 
 
 def vrc8ball_85() -> Staged:
-    """A fast cue ball strikes an object ball far off centre, at nine tenths of the offset at which it would miss."""
+    """A fast cue ball strikes an object ball far off centre, at nine tenths of the largest possible offset."""
     return stage_meeting((8, 0), (0.03, 0.03), offset=0.9, time_s=0.103, duration_s=0.25)

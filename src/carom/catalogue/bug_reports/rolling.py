@@ -11,21 +11,21 @@ from carom.model.scene import Disc
 from carom.model.trace import Vector
 
 _SPHERE = 0.4
-_LAW = "Coulomb's law with a rolling resistance of c P R: a rolling disc has v' = -c g/(1 + k) until it stops"
+_LAW = "Coulomb's law with the coefficient c of rolling resistance: a rolling disc slows down by v' = -c g/(1 + k)"
 
 #: Time of the impacts with friction, in seconds.
 _HIT_S = 0.25
 
 
 def mbsim_49() -> Staged:
-    """A disc without spin bounces on a rough floor. After the impact, it spins as if it rolled on the floor."""
+    """A disc without spin bounces on a rough floor. After the impact, the disc spins as if it rolled on the floor."""
     radius, along, down, restitution, k = 0.5, 1.0, 2.0, 0.5, 0.5
     start = Disc(position_m=(0.0, radius + down * _HIT_S), velocity_m_s=(along, -down), radius_m=radius)
     scene = build_scene([start], walls=[FLOOR], wall_friction=0.5, wall_restitution=restitution, duration_s=2 * _HIT_S)
     after = (along / (1 + k), restitution * down)
     spin = -after[0] / radius
     hit = KnownImpact(_HIT_S, 0, -1, after, spin_first_after=spin)
-    source = "Cross, Am. J. Phys. 70 (2002) 1093: a disc that sticks in the impact then rolls at the speed v/(1 + k)"
+    source = "Cross, Am. J. Phys. 70 (2002) 1093: a disc that does not slide in the impact then rolls at v/(1 + k)"
     return Staged(scene, KnownAnswer(source, (hit,), 1, (after,), final_spin_rad_s=(spin,)))
 
 
@@ -40,7 +40,7 @@ def tailuge_298() -> Staged:
     normal, tangential = (
         speed * nx,
         speed * ny / (2 * (1 + 1 / k)),
-    )  # a seventh of the slip of -speed * ny
+    )  # a seventh of the slip, which is -speed * ny
     object_velocity = (normal * nx + tangential * ny, normal * ny - tangential * nx)
     after, spin = ((speed - object_velocity[0], -object_velocity[1]), object_velocity), tangential / k / radius
     hit = KnownImpact(_HIT_S, 0, 1, *after, spin, spin)
@@ -65,8 +65,8 @@ def _stage_on_floor(
 ) -> Staged:
     """Build a scene with a disc on the line y = 0. The disc's position, speed and rim speed at the end are known.
 
-    By default, the disc is at rest at the end. For a slope, gravity is tilted instead of the line. `fall` is the
-    tangent of the slope.
+    By default, the disc is at rest at the end. For a slope, the direction of gravity is tilted, and not the line.
+    `fall` is the tangent of the slope.
     """
     long = math.hypot(1.0, fall)
     fields = {f"wall_{law}": value for law, value in ({"restitution": 0.0} | of_wall).items()}
@@ -84,7 +84,10 @@ def _build_ball(along: float, *, rolls: bool, radius_m: float = 0.5, inertia: fl
 
 
 def rolls_out(along: float, resists: float, friction: float) -> Staged:
-    """Build a scene in which a ball rolls on a level floor until it stops. The scene lasts twice as long."""
+    """Build a scene in which a ball rolls on a level floor until it stops.
+
+    The ball stops in the middle of the scene's duration.
+    """
     slower = resists * 9.81 / (1.0 + _SPHERE)
     distance_m, duration_s = along**2 / (2.0 * slower), 2.0 * along / slower
     return _stage_on_floor(
@@ -93,10 +96,10 @@ def rolls_out(along: float, resists: float, friction: float) -> Staged:
 
 
 def cannon_293() -> Staged:
-    """A sphere rolls down a slope whose tangent is below the coefficient of rolling resistance, and stops there."""
+    """A sphere rolls down a slope and stops there: its rolling resistance exceeds gravity along the slope."""
     along, resists, fall, g = 1.0, 0.2, 0.1, 9.81
     slower = (resists - fall) * g / math.hypot(1.0, fall) / (1.0 + _SPHERE)
-    source = "On a slope v' = (g sin - c g cos)/(1 + k), and a disc stays at rest if the slope's tangent is at most c"
+    source = "On a slope of angle a, v' = (g sin a - c g cos a)/(1 + k); a disc stays at rest if tan a is at most c"
     body = _build_ball(along, rolls=True)
     laws = {"friction": 0.8, "rolling_resistance": resists}
     return _stage_on_floor(source, body, along**2 / (2.0 * slower), 2.0 * along / slower, fall=fall, **laws)
@@ -107,15 +110,17 @@ def cannon_345() -> Staged:
     along, friction, resists, g = 3.0, 0.8, 0.1, 9.82
     slid = along / (g * (friction + (friction - resists) / _SPHERE))
     rolled, slower = along - friction * g * slid, resists * g / (1.0 + _SPHERE)
-    source, ball = f"{_LAW}; while it slides v' = -f g and (R w)' = (f - c) g/k", _build_ball(along, rolls=False)
+    source, ball = f"{_LAW}; a sliding disc has v' = -f g and (R w)' = (f - c) g/k", _build_ball(along, rolls=False)
     distance_m = along * slid - friction * g * slid**2 / 2.0 + rolled**2 / (2.0 * slower)
     duration_s = 2.0 * (slid + rolled / slower)
     return _stage_on_floor(source, ball, distance_m, duration_s, pull=g, friction=friction, rolling_resistance=resists)
 
 
 def nphysics_204() -> Staged:
-    """A sphere that is released on a slope stays at rest."""
-    source = "A sphere stays at rest if the slope's tangent is at most the friction and the rolling resistance"
+    """A sphere at rest on a gentle slope does not start to roll, because of rolling resistance."""
+    source = (
+        "A sphere stays at rest if the slope's tangent is below the coefficients of friction and rolling resistance"
+    )
     return _stage_on_floor(
         source, _build_ball(0.0, rolls=True), 0.0, 5.0, fall=0.05, friction=0.5, rolling_resistance=0.1
     )
@@ -147,7 +152,10 @@ def pooltool_39() -> Staged:
 
 
 def brax_58() -> Staged:
-    """A rolling sphere hits an equal sphere at rest. In the end, they roll at 2/7 and 5/7 of its speed."""
+    """A rolling sphere hits an equal sphere at rest.
+
+    In the end, the first sphere rolls at 2/7 and the second at 5/7 of the initial speed.
+    """
     along, gap, friction, g, duration_s, radius = 3.0, 1.5, 0.2, 9.81, 2.0, 0.5
     impact_s, changed = gap / along, 2.0 * along / 7.0
     slid = changed / (friction * g)
@@ -160,8 +168,8 @@ def brax_58() -> Staged:
     rolling = (2.0 * along / 7.0, 5.0 * along / 7.0)
     ways = (gap + slides_m + rolling[0] * rolls_s, 2.0 * radius + gap + along * slid - slides_m + rolling[1] * rolls_s)
     source = (
-        "Equal elastic spheres exchange velocities and keep their spins; then each sphere conserves its angular "
-        "momentum about the floor: the spinning sphere rolls at 2/7 of v, and the other sphere at 5/7 of v"
+        "Equal elastic spheres exchange velocities and keep their spins. Friction then conserves the angular momentum "
+        "of each sphere about its contact point, so the spheres roll at 2/7 and 5/7 of v"
     )
     hit = build_impact(impact_s, 0, 1, 0, along, -along / radius, 0.0)
     final = [(complex(x, radius), speed) for x, speed in zip(ways, rolling, strict=True)]
@@ -182,7 +190,7 @@ def bullet3_2117() -> Staged:
     left, distance_m = speed - slower * duration_s, speed * duration_s - slower * duration_s**2 / 2.0
     ball = build_disc(0, speed * (0.8 + 0.6j), 0.028575)
     scene = build_scene([ball], table_deceleration_m_s2=slower, duration_s=duration_s)
-    source = "The friction of a rolling ball acts against its motion, so the speed decreases by c g/(1 + k) a second"
+    source = "The friction of a rolling ball acts against its motion, so the speed decreases by c g/(1 + k) each second"
     return Staged(
         scene, KnownAnswer(source, (), 0, ((0.8 * left, 0.6 * left),), ((0.8 * distance_m, 0.6 * distance_m),))
     )

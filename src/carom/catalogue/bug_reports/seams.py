@@ -1,8 +1,8 @@
-"""Bug reports about seams: a ball bumps, stops or bounces off at an angle where two pieces of a floor or wall meet.
+"""Bug reports about seams, where two pieces of a floor or wall meet: a ball bumps, stops or bounces off at an angle.
 
-A floor that consists of pieces must act like a single floor. Each wall of a scene is one edge; its field `pieces` is
-the number of pieces that an engine gets. In most reports, a ball rolls over a seam. But only impacts have known
-answers, so in these scenes the ball comes down slowly on the floor near a seam.
+A floor that consists of pieces must act like a single floor. Each wall of these scenes is one edge. Engines get the
+edge in several pieces, and the field `pieces` of the wall is their number. In most reports, a ball rolls over a seam.
+Only impacts have known answers, so in these scenes the ball comes down slowly near a seam.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from carom.catalogue.closed_forms import (
 from carom.catalogue.entry import Staged
 from carom.catalogue.groups.classics_walled import edges
 
-_LAW = "Newton's law: an impact reverses the velocity along the normal; a floor in pieces acts like one floor"
+_LAW = "Newton's law: an impact reverses the velocity along the normal; a floor made of pieces acts like one floor"
 
 
 def on_seam(
     velocity: complex, radius: float, half_length: float, pieces: int, *, along_m: float = 0.0, turn: complex = 1
 ) -> Staged:
-    """Build a scene in which a disc meets a floor once, half a second after the start, `along_m` metres along it.
+    """Build a scene in which a disc meets a floor after half a second, at the x coordinate `along_m`.
 
     The floor is at height 0. Floor and disc are then rotated about the origin by `turn`, a complex number.
     """

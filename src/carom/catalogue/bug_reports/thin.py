@@ -21,7 +21,7 @@ _LAW = "Newton's law: an impact reverses the velocity along the normal"
 
 
 def _build_solid(*points: complex) -> Chain:
-    """Return a solid body of straight edges."""
+    """Return a wall that is a polygon, solid inside."""
     return edges(*points, closed=True, solid=True)
 
 
@@ -38,7 +38,7 @@ def at_slab(velocity: complex, radius: float, thickness: float, half_height: flo
 
 def _stage_at_vertex(velocity: complex, radius: float, point: complex, normal: complex, wall: Chain) -> Staged:
     """Build a scene in which a disc meets a vertex. The normal points from the vertex to the disc's centre."""
-    source = f"{_LAW}, which is the line from the vertex to the centre"
+    source = f"{_LAW}, which points from the vertex to the disc's centre"
     return stage_at_wall(velocity, radius, normal, [wall], source, point=point, time_s=0.405, duration_s=0.75)
 
 
@@ -97,7 +97,7 @@ def vrc8ball_64() -> Staged:
     radius, jaw = 0.0286, 0.06
     walls = [edges(-1.2, -jaw, complex(-0.75 * jaw, -jaw)), edges(complex(0.75 * jaw, -jaw), jaw, 1.2)]
     scene = build_scene([build_disc(complex(-1, radius + 0.001), 3, radius)], walls=walls, duration_s=0.65)
-    return build_staged(scene, [], "A straight line, a millimetre from all walls")
+    return build_staged(scene, [], "The path is a straight line, a millimetre from all walls")
 
 
 def vrc8ball_70() -> Staged:
@@ -116,7 +116,7 @@ def ball2box_10() -> Staged:
     impacts = [build_impact(fall, 0, -1, up), build_impact(3 * fall, 0, -1, up)]
     final = compute_fall(complex(-0.01, radius), up, end - 3 * fall, -1j * pull)
     scene = build_scene([build_disc(start, drift, radius)], walls=[box], pull=pull, duration_s=end)
-    source = "equal times of rise and fall (Galileo); Newton's law of restitution at each bounce"
+    source = "Galileo: rise and fall take equal times; Newton's law of restitution gives the speed after each bounce"
     return build_staged(scene, impacts, source, final=[final])
 
 

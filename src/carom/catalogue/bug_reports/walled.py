@@ -23,7 +23,7 @@ _MIRROR = "Each wall reverses the velocity along its normal and multiplies it by
 def wall_on_the_right(
     *, radius_m: float, velocity: complex, gap_m: float, duration_s: float, rate_hz: float, restitution: float = 1.0
 ) -> Staged:
-    """Build a scene in which a disc at the origin meets one wall."""
+    """Build a scene in which a disc starts at the origin and meets one wall."""
     discs = [build_disc(0, velocity, radius_m)]
     walls = [upright(radius_m + gap_m, -1)]
     scene = build_scene(discs, walls=walls, wall_restitution=restitution, duration_s=duration_s, frame_rate_hz=rate_hz)
@@ -40,7 +40,11 @@ def in_a_box(
     )
     inner = start - complex(radius, radius)
     impacts = compute_box_bounces(inner, velocity, width - 2 * radius, height - 2 * radius, duration)
-    return build_staged(scene, impacts, "Unfolding: the path is one straight line through a lattice of mirrored boxes")
+    return build_staged(
+        scene,
+        impacts,
+        "Unfolding: if the box is mirrored at each impact instead of the path, the path is a straight line",
+    )
 
 
 def pooltool_217() -> Staged:
@@ -51,16 +55,20 @@ def pooltool_217() -> Staged:
     )
     time = (side - radius - 1) / part
     impacts = [build_impact(time, 0, -4, complex(part, -part)), build_impact(time, 0, -2, complex(-part, -part))]
-    return build_staged(scene, impacts, f"{_MIRROR}; at a right angle neither impact changes the other")
+    return build_staged(
+        scene,
+        impacts,
+        f"{_MIRROR}; at a right angle, the impact with one wall does not change the velocity towards the other wall",
+    )
 
 
 def pooltool_217_touching() -> Staged:
-    """A ball that touches a cushion is shot towards it."""
+    """A ball touches a cushion, and is shot towards the cushion."""
     radius, side = 0.03125, 4.5
     scene = build_scene(
         [build_disc(complex(side - radius, 1), 1.5 + 0.5j, radius)], walls=build_box_walls(side, side), duration_s=1.0
     )
-    return build_staged(scene, [build_impact(0.0, 0, -2, -1.5 + 0.5j)], f"{_MIRROR}, here at the start")
+    return build_staged(scene, [build_impact(0.0, 0, -2, -1.5 + 0.5j)], f"{_MIRROR}; this impact is at the start")
 
 
 def nimble_143() -> Staged:
@@ -99,7 +107,7 @@ def pooltool_154() -> Staged:
     time, target = min(hits)
     normal = unit(places[target] - start - velocity * time)
     known = build_impact(time, 0, target, *compute_after_impact(1.0, velocity, 1.0, 0, normal))
-    source = "The first impact by the quadratic of the straight path; then energy is conserved and no bodies overlap"
+    source = "A quadratic equation gives the first impact; after this impact, energy is conserved and no bodies overlap"
     return Staged(scene, KnownAnswer(source, (known,), final_kinetic_energy_j=0.5 * speed**2))
 
 
@@ -113,7 +121,7 @@ def dyn4j_87() -> Staged:
         impacts.append(build_impact(time, 0, wall, speed))
     walls = [upright(left, 1), upright(right, -1)]
     scene = build_scene([build_disc(-0.3, 2, radius)], walls=walls, wall_restitution=restitution, duration_s=duration)
-    crossing = "each crossing takes the free distance over a speed that each wall reduces by the same factor"
+    crossing = "each crossing takes the distance divided by the speed, which each wall multiplies by e"
     return build_staged(scene, impacts, f"{_MIRROR}: {crossing}")
 
 
@@ -125,8 +133,8 @@ def gama_556() -> Staged:
     discs = [build_disc(first, speed, radius), build_disc(second, speed, radius)]
     scene = build_scene(discs, walls=[upright(wall, -1)], duration_s=0.75)
     at_wall = gap / speed
-    pair_impact_s = at_wall + slit / (2 * speed)  # the balls approach each other at twice their speed
-    second_wall_s = pair_impact_s + slit / (2 * speed)  # the first ball returns by half of the slit between the balls
+    pair_impact_s = at_wall + slit / (2 * speed)  # each ball moves at `speed` towards the other
+    second_wall_s = pair_impact_s + slit / (2 * speed)  # the ball returns by half of the slit
     impacts = [
         build_impact(at_wall, 0, -1, -speed),
         build_impact(pair_impact_s, 0, 1, speed, -speed),

@@ -20,24 +20,23 @@ def _one_into_two() -> Staged:
     scene = build_scene(discs, duration_s=1.5)
     time = (-start_x - 2 * radius * cosine) / speed
     up, down = complex(cosine, sine), complex(cosine, -sine)
-    # The masses are equal. So the struck disc gets the component along the normal, which is the speed times cos 30
-    # degrees; the striker keeps the rest.
+    # The masses are equal. So the struck disc gets the striker's velocity along the normal, and the striker keeps the
+    # rest.
     first_struck = cosine * speed * up
     between = speed - first_struck
-    # The second disc gets the part of the rest along its own normal: cos 30 (1 - 3/4) + sin 30 sqrt(3)/4 = sqrt(3)/4.
+    # The second disc gets the component of the rest along the second normal: cos 30 (1 - 3/4) + sin 30 sqrt(3)/4 =
+    # sqrt(3)/4.
     second_struck = math.sqrt(3) / 4 * speed * down
     impacts = [
         build_impact(time, 0, 1, between, first_struck),
         build_impact(time, 0, 2, between - second_struck, second_struck),
     ]
     convention = (
-        "Both impacts share one instant and one disc, and each order gives its own answer: the striker leaves at "
-        "(-1/8, -sqrt(3)/8) or at the mirror image. Here impacts are applied one pair at a time, the lower numbers "
-        "first"
+        "The striker hits both discs at one instant. The order of the impacts decides whether it leaves at (-1/8, "
+        "-sqrt(3)/8) m/s or at the mirror image. Impacts are applied to one pair at a time, with the lowest numbers of "
+        "discs first"
     )
-    source = (
-        "Equal masses exchange the components of their velocities along the normal, first at +30, then at -30 degrees"
-    )
+    source = "Equal masses exchange their velocities along the normal; the normals are at +30 and then at -30 degrees"
     return build_staged(scene, impacts, source, convention)
 
 
@@ -47,8 +46,8 @@ def stage_boxed_gas(side: int, *, radius_m: float, pitch_m: float, speed: float,
     discs = []
     for k in range(side * side):
         row, column = divmod(k, side)
-        # Multiples of the golden angle are spread evenly, and no two directions are equal. The discs are also shifted
-        # from a regular lattice in such directions.
+        # Multiples of the golden angle are evenly spread directions, and no two of them are equal. Each disc is also
+        # shifted a little from a regular lattice.
         direction = cmath.exp(1j * golden_angle * k)
         centre = complex(column + 0.5, row + 0.5) * pitch_m + 0.1 * radius_m * direction**2
         discs.append(build_disc(centre, speed * direction, radius_m))

@@ -16,8 +16,8 @@ def _head_on() -> Staged:
 
 def _oblique_3_4_5() -> Staged:
     """A disc at 5 m/s strikes an equal disc at rest. The discs leave at 3 and 4 m/s, at a right angle."""
-    # The velocity of 5 m/s has a component of 4 m/s along the normal (4, 3)/5, which the struck disc gets, and of 3 m/s
-    # perpendicular to it, which the striker keeps.
+    # The struck disc gets the striker's velocity along the normal (4, 3)/5, which is 4 m/s. The striker keeps its
+    # velocity of 3 m/s across the normal.
     source = "Equal masses exchange the velocities along the normal: 5 m/s splits into 4 and 3 at a right angle"
     return stage_meeting((5, 0), (0.25, 0.25), offset=3 / 5, time_s=0.42, duration_s=1.25, source=source)
 
@@ -31,7 +31,7 @@ def _inelastic_oblique() -> Staged:
 
 def _perfectly_inelastic() -> Staged:
     """A disc hits an equal disc at rest with restitution 0, and both move on together."""
-    # All numbers are exact floats, so the common velocity is exact. Otherwise rounding could cause a second impact.
+    # All numbers are exact as floats, because a rounded common velocity could cause a second impact.
     return stage_meeting((4, 0), (0.25, 0.25), restitution=0.0, time_s=0.71875, duration_s=1.5)
 
 
@@ -46,20 +46,22 @@ def _deflection() -> Staged:
     deflection = math.pi - 2 * math.asin(miss_distance / contact)
     # The fixed disc is to the left of the path, so the moving disc turns to the right.
     after = speed * cmath.exp(-1j * deflection)
-    source = "Deflection pi - 2 asin(b/R) by a rigid sphere: Landau and Lifshitz, Mechanics, section 18, problem 1"
+    source = (
+        "A rigid sphere deflects by the angle pi - 2 asin(b/R): Landau and Lifshitz, Mechanics, section 18, problem 1"
+    )
     return build_staged(scene, [build_impact(time, 0, 1, after, 0)], source)
 
 
 @add_tags(Tag.GRAZING)
 def _graze() -> Staged:
-    """A disc grazes another: its path passes the other centre at 0.999 contact distances."""
+    """A disc grazes another: its path leads past the other centre at 0.999 times the sum of the radii."""
     return stage_meeting((3, 0), (0.3, 0.2), offset=0.999, time_s=0.61, duration_s=1.25)
 
 
 @add_tags(Tag.GRAZING)
 def _miss() -> Staged:
-    """A disc passes another at a distance of 1.001 contact distances, so there is no impact."""
-    # The discs are nearest after .6 s, at 1.001 contact distances.
+    """A disc passes another without an impact: their centres are never nearer than 1.001 times the sum of the radii."""
+    # The discs are nearest after .6 s.
     contact, speed, nearest = 0.5, 3.0, 0.6
     discs = [build_disc(-speed * nearest, speed, 0.3), build_disc(1.001j * contact, 0, 0.2)]
     scene = build_scene(discs, duration_s=1.25)

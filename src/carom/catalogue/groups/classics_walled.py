@@ -1,4 +1,4 @@
-"""Scenes of the group `classics` with walls. Answers follow from unfolding, mirror images and geometric series."""
+"""Scenes of the group `classics` with walls. Answers follow from mirror images and geometric series."""
 
 from __future__ import annotations
 
@@ -47,9 +47,9 @@ def compute_box_bounces(
 
     Args:
         start: Centre of the disc, relative to the corner of the region in which the centre moves.
-        velocity: Velocity of the disc. Both components are above 0.
-        width_m: Width of that region.
-        height_m: Height of that region.
+        velocity: Velocity of the disc, with both components above 0.
+        width_m: Width of the region in which the centre moves.
+        height_m: Height of the region in which the centre moves.
         duration_s: Duration, in seconds.
     """
     events: list[tuple[float, int, bool]] = []
@@ -77,7 +77,7 @@ def stage_in_room(
     *,
     half_width_m: float = 0.0,
     drive: complex = 0,
-    source: str = "Unfolding: the path is one straight line through a lattice of mirrored boxes",
+    source: str = "Unfolding: if the box is mirrored at each impact instead of the path, the path is a straight line",
 ) -> Staged:
     """Build a scene with a disc in a room: a closed chain of four edges, which may be thick and may move.
 
@@ -103,7 +103,7 @@ def stage_in_room(
 
 
 def _box() -> Staged:
-    """A disc bounces in a box. Its path unfolds to one straight line."""
+    """A disc bounces in a box. In mirror images of the box, the path is one straight line."""
     radius, width, height = 0.2, 2.4, 1.6
     start, velocity = 0.5 + 0.3j, 5.3 + 3.7j  # relative to the corner of the region in which the centre moves
     scene = build_scene(
@@ -112,10 +112,7 @@ def _box() -> Staged:
         duration_s=2.5,
     )
     impacts = compute_box_bounces(start, velocity, width - 2 * radius, height - 2 * radius, scene.duration_s)
-    source = (
-        "Unfolding: if the box is reflected instead of the path, the path is one straight line through a lattice of "
-        "boxes"
-    )
+    source = "Unfolding: if the box is mirrored at each impact instead of the path, the path is a straight line"
     return build_staged(scene, impacts, source)
 
 
@@ -146,7 +143,7 @@ def _restitution_ladder() -> Staged:
 def _slanted_wall() -> Staged:
     """A disc bounces off a slanted wall of restitution 3/4."""
     normal = unit(-3 + 4j)
-    # The wall may be given by any of its points. This one is 2 m from the place of impact.
+    # Any point of the wall's line defines the wall; the point used here is 2 m from the impact.
     walls = [Wall(point_m=to_vector(2j * normal), normal=(-3.0, 4.0))]
     source = "Computed backwards from the impact: only the velocity along the normal changes, by the factor -e"
     return stage_at_wall(3 - 2.5j, 0.3, normal, walls, source, restitution=0.75, time_s=0.63, duration_s=1.5)

@@ -20,10 +20,12 @@ from carom.model.trace import Vector, wall_body
 
 _RADIUS_M, _G = 0.5, 10.0
 _ROLLING = (
-    "Rolling resistance is a torque of at most c P R against the spin, so u' = -c g/(1 + k); Ai et al., Powder "
-    "Technol. 206 (2011) 269, model A"
+    "Rolling resistance is a torque of at most c P R against the spin (P: contact force, R: radius), so u' = -c g/(1 + "
+    "k); Ai et al., Powder Technol. 206 (2011) 269, model A"
 )
-_COULOMB = "Coulomb's law: while a disc slips, friction is f P; it rolls if f P (1 + 1/k) can keep the slip at 0"
+_COULOMB = (
+    "Coulomb's law: friction is f times the contact force while a disc slips, and at most that while the disc rolls"
+)
 
 
 _build_floor_scene = partial(build_scene, walls=[FLOOR], pull=_G, wall_restitution=0.0)
@@ -49,7 +51,7 @@ def _stage_on_wall(
         source: Source of the answer.
         answer: Position along the wall, speed and rim speed at the end, in metres and metres per second.
         duration_s: Duration of the scene.
-        fall: Tangent of the wall's slope, such that sine and cosine are also rational.
+        fall: Tangent of the wall's slope. Slopes with a rational sine and cosine have rational answers.
         along: Speed along the wall at the start.
         rim: Rim speed (spin times radius) at the start, counterclockwise.
         into: Speed towards the wall at the start.
@@ -86,7 +88,10 @@ def _drop() -> Staged:
 
 def _bounce_to_roll() -> Staged:
     """A disc bounces infinitely often, stops slipping at its fourth bounce, and rolls after 1/5 s."""
-    source = "Geometric series of the bounces that slide, and of the bounces that stick: docs/theory/contact.md"
+    source = (
+        "Geometric series: the disc slides in the first bounces and sticks by friction in the others; see "
+        "docs/theory/contact.md"
+    )
     answer = (1157 / 3840 + 4 / 3, 4 / 3, -4 / 3)
     return _stage_on_wall(
         source, answer, 1.2, along=2.0, into=1.0, count=None, wall_restitution=0.5, wall_friction=0.25
@@ -95,16 +100,17 @@ def _bounce_to_roll() -> Staged:
 
 def _lands_sliding() -> Staged:
     """A disc still slips after infinitely many sliding bounces. The disc then slides, and rolls after 19/10 s."""
-    source = "Geometric series of the bounces, which all slide: docs/theory/contact.md"
+    source = "Geometric series: the disc slides in all bounces; see docs/theory/contact.md"
     slides = 57 / 10 * 17 / 10 - 17 / 10 * 17 / 10 / 2
     answer = (29 / 25 + slides + 4.0, 4.0, -4.0)
     return _stage_on_wall(source, answer, 2.9, along=6.0, into=1.0, count=None, wall_restitution=0.5, wall_friction=0.1)
 
 
 def _between_thresholds() -> Staged:
-    """On a slope, friction is enough to roll but not to stop the slip in bounces: a disc rolls only after 3/8 s."""
+    """A disc that bounces down a slope still slips when the bounces end, and rolls only after 3/8 s."""
     source = (
-        "Bounces stop a slip on slopes up to f (1 + 1/k)(1 + e)/2 = 0.675, and lasting contact up to f (1 + 1/k) = 0.9"
+        "A bouncing disc stops slipping on slopes up to f (1 + 1/k)(1 + e)/2 = 0.675, and a disc in lasting contact on "
+        "slopes up to f (1 + 1/k) = 0.9"
     )
     rolled, rolling_s = 11 / 40 + 31 / 20 / 8 + 36 / 10 / 128, 1.0
     answer = (rolled + 2 * rolling_s + 4 * rolling_s**2 / 2, 2.0 + 4 * rolling_s, -2.0 - 4 * rolling_s)
@@ -167,7 +173,7 @@ def _rolling_resistance_holds() -> Staged:
 
 
 def _rolling_resistance_on_a_slope() -> Staged:
-    """A disc rolls down a slope, and rolling resistance reduces its acceleration by c P/(1 + k)."""
+    """A disc rolls down a slope, and rolling resistance reduces its acceleration."""
     source = f"{_ROLLING}: u' = (g sin - c g cos)/(1 + k)"
     return _stage_on_wall(source, (1.2, 2.4, -2.4), 1.0, fall=0.75, wall_friction=0.8, wall_rolling_resistance=0.3)
 
@@ -179,13 +185,15 @@ def _block() -> Staged:
 
 
 def _lands_rolling() -> Staged:
-    """A disc lands rolling, and rolling resistance slows it at each bounce and afterwards, until it stops."""
+    """A disc lands rolling, and rolling resistance slows the disc at each bounce and afterwards, until it stops."""
     e, w, c, k = 0.5, 1.0, 0.06, 0.5
     start_speed, lost_speed = 2.0, c * (1 + e) * w / (1 - e) / (1 + k)
     ways = [2.0 / _G * w * e**n * (start_speed - lost_speed * (1 - e**n)) for n in range(1, 70)]
     landed = start_speed - lost_speed
     distance_m = math.fsum(ways) + landed * landed * (1 + k) / (2 * c * _G)
-    source = "Geometric series of the bounces; then the disc stops after v^2 (1 + k)/(2 c g): docs/theory/contact.md"
+    source = (
+        "Geometric series of the bounces; then the disc stops after v^2 (1 + k)/(2 c g) metres: docs/theory/contact.md"
+    )
     laws: dict[str, Any] = {"wall_restitution": e, "wall_friction": 0.3, "wall_rolling_resistance": c}
     return _stage_on_wall(
         source, (distance_m, 0.0, 0.0), 6.0, along=start_speed, rim=-start_speed, into=w, count=None, **laws
@@ -207,7 +215,7 @@ def _edge() -> Staged:
     flight_s = duration - end / speed
     discs = [build_disc(complex(0.0, _RADIUS_M), speed, _RADIUS_M, spin_rad_s=-6.0)]
     scene = _build_floor_scene(discs, walls=[edges(-5, end)], wall_friction=0.5, duration_s=duration)
-    source = "Galileo's parabola, which is wider than any circle around the end, because u^2 = 9 is above g R = 5"
+    source = "Galileo: the disc flies on a parabola; at u^2 = 9 > g R = 5 a disc can't turn about the end of the edge"
     end_state = complex(speed * duration, _RADIUS_M - _G * flight_s * flight_s / 2), complex(speed, -_G * flight_s)
     return build_staged(scene, [], source, final=[end_state], spins=(-6.0,))
 
@@ -218,9 +226,9 @@ def _pressed() -> Staged:
     scene = _build_floor_scene(discs, restitution=0.5, duration_s=1.0)
     impacts = (KnownImpact(0.2, 0, 1, (0.0, -1.5), (0.0, -0.5)), KnownImpact(0.2, 0, wall_body(0), (0.0, 0.0)))
     convention = (
-        "If the impacts are applied one after the other, each round leaves a quarter of 2 m/s, and both discs end "
-        "at rest. If all are applied at once, as in engines, the upper disc leaves at 1 m/s. Here impacts are "
-        "applied one after the other"
+        "If impacts are applied one after the other, each pair of impacts leaves a quarter of the speed, so both discs "
+        "end at rest. If all impacts are applied at once, as in engines, the upper disc leaves at 1 m/s. Here impacts "
+        "are applied one after the other"
     )
     known = KnownAnswer("Newton's law of restitution, one impact after the other", impacts, convention=convention)
     return Staged(scene, known)

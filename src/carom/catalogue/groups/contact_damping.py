@@ -1,8 +1,8 @@
 """Damped scenes of the group `contact`. Formulas give the answers.
 
-With damping, ``v' = -c v``, a disc has at time t the velocity ``v exp(-c t)`` and has moved by ``v s``, where s is ``(1
-- exp(-c t)) / c``. So each answer is computed as if velocities were constant and s were the time. Then s is converted
-to ``t = -ln(1 - c s) / c``; see `docs/theory/damping.md`. The group runs only if the user names it.
+Damping is the law ``v' = -c v``. After the time t, a disc has the velocity ``v exp(-c t)`` and has moved by ``v s``,
+where ``s = (1 - exp(-c t)) / c``. So answers are computed for constant velocities, with s as the time. Then s is
+converted to ``t = -ln(1 - c s) / c``; see `docs/theory/damping.md`. The group runs only if the user names it.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from carom.catalogue.groups.classics_walled import FLOOR, upright
 from carom.model.scene import Disc, Wall
 from carom.model.trace import wall_body
 
-#: Part of the motion along one axis: start time, position at that time, and velocity.
+#: Part of the motion along one axis: start time, start position and velocity.
 _Leg = tuple[float, float, float]
 
 
@@ -36,8 +36,8 @@ def _damped_box() -> Staged:
     place, velocity = (1.0, 2.0), (6.0, -4.0)
     faces = (((0.0, 0.0), (1.0, 0.0)), ((side, 0.0), (-1.0, 0.0)), ((0.0, 0.0), (0.0, 1.0)), ((0.0, side), (0.0, -1.0)))
     end = _to_undamped_time(duration, damping)
-    # The motions along the two axes are independent. For each axis, a list contains the parts (legs) of the motion from
-    # wall to wall, as if there were no damping.
+    # The motions along the two axes are independent. For each axis, a list contains the parts ("legs") of the undamped
+    # motion from wall to wall.
     legs: tuple[list[_Leg], list[_Leg]] = ([(0.0, place[0], velocity[0])], [(0.0, place[1], velocity[1])])
     hits = []
     for axis, axis_legs in enumerate(legs):
@@ -51,7 +51,7 @@ def _damped_box() -> Staged:
             hits.append((since, wall_body(2 * axis + wall)))
 
     def moving(undamped_s: float) -> tuple[complex, complex]:
-        """Return position and velocity of the damped disc just after the time at which s is `undamped_s`."""
+        """Return position and velocity of the damped disc just after the undamped time `undamped_s`."""
         current_legs = [max(leg for leg in axis_legs if leg[0] <= undamped_s) for axis_legs in legs]
         kept_fraction = 1.0 - damping * undamped_s
         (x, u), (y, v) = (
@@ -70,7 +70,7 @@ def _damped_box() -> Staged:
 
 
 def _damped_stop() -> Staged:
-    """A damped disc never reaches a wall at exactly the distance that the disc moves in infinite time."""
+    """A damped disc never reaches a wall that is exactly where the disc would stop after infinite time."""
     speed, damping, duration, radius = 1.0, 0.5, 20.0, 0.25
     walls = [upright(speed / damping + radius, -1)]
     scene = build_scene([build_disc(0, speed, radius)], walls=walls, damping_per_s=damping, duration_s=duration)

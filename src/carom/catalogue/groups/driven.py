@@ -23,7 +23,7 @@ from carom.catalogue.entry import KnownAnswer, KnownImpact, Staged
 from carom.catalogue.groups.classics_walled import edges, stage_in_room, upright
 from carom.model.scene import Wall
 
-LAW = "Newton's law in the frame of the driven body: v' = V - e (v - V) along the normal"
+LAW = "Newton's law relative to a driven body of velocity V: v' = V - e (v - V) along the normal"
 
 
 def _paddle() -> Staged:
@@ -55,14 +55,17 @@ def _swatter() -> Staged:
 def _tip_of_a_racket() -> Staged:
     """A disc that moves sideways meets the tip of a rising racket."""
     drive, time = 2j, 0.51
-    normal = complex(0.8, 0.6)  # from the tip to the disc's centre
-    tip = -drive * time  # at the origin when they meet
-    racket, source = edges(tip, tip - 1j, velocity_m_s=to_vector(drive)), f"{LAW}, from the tip to the disc"
+    normal = complex(0.8, 0.6)  # points from the tip to the disc's centre
+    tip = -drive * time  # the tip is at the origin when they meet
+    racket, source = (
+        edges(tip, tip - 1j, velocity_m_s=to_vector(drive)),
+        f"{LAW}, which points from the tip to the disc",
+    )
     return stage_at_wall(-3, 0.25, normal, [racket], source, drive=drive, time_s=time, duration_s=1.25)
 
 
 def _mallet() -> Staged:
-    """A mallet hits a puck off centre, and keeps its velocity."""
+    """A mallet hits a puck off centre, and the mallet keeps its velocity."""
     source = f"{LAW}, which is the line of centres"
     normal = complex(0.6, -0.8)
     return stage_at_mallet(0.5 - 1j, -1 + 1j, normal, (0.5, 0.5), source, time_s=0.8125, duration_s=2.0)
@@ -100,7 +103,7 @@ def stage_before_paddle(
     Args:
         speed: Velocity of the disc away from the wall.
         length: Initial distance of the paddle from the wall.
-        legs: For each leg of the paddle, its start time and the paddle's velocity away from the wall.
+        legs: Start time and velocity of each straight part of the paddle's motion. Velocities point away from the wall.
         duration: Duration of the scene.
         source: Source of the answer.
     """
@@ -126,7 +129,7 @@ def stage_before_paddle(
 
 def _stage_in_cylinder(drive: Fraction, duration: Fraction) -> Staged:
     """Build a scene with a disc that starts midway between a wall and a piston, at 1 m/s towards the wall."""
-    source = "Each impact on the piston adds 2 U to the speed (Ulam, 1961); times from a recurrence in rational numbers"
+    source = "Each impact on a piston of speed U adds 2 U to the disc's speed (Ulam, 1961); times are exact fractions"
     return stage_before_paddle(Fraction(-1), Fraction(2), [(Fraction(0), drive)], duration, source)
 
 
@@ -139,8 +142,8 @@ def _crush() -> Staged:
     """A piston crushes a disc against a wall after 3 s. The disc has infinitely many impacts before that."""
     staged = _stage_in_cylinder(Fraction(-1, 2), Fraction(93, 32))
     source = (
-        "Each impact on the piston adds 2 U to the speed (Ulam, 1961), so (v - U) times the disc's room is constant; "
-        "the room of 1.5 m decreases by 0.5 m/s and is 0 after 3 s"
+        "The free space of 1.5 m decreases by 0.5 m/s, so it is 0 after 3 s; each impact on a piston of speed U adds 2 "
+        "U to the disc's speed (Ulam, 1961)"
     )
     scene = staged.scene.model_copy(update={"duration_s": 4.0})
     return Staged(scene, KnownAnswer(source, staged.known.impacts))
@@ -153,7 +156,10 @@ def _piston_that_recedes() -> Staged:
 
 def _moving_box() -> Staged:
     """A disc bounces in a moving box of four edges. An observer who moves with the box sees a box at rest."""
-    source = "Galileo: relative to the box, the disc bounces in a box at rest, and its path unfolds to a straight line"
+    source = (
+        "Galileo: relative to the box, walls are at rest; if the box is mirrored instead of the path, the path is a "
+        "line"
+    )
     start, velocity = 1.109375 + 0.765625j, 1.71875 + 0.6328125j
     return stage_in_room(start, velocity, 0.25, 4.0, 3.0, 20.0, drive=3 - 2j, source=source)
 
@@ -188,13 +194,15 @@ def _start_at_a_touch() -> Staged:
     legs = ({"from_s": 0.0, "velocity_m_s": (0.0, 0.0)}, {"from_s": 0.75, "velocity_m_s": (1.5, 0.0)})
     wall = Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0), legs=legs)
     scene = build_scene([build_disc(0.25, 0, 0.25)], walls=[wall], duration_s=2.0)
-    return build_staged(scene, [build_impact(0.75, 0, -1, 3)], f"{LAW}: 2 V, when the wall starts")
+    return build_staged(
+        scene, [build_impact(0.75, 0, -1, 3)], f"{LAW}; the disc gets the velocity 2 V when the wall starts"
+    )
 
 
 def _paddle_to_and_fro() -> Staged:
     """A paddle advances, stops and recedes while a disc bounces between the paddle and a wall."""
     legs = [(Fraction(0), Fraction(-1, 2)), (Fraction(2), Fraction(0)), (Fraction(7, 2), Fraction(3, 4))]
-    source = f"{LAW}, leg by leg; times from a recurrence in rational numbers"
+    source = f"{LAW}, with a new V for each part of the paddle's motion; times are exact fractions"
     return stage_before_paddle(Fraction(-3), Fraction(4), legs, Fraction(6), source)
 
 
@@ -215,9 +223,7 @@ def _conveyor() -> Staged:
     """A ball is dropped on a conveyor. Friction ends the slip, so the ball spins and leaves in the belt's direction."""
     belt = 1.5
     floor = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0), surface_speed_m_s=belt)
-    source = (
-        "Coulomb's law: friction ends the slip, which is the belt's speed; the velocity gets 1/(1 + 1/k) of the slip"
-    )
+    source = "Coulomb's law: friction ends the slip, so the ball gets 1/(1 + 1/k) of the belt's speed"
     return on_a_moving_surface(floor, -belt, 1.0, source)
 
 
@@ -226,8 +232,8 @@ def on_a_moving_surface(floor: Wall, speed: float, friction: float, source: str)
     radius, down, time, k = 0.25, 2.0, 0.5, 0.5
     ball = build_disc(complex(0.0, radius + down * time), complex(0.0, -down), radius)
     scene = build_scene([ball], walls=[floor], wall_friction=friction, duration_s=2.0 * time)
-    # If friction is strong enough, it ends the slip, and the ball gets 1/(1 + 1/k) of the surface's speed. Otherwise
-    # the impulse of friction has the largest value that Coulomb's law allows.
+    # Strong friction ends the slip: the ball gets 1/(1 + 1/k) of the surface's speed. Weak friction has the largest
+    # impulse that Coulomb's law allows.
     change = math.copysign(min(abs(speed) / (1.0 + 1.0 / k), friction * 2.0 * down), speed)
     after, spin = complex(change, down), change / k / radius
     end = complex(0.0, radius) + after * time, after

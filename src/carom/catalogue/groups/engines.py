@@ -38,7 +38,7 @@ def _crawl() -> Staged:
 
 
 def _near_miss() -> Staged:
-    """A disc passes another at a distance of 1 mm: engines whose contacts act before bodies touch deflect it."""
+    """A disc passes another at a distance of 1 mm: engines whose contacts act before bodies touch deflect the disc."""
     radius, speed, nearest, gap = 0.25, 3.0, 0.6, 0.001
     discs = [build_disc(-speed * nearest, speed, radius), build_disc(complex(0, 2 * radius + gap), 0, radius)]
     scene = build_scene(discs, duration_s=1.25)

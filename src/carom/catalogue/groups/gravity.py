@@ -1,7 +1,7 @@
 """The group `gravity`: scenes with uniform gravity. Formulas give the answers.
 
 The first scene has no impact, so all errors come from how an engine integrates free fall. In the other scenes, impacts
-also cause errors; `docs/theory/contact.md` explains how to distinguish the two.
+also cause errors; `docs/theory/contact.md` explains how to distinguish errors of impacts from errors of free fall.
 """
 
 from __future__ import annotations
@@ -38,10 +38,10 @@ def _free_fall() -> Staged:
 def _compute_hops(
     first_s: float, speed: float, pull: float, restitution: float, end_s: float
 ) -> list[tuple[float, float]]:
-    """Return time and speed after each bounce until `end_s`. The first bounce is at `first_s`, at the speed `speed`.
+    """Return time and speed after each bounce until `end_s`.
 
-    A body that leaves at the speed u comes back after 2 u / pull. So bounce n + 1 is at first + 2 v (e + ... + e^n) /
-    pull.
+    The first bounce is at `first_s`, with the impact speed `speed`. A body that leaves at the speed u comes back after
+    2 u / pull. So bounce n + 1 is at first + 2 v (e + ... + e^n) / pull.
     """
     bounces: list[tuple[float, float]] = []
     n = 0
@@ -84,7 +84,7 @@ def _ladder() -> Staged:
 def _box() -> Staged:
     """A ball is thrown in a box. Only exact times give the correct order of impacts on the floor and the side walls."""
     radius, width, height, duration = 0.2, 2.4, 4.0, 3.0
-    start, velocity = 0.7 + 1.1j, 1.9 + 1.3j  # relative to the corner of the region of the centre
+    start, velocity = 0.7 + 1.1j, 1.9 + 1.3j  # relative to the corner of the region in which the centre moves
     pull = abs(FALL)
     discs = [build_disc(start + complex(radius, radius), velocity, radius)]
     scene = build_scene(discs, walls=build_box_walls(width, height), pull=abs(FALL), duration_s=duration)
@@ -108,14 +108,17 @@ def _box() -> Staged:
     last = floor[-1][0]
     end, speed = compute_fall(folded, complex(across, landing), duration - last, FALL)
     final = (complex(folded, end.imag) + complex(radius, radius), speed)
-    source = "The sideways motion has no gravity and unfolds; in the vertical motion, each hop takes 2 u / g"
+    source = (
+        "Sideways there is no gravity, and mirror images of the box make the motion straight; vertically, each hop "
+        "takes 2 u / g"
+    )
     return build_staged(scene, impacts, source, final=[final])
 
 
 def _falling_pair() -> Staged:
-    """Two discs collide while they fall. For an observer who also falls, they collide as without gravity."""
+    """Two discs collide while they fall. For an observer who also falls, the discs collide as without gravity."""
     m1, m2, r1, r2, time, duration, e = 2.0, 3.0, 0.2, 0.3, 0.55, 1.25, 0.9
-    v1, v2 = 3 + 1j, -1 + 2.5j  # at the impact, in the falling frame
+    v1, v2 = 3 + 1j, -1 + 2.5j  # at the impact, for a falling observer
     normal = compute_normal(v1 - v2, 0.35)
     impact_point = 0.4 + 2.2j
     p1, p2 = impact_point - r1 * normal, impact_point + r2 * normal
@@ -125,7 +128,7 @@ def _falling_pair() -> Staged:
     gained_velocity, rest = FALL * time, duration - time
     drop = FALL * (duration**2 / 2)
     final = [(p + v * rest + drop, v + FALL * duration) for p, v in ((p1, after1), (p2, after2))]
-    source = "In the falling frame there is no gravity, so g t and g t^2/2 are added to the motion without gravity"
+    source = "For a falling observer there is no gravity, so g t and g t^2/2 are added to the motion without gravity"
     return build_staged(
         scene, [build_impact(time, 0, 1, after1 + gained_velocity, after2 + gained_velocity)], source, final=final
     )

@@ -31,19 +31,20 @@ _seen = partial(stage_meeting, duration_s=1.0, frame_rate_hz=_FILM_HZ, source=_B
 
 def _missed() -> Staged:
     """Two discs meet and separate between two frames, so PIT misses their impact (figures 2 and 3)."""
-    # The discs overlap and approach while they move by R sqrt(1 - .8^2) = .3 m. At 12 m/s this takes 0.6 of a frame.
-    # The impact is 0.2 of a frame after a frame, so that the next frame is too late.
+    # The discs overlap and approach over a distance of R sqrt(1 - .8^2) = .3 m, which takes 0.6 of a frame at 12 m/s.
+    # The impact is 0.2 of a frame after one check, so the next check is too late.
     return _seen((6 + 0.75j, -6 - 0.25j), (0.25, 0.25), offset=0.8, time_s=10.2 / _FILM_HZ)
 
 
 def _late() -> Staged:
     """Two discs meet just after a frame. PIT finds the impact a frame late, so paths are wrong (figures 4 and 5)."""
-    # The deep overlap lasts several frames, so PIT can't miss it. PIT's next check is 0.9 of a frame after the impact.
+    # The overlap lasts several frames, so PIT can't miss the impact. PIT's next check is 0.9 of a frame after the
+    # impact.
     return _seen((4 + 0.5j, -2), (0.4, 0.5), offset=0.15, time_s=9.1 / _FILM_HZ)
 
 
 def _wrong_direction() -> Staged:
-    """A green disc strikes a blue disc, which bounces off a red disc. In PIT the angle is wrong (figures 6 and 7)."""
+    """A green disc strikes a blue disc, which bounces off a red disc. PIT computes a wrong angle (figures 6 and 7)."""
     radius, heavy = 0.3, 4.0
     green, blue = 7, -1 + 0j
     time_1, time_2 = 8.6 / _FILM_HZ, 16.1 / _FILM_HZ

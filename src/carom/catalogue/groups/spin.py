@@ -2,7 +2,7 @@
 
 By default, discs have radius 1 m, mass 1 kg and inertia factor k = 1/2, so that spin and rim speed are the same number.
 Answers are fractions that were computed by hand, or by formulas of the sources. `docs/theory/friction.md` derives the
-law. The group runs only if the user names it.
+law of friction. The group runs only if the user names it.
 """
 
 from __future__ import annotations
@@ -17,14 +17,18 @@ from carom.catalogue.groups.classics_walled import FLOOR, upright
 from carom.model.scene import Disc, Wall
 from carom.model.trace import Vector
 
-_CROSS = "Cross, Am. J. Phys. 70 (2002) 1093: sticking gives v' = v/(1 + k); sliding reduces v by f (1 + e) w_n"
+_CROSS = (
+    "Cross, Am. J. Phys. 70 (2002) 1093: a disc that sticks leaves at v/(1 + k); a disc that slides loses f (1 + e) w_n"
+)
 _ALCIATORE = "Alciatore, billiards TP A.14: tan(throw) is the smaller of f and k/(1 + k) tan(cut)/(1 + e)"
-_GARWIN = "Garwin, Am. J. Phys. 37 (1969) 88: a superball reverses its slip, (v, w) -> (v - 2 w, -4 v - w)/3 for k 1/2"
+_GARWIN = (
+    "Garwin, Am. J. Phys. 37 (1969) 88: a superball reverses its slip, (v, w) -> (v - 2 w, -4 v - w)/3 for k = 1/2"
+)
 
-#: Time of the first impact of most scenes, in seconds. It is not at the boundary of two steps, because rounding would
-#: decide there in which step the impact is detected.
+#: Time of the first impact of most scenes, in seconds. The time is not on a boundary between steps, because there
+#: rounding would decide which step detects the impact.
 _FIRST_S = 0.42
-#: A coefficient of friction so large that discs never slide in these scenes. PyBullet supports no larger one.
+#: A coefficient of friction so large that discs never slide in these scenes. PyBullet supports no larger coefficient.
 _GRIP = 10.0
 
 
@@ -143,9 +147,7 @@ def _stage_between_plates(
 def _plates() -> Staged:
     """A disc bounces between two rough plates. At every bounce its speed along the plates falls to a third."""
     states = [(2.0 / 3.0**n, (-2.0, 2.0)[n % 2] / 3.0**n) for n in range(5)]
-    source = (
-        f"{_CROSS}; a disc that rolls on one plate meets the other plate at twice the slip, so v' = v (1 - k)/(1 + k)"
-    )
+    source = f"{_CROSS}; a disc that rolls on one plate slips at 2 v on the other plate, so v' = v (1 - k)/(1 + k)"
     return _stage_between_plates(states, 3.0, 2.0, 0.937, source)
 
 
@@ -182,7 +184,11 @@ def _superball_table() -> Staged:
 
 def _superball_hop() -> Staged:
     """A superball whose rim speed is twice its speed hops to and fro between two spots for ever."""
-    pull, drop, duration = 8.0, 1.0, 2.75  # the first impact is after half a second, at 4 m/s; a hop takes a second
+    pull, drop, duration = (
+        8.0,
+        1.0,
+        2.75,
+    )  # the first impact is after half a second, at 4 m/s; each flight takes a second
     disc = Disc(position_m=(-0.5, 1.0 + drop), velocity_m_s=(1.0, 0.0), radius_m=1.0, spin_rad_s=2.0)
     scene = build_scene(
         [disc], walls=[FLOOR], wall_friction=_GRIP, wall_tangential_restitution=1.0, pull=pull, duration_s=duration
@@ -197,7 +203,7 @@ def _superball_hop() -> Staged:
 
 
 def _strip() -> Staged:
-    """A superball bounces 500 times between two plates. The disc moves to and fro and never escapes."""
+    """A superball bounces 500 times between two plates. The ball moves to and fro and never escapes."""
     turn, rounds = math.acos(-7 / 9), 250
     states = []
     for n in range(rounds):
@@ -215,16 +221,16 @@ def _corner() -> Staged:
     """A disc meets both walls of a right-angled corner at once. With friction, the order of the walls has an effect."""
     walls = [FLOOR, upright(0.0, 1)]
     scene = build_scene([_build_disc((1.0, 1.0), (-3.0, -2.0))], walls=walls, wall_friction=0.25, duration_s=1.0)
-    # The side wall has the lower number, so its impact is applied first. Its friction could change the velocity of -2
-    # m/s along the wall by up to 6/4 m/s, but a change of 2/3 m/s already stops the slip.
+    # The side wall has the lower number, so its impact is applied first. The wall's friction could change the velocity
+    # by up to 6/4 m/s, but a change of 2/3 m/s already ends the sliding.
     impacts = (
         KnownImpact(_FIRST_S, 0, -2, (3.0, -4 / 3), spin_first_after=-4 / 3),
         KnownImpact(_FIRST_S, 0, -1, (22 / 9, 4 / 3), spin_first_after=-22 / 9),
     )
     convention = (
         "the disc hits both walls at one instant, and with friction the order matters. If the side wall is first, the "
-        "result is (22/9, 4/3) m/s and -22/9 rad/s; if the floor is first, it is (2, 2) m/s and 2 rad/s. In the order "
-        "(time, first, second) the side wall is first"
+        "disc leaves at (22/9, 4/3) m/s and -22/9 rad/s. If the floor is first, the disc leaves at (2, 2) m/s and 2 "
+        "rad/s. Here the side wall is first, because impacts are ordered by (time, first, second)"
     )
     known = KnownAnswer(_CROSS, impacts, 2, ((22 / 9, 4 / 3),), final_spin_rad_s=(-22 / 9,), convention=convention)
     return Staged(scene, known)

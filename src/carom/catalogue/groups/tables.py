@@ -28,7 +28,7 @@ from carom.model.scene import Chain, Disc, Ring
 
 _LAW = "Newton's law: an impact reverses the velocity along the normal"
 _BUNIMOVICH = "Bunimovich, Comm. Math. Phys. 65 (1979) 295: the stadium"
-_CROSSING = "each crossing takes the distance between the walls over the speed"
+_CROSSING = "the time from wall to wall is their distance divided by the speed"
 _CHORDS = "All chords of the path subtend the same angle at the circle's centre"
 
 
@@ -65,15 +65,18 @@ def _bullet() -> Staged:
 
 
 def _stage_at_wall_end(offset: float) -> Staged:
-    """Build a scene in which a disc flies to a wall's upper end. Its centre is `offset` radii higher than the end."""
+    """Build a scene in which a disc flies to a wall's upper end.
+
+    The disc's centre is `offset` radii higher than the end.
+    """
     radius, speed, time = 0.25, 3.0, 0.51
-    normal = complex(-math.sqrt(max(1.0 - offset * offset, 0.0)), offset)  # from the end to the centre
+    normal = complex(-math.sqrt(max(1.0 - offset * offset, 0.0)), offset)  # points from the end to the centre
     start = complex(0.0, radius * offset) + radius * normal.real - speed * time
     scene = build_scene([build_disc(start, speed, radius)], walls=[edges(-1j, 0)], duration_s=1.5)
     after = speed * complex(2.0 * offset**2 - 1.0, 2.0 * offset * math.sqrt(max(1.0 - offset**2, 0.0)))
     hits = [build_impact(time, 0, -1, after)] if offset < 1.0 else []
     formula = "the offset s gives (2 s^2 - 1, 2 s sqrt(1 - s^2)) times the speed"
-    return build_staged(scene, hits, f"The normal is from the end to the centre; {formula}")
+    return build_staged(scene, hits, f"The normal points from the wall's end to the disc's centre; {formula}")
 
 
 def _end_of_wall() -> Staged:
@@ -123,7 +126,10 @@ def _stage_in_wedge(degrees: float, start: complex, velocity: complex) -> Staged
     hits = compute_wedge_impacts(start, velocity, angle)
     duration = hits[-1].time_s * 1.1
     scene = build_scene([build_disc(apex + start, velocity, radius)], walls=walls, duration_s=duration)
-    source = "Unfolding: reflect the wedge and not the path (Tabachnikov, Geometry and Billiards, 2005)"
+    source = (
+        "Unfolding: if the wedge is mirrored and not the path, the path is straight (Tabachnikov, Geometry and "
+        "Billiards, 2005)"
+    )
     return build_staged(scene, [build_impact(hit.time_s, 0, -1, hit.velocity) for hit in hits], source)
 
 
@@ -199,7 +205,7 @@ def _stadium_rhombus() -> Staged:
 
 @add_tags(Tag.UNSTABLE)
 def _two_posts() -> Staged:
-    """A disc bounces between two round posts, which deflect it more at each impact if it is off their axis."""
+    """A disc bounces between two round posts. If the disc is off their axis, each impact deflects the disc more."""
     posts = [Ring(centre_m=(x, 0.0), radius_m=0.75) for x in (3.0, -3.0)]
     scene = build_scene([build_disc(0, 1, 0.25)], walls=posts, duration_s=24.0)
     impacts = [build_impact(2.0 + 4.0 * k, 0, -1 - k % 2, complex(-((-1) ** k))) for k in range(6)]
@@ -208,7 +214,7 @@ def _two_posts() -> Staged:
 
 @add_tags(Tag.UNSTABLE)
 def _three_posts() -> Staged:
-    """A disc moves along a triangle between three round posts. An error grows twelvefold at each impact."""
+    """A disc moves along a triangle between three round posts. An error of position grows twelvefold at each impact."""
     centres = [6.0 / math.sqrt(3.0) * cmath.exp(1j * math.pi * (1 / 2 + 2 * k / 3)) for k in range(3)]
     # At contact, the disc is 1 m (the sum of both radii) from the post's centre, towards the middle of the triangle.
     places = [centre - unit(centre) for centre in centres]
@@ -218,12 +224,14 @@ def _three_posts() -> Staged:
     impacts = [build_impact(side * (k + 0.5), 0, -1 - (k + 1) % 3, direction * turn ** (k + 1)) for k in range(3)]
     walls = [Ring(centre_m=to_vector(centre), radius_m=0.75) for centre in centres]
     scene = build_scene([build_disc(begin, direction, 0.25)], walls=walls, duration_s=side * 3)
-    source = "Three discs, 6 : 1 (Cvitanovic et al., ChaosBook): the side of period 3 is 6 - sqrt(3)"
+    source = (
+        "Cvitanovic et al., ChaosBook: for posts of radius 1 at a distance of 6, the triangle's side is 6 - sqrt(3)"
+    )
     return build_staged(scene, impacts, source)
 
 
 def _box_of_edges() -> Staged:
-    """A disc bounces in a box of four edges instead of half-planes: its path unfolds to one straight line."""
+    """A disc bounces in a box whose walls are four edges of finite length."""
     return stage_in_room(1.109375 + 0.765625j, 1.71875 + 0.6328125j, 0.25, 5.0, 3.0, 60.0)
 
 
@@ -236,12 +244,15 @@ def _fagnano() -> Staged:
     half, turns = inner / (2.0 * math.sqrt(3.0)), (1j * math.pi * (-1 / 2 + 2 * k / 3) for k in range(3))
     places = [middle + half * cmath.exp(turn) for turn in turns]
     wall = edges(0, side, side * cmath.exp(1j * math.pi / 3), closed=True)
-    source = "Fagnano, 1775: the orthic triangle of the triangle in which the centre moves"
+    source = "Fagnano, 1775: the shortest closed path connects the feet of the triangle's altitudes"
     return _stage_around_polygon(places, 1.0, radius, wall, source)
 
 
 def _seam() -> Staged:
-    """A disc glances off a floor of ten pieces in one line. The disc has one impact, and none at the seams."""
+    """A disc glances off a floor of ten pieces in one line.
+
+    The disc has only one impact, because it does not bump into the joints.
+    """
     source, floor = f"{_LAW}; a floor in pieces acts like one floor", edges(-5, 5, pieces=10)
     return stage_at_wall(5 - 2j, 0.25, 1j, [floor], source, point=0.0625, time_s=0.51, duration_s=1.25)
 

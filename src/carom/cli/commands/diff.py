@@ -38,7 +38,7 @@ def diff(
     if schema:
         import json
 
-        from carom.report.results_file.json_lines import build_records_schema
+        from carom.report.results_file.line_codec import build_records_schema
 
         typer.echo(json.dumps(build_records_schema(), indent=2, sort_keys=True, allow_nan=False))
         return

@@ -25,7 +25,7 @@ def report(
 
     The rebuilt report has no replays or pictures. Examples: `carom report reports/latest`, `carom report before -v`.
     """
-    from carom.report.results_file.records import read_records
+    from carom.report.results_file.results_jsonl import read_records
     from carom.studies.cross_check.document import rebuild_document
 
     for option, path in (("--page", page), ("--markdown", markdown)):

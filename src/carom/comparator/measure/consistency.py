@@ -41,7 +41,7 @@ class Deviation:
 class Consistency:
     """Sizes of the contradictions between a run's reported impacts and its states.
 
-    A size is 0 if nothing can be checked.
+    If nothing can be checked, all sizes are 0.
 
     Attributes:
         velocity: Largest change of a velocity between impacts, or after the last one, divided by the scene's greatest
@@ -50,8 +50,8 @@ class Consistency:
             speed; 0 if no disc spins.
         position: Largest distance of a disc from the position that its own velocities imply, divided by the largest
             radius.
-        excess: The part of `position` that remains if the engine moved overlapping bodies apart at both ends of the
-            flight, by at most the overlap that they gain in a step.
+        excess: The part of `position` that remains after subtracting, for both ends of a flight, the overlap gained in
+            a step. Engines may move overlapping bodies apart by this distance.
         stamp_s: Largest time, in seconds, by which the time stamp of an impact is outside of the run or of the step
             that reported the impact.
         across: Largest velocity change perpendicular to the normal at an impact, divided by the scene's greatest speed.
@@ -60,16 +60,16 @@ class Consistency:
         normal_length: Largest difference between a normal's length and 1.
         momentum: Largest change of the velocity of two discs' centre of mass at their impact, divided by the scene's
             greatest speed.
-        angular: Largest change of a disc's angular momentum about the point of contact at an impact, divided by its
-            mass, its radius and the scene's greatest disc or rim speed; 0 if no disc spins.
+        angular: Largest change of a disc's angular momentum about the point of contact at an impact; 0 if no disc
+            spins. The change is divided by the disc's mass, its radius and the scene's greatest disc or rim speed.
         angular_excess: The part of `angular` that is not explained by the overlap gained in a step.
         arm: The distance from the disc's centre at which friction seems to act, divided by the disc's radius. The
-            value is that of the impact with the largest change of angular momentum. NaN if there was no friction.
-        strayed: The largest distance, as in `position`, but divided by the largest coordinate that the disc can reach.
-            Rounding of positions is proportional to this coordinate.
+            impact with the largest change of angular momentum determines this value. NaN if there was no friction.
+        strayed: Like `position`, but divided by the largest coordinate that the disc can reach, because rounding errors
+            are proportional to this coordinate.
         strayed_excess: The largest `excess`, also divided by the largest coordinate that the disc can reach.
-        unchecked: Number of free flights that are not followed, because a disc had several contacts in one step or the
-            compared range ends before.
+        unchecked: Number of free flights that are not checked, because a disc had several contacts in one step or the
+            flight ends after the compared range.
     """
 
     velocity: Deviation
@@ -90,7 +90,7 @@ class Consistency:
 
 
 def measure_consistency(trace: Trace, scales: Scales, until_s: float = math.inf) -> Consistency:
-    """Measure how far a run's reported impacts and its states contradict each other.
+    """Measure the contradictions between a run's reported impacts and its states.
 
     Only times up to `until_s` are checked, because there is no free flight after a disc comes to rest.
     """
@@ -128,11 +128,11 @@ def measure_consistency(trace: Trace, scales: Scales, until_s: float = math.inf)
 
 
 def _iterate_flights(trace: Trace, until_s: float) -> Iterator[Array]:
-    """Yield the free flights of each disc, between its impacts and to the end of the run, shape ``(6, k)``.
+    """For each disc, yield its k free flights between impacts and to the end of the run, shape ``(6, k)``.
 
     The rows are the disc, the time at which the flight begins, and the deviations of velocity, rim speed and position
-    at the flight's end (NaN if the flight can't be followed). The last row is the distance by which the engine may have
-    moved the overlapping disc at both ends of the flight.
+    at the flight's end. Deviations are NaN if the flight can't be followed. The last row is the distance by which the
+    engine may have moved the overlapping disc at both ends of the flight.
     """
     impacts, count = trace.impacts, len(trace.impacts)
     bodies = np.concatenate([impacts["first"], impacts["second"]])
@@ -148,7 +148,7 @@ def _iterate_flights(trace: Trace, until_s: float) -> Iterator[Array]:
     start, slowing = trace.scene.arrays, Slowing.of(trace.scene)
     rims_end = np.zeros(len(start)) if trace.final_spin_rad_s is None else start.radius_m * trace.final_spin_rad_s
     for number, disc in enumerate(trace.scene.discs):
-        if disc.legs:  # a disc with a prescribed path turns without impacts
+        if disc.legs:  # a disc with a prescribed path changes its velocity without impacts
             continue
         rows = order[first_of[number] : first_of[number + 1]]
         own_impacts = rows % max(count, 1)
@@ -169,15 +169,15 @@ def _iterate_flights(trace: Trace, until_s: float) -> Iterator[Array]:
         pull = math.hypot(gx, gy)
         if pull > 0.0:
             along, across = np.array([gx, gy]) / pull, np.array([-gy, gx]) / pull
-            # Velocities are known at step boundaries only. So gravity may act for up to two steps longer than the
-            # flight: from the start of the step with the first contact until one step after the next contact.
+            # Velocities are known at step boundaries only. So gravity may act up to two steps longer than the flight,
+            # because contacts begin and end within steps.
             most_change = pull * (time[1:] + trace.dt_s - np.concatenate([[0.0], begin_s[own_impacts]]))
             beyond = np.maximum(np.maximum(-pull * trace.dt_s - change @ along, change @ along - most_change), 0.0)
             velocity_error, distance = np.hypot(change @ across, beyond), np.abs(path_error @ across)
         else:
             velocity_error, distance = np.hypot(*change.T), np.hypot(*path_error.T)
-            # An engine may move a slowed disc at a constant speed during a step. The step then ends off the disc's
-            # path, by up to half of the lost speed times the step size.
+            # An engine may move a slowed disc at a constant speed during a step. At the end of the step, the disc is
+            # then off its exact path by up to half of the lost speed times the step size.
             distance = np.maximum(distance - 0.5 * trace.dt_s * np.hypot(*leaving.T) * (1.0 - kept_fraction), 0.0)
         followed = np.isfinite(duration_s) & (time[1:] <= until_s)
         deviations = (np.where(followed, deviation, math.nan) for deviation in (velocity_error, spun, distance))
@@ -185,7 +185,7 @@ def _iterate_flights(trace: Trace, until_s: float) -> Iterator[Array]:
 
 
 def _compute_slowing(slowing: Slowing, duration_s: Array, speed: Array) -> tuple[Array, Array]:
-    """Return the fraction of each speed left after a time, and the time in which an unslowed disc moves as far."""
+    """Return the fraction of each speed that is left, and the time in which an unslowed disc moves as far."""
     if not slowing:
         return np.ones_like(duration_s), duration_s
     flights = list(zip(duration_s.tolist(), speed.tolist(), strict=True))
@@ -207,7 +207,7 @@ def _compute_turn_places(trace: Trace, turning: Array) -> Array:
     before = velocities(trace.impacts, "before")
     waited = np.broadcast_to(turning - state["time_s"], (2, len(turning)))
     slowing = Slowing.of(trace.scene)
-    if slowing:  # only the velocity at the turn is known, so follow the flight backwards
+    if slowing:  # only the velocity at the impact is known, so follow the flight backwards
         speed = np.hypot(before[..., 0], before[..., 1])
         waited = np.array(
             [-_compute_slowing(slowing, -duration_s, fast)[1] for duration_s, fast in zip(waited, speed, strict=True)]
@@ -219,11 +219,10 @@ def _compute_turn_places(trace: Trace, turning: Array) -> Array:
 
 
 def _compute_path_errors(place: Array, displacement: Array) -> Array:
-    """Return the distance of each known position from the position that the previous one predicts, shape ``(k, 2)``.
+    """Return the offset of each known position from the position that the previous one predicts, shape ``(k, 2)``.
 
     Args:
-        place: Positions of the disc at the start, when its path turned, and at the end, shape ``(k + 1, 2)``; NaN if
-            unknown.
+        place: Positions of the disc at the start, at each impact and at the end, shape ``(k + 1, 2)``; NaN if unknown.
         displacement: Displacements between these positions that the disc's own velocities imply, shape ``(k, 2)``; NaN
             if unknown.
     """
@@ -240,7 +239,6 @@ def _compute_path_errors(place: Array, displacement: Array) -> Array:
 
 
 def _measure_stamp_error(trace: Trace) -> float:
-    """Return the largest time by which a time stamp is outside of the run or of the step that reported the impact."""
     stamp = trace.impacts["time_s"]
     outside = np.maximum(-stamp, stamp - trace.end_time_s - trace.dt_s)  # the last step may reach beyond the end
     if trace.state_before is not None:
@@ -252,10 +250,10 @@ def _measure_stamp_error(trace: Trace) -> float:
 def _measure_normal_error(trace: Trace, scales: Scales) -> tuple[float, float]:
     """Return the largest unexplained velocity change perpendicular to the normal, and the largest wrong angle.
 
-    The result is a fraction of the scene's greatest speed, and an angle between velocity change and normal. Without
+    The velocity is divided by the scene's greatest speed. The angle is that between velocity change and normal. Without
     friction and gravity, the relative velocity changes only along the normal. Friction adds a perpendicular change of
     at most its coefficient times the normal change. Gravity adds a change if it acts on only one of the bodies. If a
-    disc has several contacts in one step, their velocity changes can't be separated.
+    disc has several contacts in one step, their velocity changes can't be separated and are not checked.
     """
     impacts, second, movable = trace.impacts, trace.impacts["second"], trace.scene.arrays.movable
     changes = velocities(impacts, "after") - velocities(impacts, "before")
@@ -291,8 +289,8 @@ def _compute_gravity_across(trace: Trace, normal: Array) -> Array:
 def _measure_momentum_error(trace: Trace) -> float:
     """Return the largest velocity change of two discs' centre of mass at an impact, in metres per second.
 
-    Velocity that gravity adds during the contact is allowed. If a disc has several contacts in one step, they are not
-    checked.
+    The velocity that gravity adds during the contact is allowed. If a disc has several contacts in one step, none of
+    these contacts is checked.
     """
     impacts = trace.impacts
     mass = trace.scene.arrays.mass_kg
@@ -311,12 +309,12 @@ def _measure_angular_error(trace: Trace) -> tuple[float, float, float]:
 
     The angular momentum is divided by mass and radius, so it is in metres per second. An impulse at the contact has no
     moment about the contact. So friction changes two quantities of the first body by the same amount: the velocity
-    perpendicular to the normal, and ``k R w`` (k is the inertia factor). For the second body, the change has the
-    opposite sign. Two effects of checking once per step are allowed. First, bodies that are found in contact already
-    overlap, and this shortens friction's lever arm. Second, the normal turns during a contact of several steps. The
-    velocity that gravity adds perpendicular to the normal is also allowed. If a disc has several contacts in one step,
-    they are not checked. Walls with rolling resistance are not checked either, because this resistance changes angular
-    momentum.
+    perpendicular to the normal, and ``k R w`` (inertia factor k, radius R, spin w). For the second body, the change has
+    the opposite sign. Two effects of checking once per step are allowed. First, bodies that are found in contact
+    already overlap, so friction's lever arm is shorter than the radius. Second, the normal turns during a contact of
+    several steps. The velocity that gravity adds perpendicular to the normal is also allowed. If a disc has several
+    contacts in one step, none of these contacts is checked. Walls with rolling resistance are not checked either,
+    because this resistance changes angular momentum.
     """
     impacts, start = trace.impacts, trace.scene.arrays
     before, after = velocities(impacts, "before"), velocities(impacts, "after")
@@ -328,7 +326,7 @@ def _measure_angular_error(trace: Trace) -> tuple[float, float, float]:
     known, duration_s = np.isfinite(_find_turn_times(trace)), _compute_contact_durations(trace)
     if trace.scene.wall_rolling_resistance:
         known &= impacts["second"] >= 0
-    # A contact that acts in a single step has a `duration_s` of at most three steps.
+    # If a contact acts in a single step, `duration_s` is at most three steps.
     lasting = (impacts["second"] >= 0) & (duration_s > 3.0 * trace.dt_s * (1.0 + THRESHOLDS.rounding))
     worst, worst_excess, arm = 0.0, 0.0, math.nan
     for k, (side, sign) in enumerate((("first", 1.0), ("second", -1.0))):
@@ -353,7 +351,7 @@ def _measure_angular_error(trace: Trace) -> tuple[float, float, float]:
 
 
 def _compute_contact_durations(trace: Trace) -> Array:
-    """Return each contact's longest possible duration: a step, plus twice the time from step start to turn."""
+    """Return each contact's longest possible duration: a step, plus twice the time from step start to impact."""
     duration_s = np.full(len(trace.impacts), trace.dt_s)
     if trace.state_before is not None:
         waited = _find_turn_times(trace) - trace.state_before["time_s"]
@@ -362,6 +360,6 @@ def _compute_contact_durations(trace: Trace) -> Array:
 
 
 def _compute_cross_products(a: Array, b: Array) -> Array:
-    """Return the magnitudes of the cross products of the vectors in equal rows, shape ``(m,)``."""
+    """Return the magnitude of the cross product of the two vectors in each row, shape ``(m,)``."""
     size: Array = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
     return size

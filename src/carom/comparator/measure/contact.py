@@ -1,10 +1,10 @@
 """Errors of discs that slide, roll or rest, relative to the exact solution of Coulomb's law.
 
 The run's states are compared with the reference's states at the same instants. PIT has no lasting contact: its discs
-bounce whenever it checks for overlap. Errors of at most PIT's size are allowed, and three further errors. First, an
-integrator may move a disc at a constant speed for a whole step. The disc then has a position error of ``dt / 2`` times
-the change of its speed in the step. Second, its velocities may be off by the change that gravity and friction cause in
-a step, ``g dt (1 + f)`` with f at most 1. Third, an impact may be late by a step.
+bounce at each check for overlap. Errors up to PIT's are allowed, and three other errors. First, an integrator may move
+a disc at a constant speed for a whole step. The disc then has a position error of ``dt / 2`` times the change of its
+speed in the step. Second, velocities may be wrong by ``g dt (1 + f)``, the change that gravity g and the coefficient of
+friction f (at most 1) cause in a step. Third, an impact may be a step late.
 """
 
 from __future__ import annotations
@@ -53,12 +53,12 @@ class ContactScore:
 
     Attributes:
         begin_s: Time at which lasting contact begins in the reference, in seconds.
-        end_s: End of the comparison, in seconds: the end of the run, or an instant at which several impacts have no
-            unique result.
+        end_s: End of the comparison, in seconds: the end of the reference, or the first simultaneous impacts that have
+            no unique result.
         compared_states: Number of states that were compared.
         errors: Errors of the run.
         pit: Errors of PIT with the same step size; None for a run without steps.
-        allowed: Largest errors that follow from checking once per step and from an integrator's step.
+        allowed: Largest errors that checking once per step and an integrator's step can cause.
         beyond_m: The position error that remains after subtracting ``dt / 2`` times the change of velocity since the
             first state. The subtracted part is the error of an integrator that moves a disc at one speed for a whole
             step.
@@ -68,8 +68,9 @@ class ContactScore:
         frozen: Whether a disc stands still at the end although it should move.
         quality: Gaps, overlaps and hops of discs that should stay on their walls.
         late: How late the bounces and the sliding of discs end.
-        late_allowed: Largest allowed errors of these end times. A method can't show hops that are shorter than its
-            step, so its bounces may end early by ``dt / (1 - e)``. Compared states may also be several steps apart.
+        late_allowed: Largest allowed errors of the times in `late`. A method can't show hops that are shorter than its
+            step dt, so with restitution e its bounces may end early by ``dt / (1 - e)``. Compared states may also be
+            several steps apart.
         grade: The grade of the contact.
     """
 
@@ -95,7 +96,7 @@ class ContactScore:
 
 
 def score_contact(run: AlignedRun) -> ContactScore | None:
-    """Score a run while discs are in lasting contact; None without such contact, or if states were not stored."""
+    """Score a run while discs are in lasting contact; None without lasting contact, or if states were not stored."""
     reference, observed, scales = run.reference, run.observed, run.scales
     observed_states, begin_s = observed.observed_states, reference.contact_s
     if observed_states is None or reference.modes is None or reference.outcome is not Outcome.COMPLETED:
@@ -105,7 +106,7 @@ def score_contact(run: AlignedRun) -> ContactScore | None:
     until = observed_states.time_s <= end_s
     inside = observed_states.time_s[until] >= begin_s
     struck_s, dt_s = reference.impacts["time_s"][reference.impacts["time_s"] > begin_s], observed.dt_s
-    # Skip states close to an impact, because rounding decides whether they are before it.
+    # Skip states close to an impact. Rounding decides whether they are before or after the impact.
     for time_s in struck_s.tolist():
         inside &= np.abs(observed_states.time_s[until] - time_s - 0.5 * dt_s) > dt_s
     if not inside.any():
@@ -129,10 +130,10 @@ def score_contact(run: AlignedRun) -> ContactScore | None:
         pit, pit_rest_m_s, _, pit_quality, pit_late = measure_states(hopping)
         allowed = _compute_allowed_errors(reference.scene, truth, dt_s, pit, len(struck_s))
         late_allowed = _compute_allowed_lateness(reference, pit_late, observed_states.time_s, dt_s)
-        # In PIT, no disc rests: it hops, and it hops higher on a wall with larger restitution.
+        # In PIT, a disc never rests but hops, and hops higher on a wall with larger restitution.
         fast = float(np.fmax.reduce([slow, pit_rest_m_s, pit_quality.hop_m_s]))
-        # Rounding may explain at most a hundredth of a step's displacement. If a disc never moves, its position is not
-        # rounded at each step.
+        # Rounding may explain position errors of at most a hundredth of the displacement in a step. The position of a
+        # disc that never moves is not rounded at each step.
         step_m = dt_s * _find_greatest_length(truth.velocity_m_s)
         place = min(place, THRESHOLDS.close * step_m if step_m else run.rounding * scales.reach_m)
     moves = rest_m_s > fast or quality.hop_m_s > fast
@@ -163,8 +164,8 @@ def _compute_allowed_lateness(reference: Trace, pit: Ends, looks_s: Array, dt_s:
 
     The allowed errors include PIT's own errors.
 
-    The smallest hop that counts takes `RESTING_STEPS` steps to rise, and as many to fall. In addition, compared states
-    may be several steps apart.
+    The smallest hop that counts takes `RESTING_STEPS` steps to rise, and as many steps to fall. The allowed errors are
+    larger if the compared states are several steps apart.
     """
     materials = reference.scene.arrays.materials
     restitutions = (materials[wall_index(touch.wall)].restitution for touch in find_contact_intervals(reference))
@@ -177,8 +178,8 @@ def _compute_allowed_lateness(reference: Trace, pit: Ends, looks_s: Array, dt_s:
 def _measure_error_beyond_half_step(truth: States, observed: States, dt_s: float) -> float:
     """Return the position error without the error of an integrator that moves discs at one speed for a whole step.
 
-    The integrator may use the speed at the start or at the end of the step. The speed with the smaller remaining error
-    is used.
+    The integrator may use the speed at the start or at the end of the step. The smaller of the two remaining errors is
+    returned.
     """
     half = 0.5 * dt_s * (truth.velocity_m_s - truth.velocity_m_s[0])
     error_m = observed.position_m - truth.position_m
@@ -188,12 +189,11 @@ def _measure_error_beyond_half_step(truth: States, observed: States, dt_s: float
 def _compute_allowed_errors(
     scene: Scene, truth: States, dt_s: float, pit: ContactErrors, impacts: int
 ) -> ContactErrors:
-    """Return the largest errors that follow from checking once per step and from an integrator's step."""
     arrays = scene.arrays
     speed = _find_greatest_length(truth.velocity_m_s)
     fall = math.hypot(*scene.gravity_m_s2) * dt_s
-    # With a coefficient of friction above 1, sliding ends within the step. After that, friction is only as large as
-    # needed to prevent sliding.
+    # With a coefficient of friction above 1, sliding ends within the step. Friction is then only as large as needed to
+    # prevent sliding.
     rubs = fall * min(1.0, max(material.friction for material in arrays.materials))
     rims = (rubs + fall * min(1.0, scene.wall_rolling_resistance)) / float(np.min(arrays.inertia))
     place = (speed + fall) * dt_s * (1 + impacts)
@@ -234,7 +234,6 @@ def _compute_spins_at(trace: Trace, times_s: Array) -> Array:
 
 
 def _find_greatest_length(vectors: Array) -> float:
-    """Return the length of the longest vector in an array of shape ``(k, n, 2)``."""
     return float(np.max(np.hypot(vectors[..., 0], vectors[..., 1])))
 
 

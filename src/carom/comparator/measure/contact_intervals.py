@@ -1,4 +1,4 @@
-"""Intervals in which discs are in contact with walls, and measures of how well a run keeps discs on their walls."""
+"""Time intervals in which discs touch walls, and measures of how well a run keeps the discs on their walls."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ from carom.model.trace import Mode, Trace, wall_index
 
 Array = NDArray[np.float64]
 
-#: Number of final states over which a disc's speed is averaged, because a jittering disc is fast and slow in turn.
+#: Number of final states over which a disc's speed is averaged, because a disc that jitters is fast in one state and
+#: slow in the next.
 LAST = 8
 
 
@@ -32,8 +33,8 @@ class ContactQuality(NamedTuple):
     """Gaps, overlaps and hops of discs that should stay on their walls; NaN if no contact was observed.
 
     Attributes:
-        gap_m: Distance between a disc and its wall, averaged over the final states; negative for an overlap. This is
-            the value of the disc for which it is largest in magnitude.
+        gap_m: Distance between a disc and its wall, averaged over the final states; negative for an overlap. The value
+            is that of the disc with the largest gap or overlap.
         overlap_m: The deepest overlap of a disc and its wall.
         hop_m_s: Root mean square of a disc's speed perpendicular to its wall, over the final states.
         take_offs: Fraction of the states in which a disc moves away from its wall, at more than half of the speed that
@@ -50,10 +51,10 @@ class Ends(NamedTuple):
     """How late the discs of a run stop bouncing and stop sliding, in seconds; negative if early, NaN if unknown.
 
     Attributes:
-        bounces_s: Lateness of the last state in which a disc moves perpendicular to its wall faster than after falling
-            for a few steps.
-        slips_s: Lateness of the last state in which a disc slides faster than the speed that friction changes in a few
-            steps.
+        bounces_s: Lateness of the last state in which a disc moves away from or towards its wall faster than after a
+            fall of `RESTING_STEPS` steps.
+        slips_s: Lateness of the last state in which friction needs more than `RESTING_STEPS` steps to stop a sliding
+            disc.
     """
 
     bounces_s: float
@@ -103,8 +104,8 @@ def measure_contact_quality(reference: Trace, truth: States, observed: States, d
 def measure_late_ends(reference: Trace, truth: States, observed: States, dt_s: float, until_s: float) -> Ends:
     """Measure how late the discs of a run stop bouncing and sliding, from states of both runs at the same instants.
 
-    A disc stops with the last state that is faster than the speed gained in `RESTING_STEPS` steps. So hops and slides
-    that are too small for this step size are ignored in both runs.
+    A disc counts as stopped when it stays slower than the speed gained or lost in `RESTING_STEPS` steps. So hops and
+    slides that are too small for this step size are ignored in both runs.
     """
     arrays, few = reference.scene.arrays, RESTING_STEPS * dt_s
     bounces, slips = [math.nan], [math.nan]

@@ -35,8 +35,8 @@ _NOT_CONSERVED = frozenset(
 #: compared.
 AT_REST = 1e-12
 
-#: Number of impacts and discs from which runs are not measured together. Larger groups would need much memory, and
-#: save no time.
+#: Number of impacts and discs at which a group of runs is full. The runs of a group are measured together. Larger
+#: groups would need much memory, and save no time.
 MOST_JOINED = 1000
 
 
@@ -54,8 +54,8 @@ class ImpactError:
             NaN if that instant is unknown.
         along_normal: Component of the velocity error along the reference's normal, for the body with the larger error,
             divided by the scene's greatest speed.
-        across_normal: Component of the velocity error perpendicular to that normal, for the body with the larger error,
-            divided by the scene's greatest speed.
+        across_normal: Component of the velocity error perpendicular to the reference's normal, for the body with the
+            larger error, divided by the scene's greatest speed.
         velocity: Magnitude of the velocity error, for the body with the larger error, divided by the scene's greatest
             speed.
         spin: Error of the spin times the radius, for the body with the larger error, divided by the scene's greatest
@@ -83,7 +83,7 @@ class ImpactError:
 
     @property
     def time_s(self) -> float:
-        """Error of the effective time if it is known, otherwise of the reported time."""
+        """Error of the effective time; if that time is unknown, error of the reported time."""
         return self.reported_time_s if math.isnan(self.effective_time_s) else self.effective_time_s
 
 
@@ -102,16 +102,15 @@ def _declare_metric(name: str) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Errors:
-    """Largest errors of one trace relative to another, a field per kind of error; NaN (energy: 0) if there is none.
+    """Largest errors of one trace relative to another, by kind. A kind without errors is NaN, but `energy` is then 0.
 
     Each field is explained in `docs/theory/scoring.md`, and appears in all tables and results files. The first eight
-    fields are errors of impacts (see `ImpactError`). Each is the error of largest magnitude, with its sign. Final
-    states are not measured beyond a horizon, or if the two runs end at different times. Spins are not measured if no
-    disc spins.
+    fields are errors of impacts (see `ImpactError`). Each of the first eight fields is the error of largest magnitude,
+    with its sign. Final states are not measured beyond a horizon, or if the two runs end at different times. Spins are
+    not measured if no disc spins.
 
     Attributes:
-        energy: Error of the final kinetic energy, with its sign, divided by the larger of two energies: the energy at
-            the start, and the work of driven bodies in the reference. 0 if both are 0.
+        energy: Error of the final kinetic energy, with its sign, divided by `Scales.energy_j`; 0 if this scale is 0.
         momentum: Magnitude of the error of the movable discs' final momentum, divided by their mass and the scene's
             greatest speed.
         final_position: Largest error of a disc's final position, divided by the largest radius.
@@ -153,7 +152,7 @@ class Measured:
     If a number of the trace is NaN or infinite, its error is infinite.
 
     Attributes:
-        of_impacts: Errors of the matched impacts by name: the fields of `ImpactError` and its `time_s`, shape ``(m,)``.
+        of_impacts: Errors of the matched impacts by name, each of shape ``(m,)``. The names are those of `ImpactError`.
         ends: Errors of each disc's final position (metres), velocity and rim speed (metres per second), shape
             ``(3, n)``; NaN if they are not measured.
     """
@@ -216,7 +215,7 @@ def _build_measured(
 
 
 def _group_small_runs(runs: Iterable[MatchedRun]) -> Iterator[list[MatchedRun]]:
-    """Group runs that are measured together. The run with which a group reaches `MOST_JOINED` is its last one."""
+    """Group runs that are measured together. A group is complete when it reaches `MOST_JOINED`."""
     group, joined = list[MatchedRun](), 0
     for run in runs:
         group.append(run)
@@ -263,7 +262,7 @@ def build_impact_bodies(trace: Trace, rims: Array) -> tuple[tuple[RoughBodies, R
 
 
 def _measure_final_errors(runs: Sequence[MatchedRun], scales: Scales) -> tuple[list[float], list[float], Array]:
-    """Return the errors of energy and momentum of each of k runs, and their `Measured.ends`, shape ``(k, 3, n)``."""
+    """Return the errors of final energy and momentum of k runs, and their `Measured.ends`, shape ``(k, 3, n)``."""
     references, observed = [run.reference for run in runs], [run.observed for run in runs]
     # Final states are comparable only if both runs end at the same time, except for rounding.
     ends_together = np.array(
@@ -311,14 +310,14 @@ def _stack_final_motions(traces: Sequence[Trace]) -> tuple[Array, Array]:
 
 
 def _have_spins(runs: Sequence[MatchedRun]) -> NDArray[np.bool_]:
-    """Return whether both traces of each run have spins."""
     return np.array([run.reference.spins is not None and run.observed.spins is not None for run in runs])
 
 
 def _measure_impact_errors(runs: Sequence[MatchedRun], scales: Scales) -> Array:
     """Return the errors of the matched impacts of all runs: the fields of `ImpactError`, and `time_s` as the last row.
 
-    The runs are measured at once. Most runs have so few impacts that this takes little longer than measuring one run.
+    All runs are measured together. Most runs have so few impacts that measuring all takes little longer than measuring
+    one.
     """
     r, o = _number_matches(runs)
     references, observed = [run.reference for run in runs], [run.observed for run in runs]
@@ -370,15 +369,14 @@ def _join_rim_speeds(traces: Iterable[Trace]) -> Array:
 
 
 def _list_effective_times(trace: Trace) -> Array:
-    """Return the effective time of each impact; NaN if unknown."""
     return np.full(len(trace.impacts), math.nan) if trace.effective_time_s is None else trace.effective_time_s
 
 
 def unknown_velocities(trace: Trace) -> NDArray[np.bool_]:
     """Return whether the velocity of each body after an impact is unknown: shape ``(2, m)``, the first bodies first.
 
-    If a disc has several contacts in one step, the method may only report the state at the end of the step. This is the
-    state after the last contact, so the velocities after the other contacts are unknown.
+    If a disc has several contacts in one step, the method may only report the state after the last contact. The
+    velocities after the other contacts are then unknown.
     """
     found = np.zeros((2, len(trace.impacts)), dtype=np.bool_)
     if trace.effective_time_s is None or trace.state_before is None:

@@ -1,10 +1,10 @@
 """Impacts in which bodies stick although they should slide, or slide although they should stick.
 
-Each impact is checked with the run's own velocities before it, its normal and its normal impulse. So errors of the
-impact's time and of its normal impulse do not matter. The law of friction computes two tangential impulses: one that
-makes the bodies stick, and one that makes them slide. The smaller one is correct (`core/impact_law.h`). If the run's
-tangential impulse is nearer to the larger one, the run took the wrong branch. If both are equal, neither branch is
-wrong.
+Each impact is checked with the run's own numbers: the velocities before the impact, the normal and the normal impulse.
+So errors of the impact's time and of its normal impulse do not matter. The law of friction computes two tangential
+impulses: one that makes the bodies stick, and one that makes them slide. The smaller one is correct
+(`core/impact_law.h`). If the run's tangential impulse is nearer to the larger of both, the run took the wrong branch.
+If both impulses are equal, neither branch is wrong.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from carom.model.trace import Trace, rim_speeds, velocities
 
 
 class WrongBranches(NamedTuple):
-    """Indices of impacts in which bodies stick although they should slide, or slide although they should stick.
+    """Indices of impacts with the wrong kind of friction.
 
     Attributes:
         slid: Impacts in which the bodies slid although friction can hold them.
@@ -33,10 +33,10 @@ class WrongBranches(NamedTuple):
 
 
 def find_wrong_branches(trace: Trace, scales: Scales, rounding: float) -> WrongBranches:
-    """Find the impacts in which bodies stick although they should slide, or slide although they should stick.
+    """Find the impacts in which bodies wrongly stick or slide.
 
     Differences below `rounding` times the scene's greatest speed are ignored. If a disc has several contacts in one
-    step, they are not checked, because their effects can't be separated.
+    step, these contacts are not checked, because their effects can't be separated.
     """
     impacts = trace.impacts
     if not trace.scene.arrays.rubs or not len(impacts):
@@ -51,7 +51,7 @@ def find_wrong_branches(trace: Trace, scales: Scales, rounding: float) -> WrongB
     both = compute_branches(one, two, tangent, np.maximum(pushed, 0.0), contacts)
     holds = np.abs(both.sticking) < np.abs(both.sliding)
     other = np.where(holds, both.sliding, both.sticking)
-    # This limit is an impulse: the limit of a velocity change, divided by the sum of the bodies' inverse masses.
+    # `least_difference` is an impulse: a velocity change, divided by the sum of the bodies' inverse masses.
     least_difference = rounding * scales.rim_m_s / lightness
     wrong = (np.abs(rubbed - other) < np.abs(rubbed - both.law)) & (np.abs(other - both.law) > least_difference)
     known = ~wall if trace.scene.wall_rolling_resistance else np.ones(len(impacts), dtype=np.bool_)

@@ -4,9 +4,9 @@ In a long run, chaos makes the reference's trajectory useless for a comparison. 
 velocities after an impact can be computed exactly from the run's own state before this impact. So each impact of a run
 can be scored separately, however long the run is.
 
-PIT's result from the same state can also be computed: PIT applies the impact at the first step boundary at or after
-contact, along the line of centres at that boundary. So the local error can be split into an error of checking once per
-step and an error of the solver.
+PIT's result from the same state can also be computed. PIT applies the impact at the first step boundary at or after
+contact, along the line of centres at that time. So the local error can be split into an error of checking once per step
+and an error of the solver.
 """
 
 from __future__ import annotations
@@ -42,22 +42,22 @@ class LocalErrors:
     """Local errors of all observed impacts, one entry per impact; NaN if the state before the impact is not known.
 
     Attributes:
-        time_s: Instant at which the paths before and after the impact meet (or the reported time, if that instant is
-            unknown) minus the exact time of the impact, in seconds.
+        time_s: Lateness of each impact in seconds: its effective time (or its reported time, if the effective time is
+            unknown) minus its exact time. At the effective time, the paths before and after the impact meet.
         velocity: Magnitude of the velocity error after the impact, for the body with the larger error, divided by the
             scene's greatest speed.
         restitution: Ratio of the speeds of separation and approach along the exact normal, minus the scene's
             coefficient of restitution.
-        spin: Error of the rim speed (spin times radius) after the impact, for the body with the larger error, divided
-            by the scene's greatest disc or rim speed; all NaN if no disc spins.
+        spin: Error of the rim speed after the impact, for the body with the larger error, divided by the scene's
+            greatest disc or rim speed. NaN if no disc spins.
         energy: Kinetic energy of the two bodies after the impact minus the exact kinetic energy, divided by the energy
             at the start of the scene.
-        sampling_velocity: Velocity error of PIT from the same state with the same step size; NaN if PIT finds no
-            impact, or the run has no steps.
-        solver_velocity: Velocity difference between the run and PIT from the same state, divided by the scene's
+        sampling_velocity: Velocity error of PIT, started from the same state with the same step size; NaN if PIT finds
+            no impact, or the run has no steps.
+        solver_velocity: Velocity difference between the run and PIT started from the same state, divided by the scene's
             greatest speed.
-        sampling_spin: Spin error of PIT from the same state.
-        solver_spin: Spin difference between the run and PIT from the same state.
+        sampling_spin: Spin error of PIT started from the same state.
+        solver_spin: Spin difference between the run and PIT started from the same state.
         spurious: Indices of the run's impacts that do not happen if PIC starts from the run's own state.
     """
 
@@ -97,7 +97,7 @@ _ERRORS = tuple(field.name for field in fields(LocalErrors) if field.name != "sp
 
 
 def find_own_states(trace: Trace) -> NDArray[np.void]:
-    """Return the run's state before each impact, as recorded or computed by free flight after earlier impacts."""
+    """Return the run's state before each impact, either recorded or computed by free flight after earlier impacts."""
     if trace.state_before is not None:
         return trace.state_before
     states = np.zeros(len(trace.impacts), STATE_DTYPE)
@@ -123,10 +123,10 @@ class _Bodies:
         self.bodies, self.contacts = build_impact_bodies(trace, rim_speeds(trace, "before") + belt_speeds)
 
     def compute_after(self, normals: Array) -> tuple[Array, Array]:
-        """Return velocities and rim speeds after the impacts with k different normals each; NaN for a NaN normal.
+        """Return velocities and rim speeds after each impact for k different normals; NaN if the normal is NaN.
 
-        The shapes are ``(k, m, 2)`` of the normals, ``(k, 2, m, 2)`` of the velocities, and ``(k, 2, m)`` of the rim
-        speeds. A normal can have any length.
+        The normals have shape ``(k, m, 2)``, and can have any length. The velocities have shape ``(k, 2, m, 2)``, and
+        the rim speeds have shape ``(k, 2, m)``.
         """
         cases, rows = np.nonzero(~np.isnan(normals).any(axis=-1))
         one, two = (RoughBodies(*(numbers[rows] for numbers in body)) for body in self.bodies)
@@ -139,7 +139,7 @@ class _Bodies:
         return velocity.swapaxes(0, 1), rim.swapaxes(0, 1)
 
     def compute_energies(self, velocity: Array, rim: Array) -> Array:
-        """Return the energies of both bodies for k velocities and rim speeds each, in joules, shape ``(k, m)``."""
+        """Return the kinetic energy of each impact's two bodies for k sets of speeds, in joules, shape ``(k, m)``."""
         numbers = np.array([(body.mass, body.inertia) for body in self.bodies])
         mass, inertia = np.where(np.isinf(numbers), 0.0, numbers).swapaxes(0, 1)
         energies: Array = (0.5 * mass * ((velocity**2).sum(axis=-1) + inertia * rim**2)).sum(axis=1)
@@ -147,7 +147,7 @@ class _Bodies:
 
 
 def measure_local_errors(trace: Trace, scales: Scales) -> LocalErrors:
-    """Compare each impact of a trace with PIC, which starts from the trace's own state before the impact.
+    """Compare each impact of a trace with a PIC run that starts from the trace's own state before the impact.
 
     Only straight paths are measured. In scenes with gravity, damping or a table, all errors are NaN.
     """
@@ -157,7 +157,7 @@ def measure_local_errors(trace: Trace, scales: Scales) -> LocalErrors:
     impacts, state, scene = trace.impacts, find_own_states(trace), trace.scene.arrays
     belt_speeds = _find_belt_speeds(trace)
     start, bodies = state["time_s"], _Bodies(trace, state, belt_speeds)
-    # An impact with non-finite numbers has no local error; a verdict reports it.
+    # An impact with NaN or an infinity has no local error, because a verdict reports such impacts.
     known = np.isfinite(bodies.position).all(axis=(0, 2)) & np.isfinite(start) & find_finite_impacts(trace)
     turns = [i for i, drive in zip(scene.driven_discs, scene.disc_drives, strict=True) if len(drive.legs) > 1]
     for disc in turns:  # a disc with a prescribed motion has no straight path
@@ -204,7 +204,7 @@ def measure_local_errors(trace: Trace, scales: Scales) -> LocalErrors:
 
 
 def _find_belt_speeds(trace: Trace) -> Array:
-    """Return the speed of the surface of a conveyor wall, for both bodies of each impact; 0 for other bodies."""
+    """Return the surface speed of both bodies of each impact; 0 for bodies other than conveyor walls."""
     start, second = trace.scene.arrays, trace.impacts["second"]
     speeds = np.zeros((2, len(second)))
     if start.belts_m_s is not None:
@@ -237,7 +237,7 @@ def _compute_time_to_contact(bodies: _Bodies, rows: NDArray[np.intp]) -> Array:
 
 
 def _find_wall_meetings(trace: Trace, bodies: _Bodies, begun_s: Array, rows: NDArray[np.intp]) -> tuple[Array, Array]:
-    """Return the seconds until discs meet walls on free paths, and the normals there."""
+    """Return the seconds until discs meet walls on free paths, and the normals at the meetings."""
     wait, normal = np.full(len(rows), math.inf), np.zeros((len(rows), 2))
     if not len(rows):
         return wait, normal
@@ -289,7 +289,7 @@ def _find_pit_normals(trace: Trace, bodies: _Bodies, begun_s: Array, wait: Array
     found = np.where(bodies.wall[:, None], normal, math.nan)
     d, u = (states[1] - states[0] for states in (bodies.position, bodies.velocity))
     with np.errstate(divide="ignore", invalid="ignore"):
-        # A contact that equals a step boundary except for rounding is found at that boundary.
+        # Rounding must not delay a contact at a step boundary to the next boundary.
         steps = np.maximum(np.ceil(wait / dt_s * (1.0 - 2.0**-40)), 0.0)
     arrays = trace.scene.arrays
     for k in () if arrays.has_half_planes else np.flatnonzero(bodies.wall & np.isfinite(steps)).tolist():

@@ -39,14 +39,14 @@ class MeasuredRun(AlignedRun):
         changes: Changes of velocity and spin at each impact of the reference, shape ``(2, m)``.
         not_told_apart: Indices of the run's impacts after which a body's velocity is unknown; see `unknown_velocities`.
         sampling: Errors of PIT with the same step size relative to the reference; None without PIT.
-        measured_against_pit: Errors of the run relative to that PIT run; None without PIT.
+        measured_against_pit: Errors of the run relative to PIT with the same step size; None without PIT.
         sampling_cost: Largest errors of PIT over the phases of the step; None without PIT.
         local: Errors of each impact, relative to the exact impact that follows from the run's own state before it.
-        convention: The possible outcome that the run took, if several simultaneous impacts have no unique result;
+        convention: The possible outcome that is nearest to the run's, if simultaneous impacts have no unique result;
             otherwise None.
         consistency: Contradictions between the run's states and its reported impacts; None if a number of the run is
             NaN or infinite.
-        contact: Score of the time in which discs slide, roll or rest; None without such a time, or if states were not
+        contact: Score of the time in which discs slide, roll or rest; None if no disc does, or if states were not
             stored.
         branches: The impacts in which bodies stick although they should slide, or slide although they should stick.
         non_finite: Description of the first number that is NaN or infinite; empty if there is none.
@@ -73,7 +73,7 @@ class MeasuredRun(AlignedRun):
     reports: ReportComparison | None
 
     def are_impacts_rounding(self, measured: Measured) -> bool:
-        """Whether all velocity and spin errors of impacts are at most rounding errors of the speeds before them."""
+        """Whether rounding explains all velocity and spin errors of impacts."""
         own_scales, impacts = self.baseline.find_own_scales(measured.reference), measured.matched
         velocity = measured.of_impacts["velocity"] * self.scales.speed_m_s
         rim = measured.of_impacts["spin"] * self.scales.rim_m_s
@@ -83,7 +83,7 @@ class MeasuredRun(AlignedRun):
         return bool(is_rounding.all())
 
     def compute_end_rounding(self, measured: Measured, *, exactly: bool) -> NDArray[np.float64]:
-        """Return the rounding errors of final positions, velocities and rim speeds, in the rows of `Measured.ends`.
+        """Return the largest rounding errors of final positions, velocities and rim speeds; see `Measured.ends`.
 
         In 32-bit floats, the rounding error of a position grows with each step. If `exactly` is true, this error is
         limited to a hundredth of the displacement in a step, as grade *exact* requires.
@@ -101,7 +101,7 @@ class MeasuredRun(AlignedRun):
 
 
 def measure_run(aligned: AlignedRun) -> MeasuredRun:
-    """Measure the errors of a run relative to the reference, its contradictions, and the errors of each step."""
+    """Measure a run's errors relative to the reference, contradictions within the run, and the errors of each step."""
     reference, observed, pit, scales = aligned.reference, aligned.observed, aligned.pit, aligned.scales
     matched, sampled, against_pit, cost = MatchedRun(reference, observed, aligned.alignment), None, None, None
     if pit is None or aligned.pit_alignment is None or aligned.against_pit is None:
@@ -112,7 +112,7 @@ def measure_run(aligned: AlignedRun) -> MeasuredRun:
         measured, against_pit = measure_errors([matched, MatchedRun(pit, observed, aligned.against_pit)], scales)
         cost = measure_sampling_cost(aligned, pit, sampled, measured)
     non_finite, truth, until_s, possible = find_non_finite(observed), aligned.truth, aligned.compared.until_s, observed
-    if reference.outcome is Outcome.CRUSHED:  # a crushed disc has no state afterwards
+    if reference.outcome is Outcome.CRUSHED:  # a disc has no state after it is crushed
         reported_s = observed.impacts["time_s"]
         turned_s = reported_s if observed.effective_time_s is None else observed.effective_time_s
         turned_s = np.where(reported_s > reference.end_time_s, math.nan, turned_s)

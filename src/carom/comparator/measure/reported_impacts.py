@@ -15,8 +15,8 @@ from carom.model.step_windows import LocalTruth
 from carom.model.trace import Trace, body_name
 from carom.support.formatting import format_instant
 
-#: Engines report a contact up to two steps before or after the velocities change, mostly at a step boundary. The half
-#: step makes this limit insensitive to rounding.
+#: Largest time between a reported contact and the change of velocities, in steps. Engines report a contact up to two
+#: steps before or after the change, mostly at a step boundary. Half a step is added, so that rounding does not matter.
 _AWAY_STEPS = 2.5
 
 #: Numbers of two bodies, the lower number first.
@@ -28,10 +28,10 @@ class ReportComparison(NamedTuple):
 
     Attributes:
         unshown: Number of reported impacts without a matching change of velocity in the states.
-        unreported: Number of impacts that the states show, but the run does not report. Only windows of steps with a
-            single impact are counted.
-        first_unshown: Time and bodies of the first impact that is reported but not shown; empty if there is none.
-        first_unreported: Time and bodies of the first impact that is shown but not reported; empty if there is none.
+        unreported: Number of impacts that the states show, but the run does not report. Only windows (successive steps
+            in which bodies collide or overlap) with a single impact are counted.
+        first_unshown: Time and bodies of the first impact that only the reports contain; empty if there is none.
+        first_unreported: Time and bodies of the first impact that only the states show; empty if there is none.
     """
 
     unshown: int
@@ -48,10 +48,10 @@ class ReportComparison(NamedTuple):
 def compare_reports_with_states(trace: Trace, truth: LocalTruth, until_s: float = math.inf) -> ReportComparison:
     """Compare the impacts that a trace reports up to a time with the impacts that its states show.
 
-    A window consists of a few steps in which bodies collide or overlap. A reported impact matches a window of the same
-    bodies if it is at most `_AWAY_STEPS` steps away. A window with a single impact can explain one report. It requires
-    this report, unless the impact is missed or the window continues after the end. A window with several impacts can
-    explain any number of reports and requires none. The same holds for steps in which the pair rests.
+    A reported impact matches a window of the same bodies if the impact is at most `_AWAY_STEPS` steps away. A window
+    with a single impact can explain one reported impact. If the impact is not missed and the window ends in time, the
+    window also requires this report. Windows with several impacts, and steps in which the pair rests, can explain any
+    number of reported impacts and require none.
     """
     windows = truth.windows[truth.meetings["window"]]
     has_one_pair = ~windows["entangled"] & (windows["due"] > 0)
@@ -87,7 +87,7 @@ def compare_reports_with_states(trace: Trace, truth: LocalTruth, until_s: float 
 
 
 def _is_within(time_s: float, spans: Sequence[tuple[float, float]], away_s: float) -> bool:
-    """Whether a time is in one of the spans (sorted and disjoint), or at most `away_s` away from one."""
+    """Whether a time is in one of the spans (sorted and disjoint), or at most `away_s` away from a span."""
     after = bisect_right(spans, time_s + away_s, key=lambda span: span[0])
     return after > 0 and time_s <= spans[after - 1][1] + away_s
 

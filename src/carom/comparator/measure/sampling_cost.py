@@ -31,7 +31,7 @@ from carom.solvers.pit.solve import solve_pit
 Array = NDArray[np.float64]
 
 #: Number of cached results, one per scene and step size. This number suffices for all scenes of the catalogue at three
-#: step sizes each. Results at the phases of a single run are rarely reused and have a smaller cache.
+#: step sizes each. Results at phases that were chosen for a single run are rarely reused, so their cache is smaller.
 KEPT = 1024
 OWN_KEPT = 256
 
@@ -46,11 +46,13 @@ class SamplingCost:
 
     Attributes:
         dt_s: The step size, in seconds.
-        errors: The errors. The error of a missed impact is the whole change that the impact causes. For several phases,
-            this is the largest error up to each impact, because errors propagate from impact to impact.
+        errors: Errors of velocity and spin. The error of a missed impact is the whole change that the impact causes.
+            For several phases, each value is the largest error up to this impact, because errors propagate from impact
+            to impact.
         found: The largest errors over those phases at which PIT finds the impact and all earlier ones; 0 if there is no
             such phase.
-        found_off_s: The largest error of the impact's time over those phases, in seconds, shape ``(m,)``.
+        found_off_s: The largest error of the impact's time over the same phases as in `found`, in seconds, shape
+            ``(m,)``.
         energy: Error of the final kinetic energy, divided by the scene's energy. For several phases, this
             error and the final errors below are the largest over phase 0 and all phases at which PIT has no missed or
             spurious impact.
@@ -58,7 +60,8 @@ class SamplingCost:
         final_velocity: Largest error of a final velocity, divided by the scene's greatest speed; 0 if not measured.
         final_spin: Largest error of a final spin times its radius, divided by the scene's greatest disc or rim speed; 0
             if not measured.
-        late_s: Largest error of a time at any of the phases, in seconds; infinite if an impact is missed or spurious.
+        late_s: Largest error of an impact's time at any of the phases, in seconds; infinite if an impact is missed or
+            spurious.
         phases: Number of phases at which PIT was run.
         close_phases: Number of phases at which all of PIT's impacts deserve the grade *close*.
     """
@@ -107,8 +110,8 @@ class SamplingCost:
         ends = [costs[0], *(cost for cost in costs[1:] if math.isfinite(cost.late_s))]
         names = ("energy", "final_position", "final_velocity", "final_spin")
         energy, place, velocity, spin = (max(getattr(cost, name) for cost in ends) for name in names)
-        # PIT's impacts are close if all time errors are at most a small fraction of a step. All other errors must be at
-        # most this fraction of PIT's largest error up to the impact.
+        # Impacts have grade *close* if time errors are at most `part` of a step, and other errors are at most `part` of
+        # PIT's largest error so far.
         part, rounding, dt_s = THRESHOLDS.close, THRESHOLDS.rounding, costs[0].dt_s
         is_close = (late_s <= part * dt_s) & (all_errors <= part * errors + rounding).all(axis=(1, 2))
         close_phases = int(is_close.sum())
@@ -125,7 +128,7 @@ def measure_sampling_cost(aligned: AlignedRun, pit: Trace, measured: Measured, m
         pit: PIT's run.
         measured: The errors of PIT's run at phase 0, at which the scene is not shifted.
         measured_run: The errors of the run that is compared with PIT. If these errors are larger than PIT's errors at
-            evenly spread phases, PIT also runs at the phases at which it is as late as the run.
+            evenly spread phases, PIT also runs at the phases at which PIT is as late as the run.
     """
     reference, impacts, cut = aligned.reference, aligned.compared.impacts, not aligned.compared.is_whole_run
 
@@ -155,8 +158,8 @@ def _find_own_phases(measured_run: Measured, cost: SamplingCost, known: float) -
     is_worse = (errors["velocity"] > velocity) | (errors["spin"] > spin) | (late_s > cost.found_off_s[impacts])
     is_late = is_worse & (late_s > 0.0)
     steps = (measured_run.reference.impacts["time_s"][impacts][is_late] + late_s[is_late]) / cost.dt_s
-    # If a step ended exactly at the impact, PIT might find it at once instead of a whole step late. So slightly smaller
-    # phases are returned. Phases that differ by rounding only are merged.
+    # If a step ended exactly at the impact, PIT might find the impact at once instead of a whole step late. So slightly
+    # smaller phases are returned. Phases that differ by rounding only are merged.
     phases = dict.fromkeys(round(just_before % 1.0, 11) for just_before in (steps - 0.1 * known).tolist())
     return tuple(phases)[: THRESHOLDS.phases]
 
@@ -197,7 +200,7 @@ def _measure_costs_at_phases(
 ) -> tuple[SamplingCost, ...]:
     """Return PIT's errors at each given phase, for the first impacts that the shifted scene shares with the scene.
 
-    If `cut` is true, only the impacts up to a horizon are compared, and final states are not compared.
+    If `cut` is true, only impacts up to a horizon are compared, without final states.
     """
     reference = solve_pic(scene, max_impacts=reliable_impacts if cut else None)
     scales = compute_scales(scene, reference)
@@ -213,7 +216,7 @@ def _measure_costs_at_phases(
 def _run_shifted_scenes(
     reference: Trace, shifted_scenes: Iterable[Scene], dt_s: float, reliable_impacts: int, cut: bool
 ) -> Iterator[MatchedRun]:
-    """Run each shifted scene with PIT, and match its impacts with those of PIC that `reference` has, too."""
+    """Run each shifted scene with PIT and PIC. Match PIT's impacts with those of PIC that `reference` also has."""
     for shifted_scene in shifted_scenes:
         try:
             truth = solve_pic(shifted_scene, max_impacts=reliable_impacts + 1)

@@ -1,10 +1,10 @@
-"""Simultaneous impacts that share a disc: all possible outcomes, and the outcome that a trace took.
+"""Simultaneous impacts that share a disc: all possible outcomes, and the outcome that is nearest to a trace's.
 
-If a disc collides with several bodies at one instant, the law of impact of two bodies has no unique result. Such an
-instant is called *shared*. The pairs may collide one after the other until no pair approaches. Each order of these
-impacts leads to an *admissible* outcome. All impulses may also act at once. Then each pair with an impulse separates at
-e times its approach speed, and each other pair separates at least as fast (D. Baraff, Analytical methods for dynamic
-simulation of non-penetrating rigid bodies, SIGGRAPH 1989).
+If a disc collides with several bodies at one instant, the law of impact of two bodies has no unique result. The pairs
+may collide one after the other until no pair approaches. Each order of these impacts leads to an *admissible* outcome.
+All impulses may also act at once. With restitution e, each pair with an impulse then separates at e times its approach
+speed, and the other pairs separate at least as fast (D. Baraff, Analytical methods for dynamic simulation of
+non-penetrating rigid bodies, SIGGRAPH 1989).
 """
 
 from __future__ import annotations
@@ -32,13 +32,14 @@ SAME = 1e-12
 #: Largest number of intermediate states in the search for outcomes. Thousands of outcomes would not help a reader.
 MOST_STATES = 4096
 
-#: Largest number of impacts in the description of an outcome. Some sequences of impacts are infinite.
+#: Largest number of impacts in the description of an outcome, because some sequences of impacts are infinite.
 MOST_LISTED = 12
 
-#: Largest number of contacts for which each subset is tried as the set of contacts with an impulse.
+#: Largest number of contacts for which the outcome of simultaneous impulses is searched. The search tries every subset
+#: of the contacts.
 MOST_AT_ONCE = 8
 
-#: Velocity and rim speed, ``(x, y, R w)``, one row per disc.
+#: Velocity and rim speed, ``(vx, vy, R w)`` with radius R and spin w, one row per disc.
 Motions = NDArray[np.float64]
 
 
@@ -94,9 +95,9 @@ class ConventionMatch(NamedTuple):
         group: The simultaneous impacts.
         outcomes: The admissible outcomes; empty if there are too many to list.
         nearest: Index of the outcome that is nearest to the trace's result; None if none is listed.
-        distance: Largest difference from that outcome: of a velocity divided by the scene's greatest speed, or of a rim
-            speed divided by the scene's greatest disc or rim speed.
-        matches: Whether this distance is explained by rounding, or is at most that of PIT with the same step size.
+        distance: Largest difference from the nearest outcome. Differences of velocities are divided by the scene's
+            greatest speed, and differences of rim speeds by its greatest disc or rim speed.
+        matches: Whether `distance` is within rounding, or at most PIT's distance with the same step size.
     """
 
     group: Group
@@ -134,7 +135,7 @@ def find_first_group(reference: Trace) -> Group | None:
     group_contacts = tuple(c for c in contacts if c.first in discs and (c.second < 0 or c.second in discs))
     rim = scene.arrays.surface_speed_m_s.copy()
     bodies = np.stack([impacts["first"], impacts["second"]], axis=1)[:begin].ravel()
-    rim[bodies[bodies >= 0]] = rim_speeds(reference, "after").T[:begin].ravel()[bodies >= 0]  # last one counts
+    rim[bodies[bodies >= 0]] = rim_speeds(reference, "after").T[:begin].ravel()[bodies >= 0]  # the last impact counts
     ended = [(flights[disc], rim[disc]) for disc in sorted(discs)]
     motion = [
         (*flight.velocity_at(time_s), r * flight.damping.compute_kept_fraction(time_s - flight.begin_s))
@@ -149,12 +150,12 @@ def find_admissible_outcomes(scene: Scene, group: Group, speed_m_s: float) -> tu
     Args:
         scene: The scene.
         group: The simultaneous impacts.
-        speed_m_s: The scene's greatest speed, to which rounding errors are relative.
+        speed_m_s: The scene's greatest speed. Rounding errors are proportional to this speed.
     """
     row = {disc: k for k, disc in enumerate(group.discs)}
     tolerance = SAME * speed_m_s
-    # The tolerance is far above rounding errors, and far below any difference that matters. If two bodies approach more
-    # slowly than this, they count as resting on each other.
+    # `cell` is far above rounding errors, and far below any difference that matters. Two bodies that approach more
+    # slowly than `cell` count as resting on each other.
     cell = 1e3 * tolerance
     found: list[AdmissibleOutcome] = []
     known_states: set[bytes] = set()
@@ -181,7 +182,7 @@ def find_admissible_outcomes(scene: Scene, group: Group, speed_m_s: float) -> tu
 
 
 def match_outcome(reference: Trace, observed: Trace, sampling: Trace | None, scales: Scales) -> ConventionMatch | None:
-    """Find the outcome that a trace took at the first simultaneous impacts that share a disc, if there are any."""
+    """Find the outcome nearest to a trace's at the first simultaneous impacts; None if no impacts are simultaneous."""
     group = find_first_group(reference)
     if group is None:
         return None
@@ -207,7 +208,7 @@ def _find_nearest_outcome(
 
 
 def _find_motions_after(trace: Trace, group: Group) -> Motions:
-    """Return the motions of the group's discs after their impacts at this instant and in the next steps."""
+    """Return the motions of the group's discs after their impacts at, or a few steps from, the group's instant."""
     motion = group.motion_m_s.copy()
     row = {disc: k for k, disc in enumerate(group.discs)}
     slack = LATEST_STAMP_STEPS * trace.dt_s + SAME * trace.scene.duration_s
@@ -294,10 +295,10 @@ def _apply_impact(scene: Scene, contact: TouchingBodies, motion: Motions, row: d
 
 
 def _solve_at_once(scene: Scene, group: Group, row: dict[int, int], tolerance: float) -> Motions | None:
-    """Compute impulses that act at once, by trying each set of contacts with an impulse; None if there is no result.
+    """Return the discs' motions if all impulses act at once, by trying every subset of contacts with an impulse.
 
-    There is no result for more than `MOST_AT_ONCE` contacts. There is also none with friction, because a result would
-    not be unique (Baraff 1989).
+    The result is None if no subset fits, or if there are more than `MOST_AT_ONCE` contacts. With friction, the result
+    is also None, because it would not be unique (Baraff 1989).
     """
     if scene.arrays.rubs:
         return None
@@ -312,7 +313,7 @@ def _solve_at_once(scene: Scene, group: Group, row: dict[int, int], tolerance: f
             jacobian[k, 2 * row[second] : 2 * row[second] + 2] = normal
     matrix = (jacobian * inverse_mass) @ jacobian.T
     closing = np.array([_compute_closing_speed(c, group.motion_m_s, row) for c in contacts])
-    # After the impact, the closing speed is -e times the closing speed before it. A contact that did not close before
+    # After the impact, the closing speed is -e times the closing speed before it. A contact that was not closing before
     # must not close afterwards.
     seconds = np.array([second for _, second, *_ in contacts], dtype=np.int64)
     restitution = scene.arrays.restitution_of(seconds)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from carom.comparator.grades import Grade
 from carom.comparator.scales import Scales, compute_median
-from carom.comparator.stepwise.compare_window import PASSED
+from carom.comparator.stepwise.compare_window import LARGEST_UNCHANGED
 from carom.comparator.thresholds import THRESHOLDS
 from carom.model.step_windows import LocalTruth
 from carom.model.trace import pair_name
@@ -21,29 +21,28 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class LocalScore:
-    """Score of the steps of a run, each compared with PIC from the run's own state at the step's start.
+    """Score of the steps of a run. Each step is compared with PIC, started from the run's own state before the step.
 
     A window is a group of successive steps in which bodies collide or overlap. Lateness, velocity, ratio and
     restitution are only measured in windows with one impact, because several impacts at once have no unique result.
 
     Attributes:
         until_s: Time of the last state, in seconds.
-        windows: Number of windows in which PIC has an impact if it starts from the run's own state. Such an impact is
-            *due*.
+        windows: Number of windows with a *due* impact: an impact of PIC, started from the run's own state.
         due: Number of due impacts.
         missed: Number of pairs of bodies that passed through each other.
-        missed_by_pit: Number of these pairs that PIT also misses from the same state.
+        missed_by_pit: Number of the missed pairs that PIT also misses from the same state.
         missed_within: Number of the missed pairs before the horizon.
         first_missed: Description of the first missed pair; empty if there is none.
         first_missed_s: Time of the first missed pair, in seconds; NaN if there is none.
-        invented: Number of steps, summed over all discs, in which a velocity or rim speed changed by more than 1 % of
-            the disc's speed, although the disc's path reached no other body within two steps.
-        first_invented: Description of the first of these steps; empty if there is none.
-        early: Number of windows in which a path turned earlier than in PIC.
+        invented: Number of steps, summed over all discs, in which a disc's motion changed without a cause. A change
+            counts if it exceeds 1 % of the disc's speed, although the disc's path reaches no body within two steps.
+        first_invented: Description of the first step that `invented` counts; empty if there is none.
+        early: Number of windows in which the impact is earlier than in PIC.
         ahead: Number of velocity changes that come more than two steps before their impact. The cause is an engine that
             pushes bodies apart before they touch (contact margin).
         entangled: Number of windows with several impacts or several pairs of bodies.
-        late_steps: Median and largest lateness, in steps; NaN if there is none.
+        late_steps: Median and largest lateness of an impact, in steps; NaN if no impact was compared.
         early_steps: Largest earliness of an impact, in steps; 0 if no impact is early.
         too_late: Number of windows whose impact is later than a check once per step can explain.
         velocity: Median and largest velocity error after the impact, divided by the greatest speed of the window's own
@@ -51,10 +50,10 @@ class LocalScore:
         spin: Largest error of a rim speed, divided by the greatest speed or rim speed of the window's own bodies; 0 if
             no disc spins.
         ratio: Median and largest quotient of the velocity or spin error and PIT's largest error from the same state.
-            PIT runs at several phases of the step, and at the phase at which it is as late as the run. Infinite if the
+            PIT runs at several phases of the step, and at the phase at which PIT is as late as the run. Infinite if the
             run has an error and PIT has none.
         worse_than_pit: Number of windows in which the run's error is larger than PIT's.
-        judged: Number of windows of one impact that were compared.
+        judged: Number of compared windows with a single impact.
         restitution: Median and largest absolute error of the coefficient of restitution; NaN if there is none.
         energy: Energy that the run gains or loses in addition to PIT's gains and losses from the same states, divided
             by the scene's energy.
@@ -62,16 +61,16 @@ class LocalScore:
             Changes that are counted in `invented` are excluded.
         drifts: Number of steps, summed over all discs, in which the change of a disc's position did not follow from the
             disc's velocity.
-        drift: The largest of these deviations of a position, divided by the largest radius.
+        drift: Largest change of a disc's position that did not follow from its velocity, divided by the largest radius.
         resting_steps: Number of steps, summed over all discs, in which a disc rested on another body.
-        sunk_radii: The largest depth to which a resting body sank into another, divided by the distance of two centres
-            (or of a centre and a wall) in contact.
-        sinks: Whether a body sank into another body by more than it would if it fell from rest in each step.
+        sunk_radii: The largest depth to which a resting disc sank into another body, divided by the distance of their
+            centres in contact (for a wall, of centre and wall).
+        sinks: Whether a disc sank deeper into another body than it would by falling from rest in each step.
         polygon: Whether falling discs move along polygons instead of parabolas.
         agrees: Whether all windows agree with PIC except for rounding.
         agrees_alone: Whether all windows with one impact agree with PIC except for rounding, and `slipped`, `drift` and
             `sunk_radii` are at most rounding.
-        float_bits: Width of the floats that the method declares.
+        float_bits: Width of the method's floats: 32 or 64 bits.
         first_invented_s: Time of the first step that `invented` counts, in seconds; None if there is none.
     """
 
@@ -114,7 +113,7 @@ class LocalScore:
     def missed_own(self) -> int:
         """Number of missed impacts that can't be explained by checking once per step.
 
-        Beyond the horizon, a missed impact counts only if PIT finds it.
+        Beyond the horizon, a missed impact counts only if PIT finds this impact.
         """
         return max(self.missed_within, self.missed - self.missed_by_pit)
 
@@ -133,7 +132,7 @@ class LocalScore:
 
     @property
     def grade(self) -> Grade:
-        """Grade from these numbers: EXACT, CLOSE, SAMPLED, INACCURATE or WRONG."""
+        """Grade of the steps: EXACT, CLOSE, SAMPLED, INACCURATE or WRONG."""
         if self.missed_own or self.invented:
             return Grade.WRONG
         off_alone = self.drifts or self.slipped > self.rounding or self.sinks
@@ -149,7 +148,7 @@ class LocalScore:
         sampled = self.polygon or self.sunk_radii > self.rounding or self.missed
         if self.agrees and not sampled:
             return Grade.EXACT
-        # Without windows of one impact, the accuracy of the run is unknown.
+        # Without a window of one impact, the errors are unknown, so the grade is at best *sampled*.
         far = self.ratio[1] > THRESHOLDS.close or self.late_steps[1] > THRESHOLDS.close
         near = self.judged > 0 and not far  # both comparisons are false for NaN
         return Grade.CLOSE if near and not sampled else Grade.SAMPLED
@@ -165,8 +164,8 @@ def score_steps(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
     Args:
         truth: The comparison of each step with PIC.
         scales: The length and energy that errors are divided by.
-        float_bits: Width of the floats that the method declares.
-        until_s: The horizon, in seconds. After this time, a missed impact is no fault if PIT also misses it.
+        float_bits: Width of the method's floats: 32 or 64 bits.
+        until_s: The horizon, in seconds. After the horizon, a missed impact is no fault if PIT also misses this impact.
     """
     rounding = 10.0 * THRESHOLDS.rounding_of(float_bits)
     rows = truth.windows
@@ -187,8 +186,8 @@ def score_steps(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
     first_missed = "".join(f"at {format_instant(float(one['begin_s']))} between {pair_name(one)}" for one in missed[:1])
     invented, (first_invented, first_invented_s), slipped = _find_inventions(truth)
     restitution = scored["restitution"][single]
-    # Positions are rounded at the start and at the end of a window. In addition, the rounding error of a velocity grows
-    # into a position error during the window.
+    # Positions are rounded at the start and at the end of a window. The rounding error of a velocity also grows into a
+    # position error during the window.
     lasts_m = rounding * scored["speed"] * (scored["end_s"] - scored["begin_s"])
     is_within = (
         (velocity <= rounding) & (spin <= rounding) & (scored["place_m"] <= 10.0 * scored["place_known_m"] + lasts_m)
@@ -234,8 +233,7 @@ def score_steps(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
     )
 
 
-#: Rounding error of the lateness, in steps, by whether floats have 64 bits. For grade *close*, the lateness must be at
-#: most a hundredth of a step.
+#: Rounding error of the lateness, in steps. The key is True for 64-bit floats, and False for 32-bit floats.
 _LATE_KNOWN = {True: 1e-8, False: 0.01}
 
 
@@ -264,21 +262,21 @@ def _drop_continuations(meetings: NDArray[np.void]) -> NDArray[np.void]:
 
 
 def _find_inventions(truth: LocalTruth) -> tuple[int, tuple[str, float | None], float]:
-    """Count the steps in which a disc turns without a cause.
+    """Find the steps in which the motion of a disc changes without a cause.
 
-    Return their number, the first one, and the largest turn that is too small to count.
+    Return the number of these steps, the first one, and the largest change that is too small to count.
     """
     turned, slips = truth.windows[truth.windows["turned"]], truth.slips
     changes = [np.maximum(turned["velocity"], turned["spin"]), np.maximum(slips["velocity"], slips["rim"])]
     speeds = [turned["rim"], slips["speed"]]
     in_windows, alone = (size / np.where(speed > 0.0, speed, 1.0) for size, speed in zip(changes, speeds, strict=True))
-    is_invented = in_windows > PASSED
+    is_invented = in_windows > LARGEST_UNCHANGED
     found = [(float(time_s), "") for time_s in turned["begin_s"][is_invented]]
     if truth.invented:
         found.append((truth.first_invented_s, f", of disc {truth.first_inventor}"))
     first_s, disc = min(found, default=(math.nan, ""))
     first = (f"at {format_instant(first_s)}{disc}", first_s) if found else ("", None)
-    slipped = max(float(np.max(sizes[sizes <= PASSED], initial=0.0)) for sizes in (in_windows, alone))
+    slipped = max(float(np.max(sizes[sizes <= LARGEST_UNCHANGED], initial=0.0)) for sizes in (in_windows, alone))
     return truth.invented + int(is_invented.sum()), first, slipped
 
 

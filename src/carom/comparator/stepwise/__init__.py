@@ -1,13 +1,13 @@
 """Stepwise accuracy: every few steps of a run are compared with PIC, which starts from the run's own state.
 
-A *window* is a sequence of steps in which some bodies meet, overlap or push. Outside of windows a body flies freely or
-rests. Only the run's states are compared, not the contacts that it reports. PIC starts from the run's own state at each
-window's start, so chaos does not limit the compared time. `docs/theory/scoring.md` defines the measures. The modules,
-in the order of the calculation:
+A *window* is a sequence of steps in which some bodies meet, overlap or push each other. Outside of windows a body flies
+freely or rests. Only the run's states are compared, not its reported contacts. PIC starts from the run's own state at
+each window's start, so even chaotic runs can be compared to their end. `docs/theory/scoring.md` defines the measures.
+The modules, in the order of the calculation:
 
 1. `active_pairs` finds the active pairs of each step.
 2. `step_chains` joins the active pairs of successive steps to windows.
-3. `compare_window` compares each `window` with PIC and PIT; `window_runs` runs these two.
-4. `step_watch` repeats this for each block of steps.
+3. `compare_window` compares each `window` with PIC and PIT, which `window_runs` runs.
+4. `step_watch` repeats the first three calculations for each block of steps.
 5. `measure.stepwise_score` computes error measures and a grade.
 """

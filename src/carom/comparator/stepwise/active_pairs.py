@@ -1,4 +1,4 @@
-"""Search for active pairs: the steps in which two bodies meet, push each other or rest on each other."""
+"""Search for the pairs of bodies that meet, push each other or rest on each other in each step."""
 
 from __future__ import annotations
 
@@ -26,22 +26,22 @@ from carom.comparator.stepwise.window_runs import MOST_IMPACTS
 
 Flags = NDArray[np.bool_]
 
-#: Number of impacts at one instant after which the search checks whether further impacts can involve other pairs. This
-#: check takes as long as a few impacts.
+#: Number of impacts at one instant after which the search checks whether all further impacts are too slow to matter.
+#: The check takes as long as a few impacts.
 _AT_ONCE = 64
 
 #: Number of steps whose near pairs are found together. In so few steps, a box around a disc's path is little larger
 #: than the disc.
 _TOGETHER = 16
 
-#: Largest number of distances that are computed together. It is used for scenes with so few pairs that it would take
-#: longer to compute boxes.
+#: Number of distances that are computed together in scenes with few pairs. In such scenes, more steps are searched
+#: together, because computing distances takes less time than computing boxes.
 _DISTANCES = 2**12
 
 
 @dataclass(eq=False)
 class Activity:
-    """Active pairs and resting discs in each step of a block.
+    """Active pairs (bodies that meet or push each other) and resting discs in each step of a block.
 
     Attributes:
         due: For each step, its active pairs and the seconds from the step's start until they meet; NaN for a pair that
@@ -75,7 +75,7 @@ def find_activity(block: Block, rest: RestHistory) -> Activity:
 
 
 def _choose_steps_together(block: Block) -> int:
-    """Return the number of steps that are searched together. It is smaller if each pair is solved separately."""
+    """Return the number of steps that are searched together: fewer steps if each pair is solved separately."""
     bodies = block.bodies
     bends = bodies.slowing.table_m_s2 > 0.0 or any(len(drive.legs) > 1 for drive in bodies.wall_drives)
     if bends or not all(isinstance(wall, tuple) for wall in bodies.walls):
@@ -102,10 +102,7 @@ def _enter_active_pairs(block: Block, relative: NearPairs, resting: Flags, found
 
 
 def _enter_consequences(block: Block, found: Activity, begin: int, end: int, together: Sequence[NearPairs]) -> None:
-    """Add pairs that meet only because of an earlier impact in the same step, for the steps from `begin` to `end`.
-
-    `together` contains the near pairs of these steps.
-    """
+    """Add pairs that meet only because of an earlier impact in the same step, for the steps from `begin` to `end`."""
     due_steps = [
         step for step in range(begin, end) if step in found.due and _has_other_pairs(found.due[step], together)
     ]
@@ -121,14 +118,14 @@ def _enter_consequences(block: Block, found: Activity, begin: int, end: int, tog
 
 
 def _has_other_pairs(active: Mapping[Pair, float], together: Sequence[NearPairs]) -> bool:
-    """Whether any active pair meets, and any near pair is not active."""
+    """Whether an active pair meets, and another near pair is not active."""
     return any(due_s >= 0.0 for due_s in active.values()) and any(
         pair not in active for near_pairs in together for pair in near_pairs.pairs
     )
 
 
 def _enter_consequences_in_step(block: Block, found: Activity, step: int, near: dict[int, list[Pair]]) -> None:
-    """Add the pairs of one step. `near` contains, for each movable disc, its pairs that may meet in the step."""
+    """Do the work of `_enter_consequences` for one step. `near` contains each movable disc's pairs that may meet."""
     bodies, active = block.bodies, found.due[step]
     due = [(due_s, pair) for pair, due_s in active.items() if due_s >= 0.0]
     if _are_all_active(active, due, near):
@@ -191,7 +188,7 @@ def _find_impacts(
     while events and found < MOST_IMPACTS:
         time_s, pair, counts = heappop(events)
         if counts != (impact_counts[pair[0]], impact_counts[pair[1]]):
-            continue  # this meeting is outdated, because one of the bodies has turned since
+            continue  # this meeting is outdated, because another impact has changed the path of one of the bodies
         state = build_state(time_s, pair)
         contact, falls_back = state.measure_separation(pair), bodies.is_pulled(pair[0]) != bodies.is_pulled(pair[1])
         if falls_back and contact.closing <= 0.0:
@@ -213,7 +210,7 @@ def _find_impacts(
 
 
 def _bound_closing_speed(block: Block, latest_states: Mapping[int, tuple[float, body_states.BodyStates]]) -> float:
-    """Return an upper bound on the closing speed of some discs after any impacts. It follows from their energy."""
+    """Return an upper bound, which follows from energy, on the closing speed of some discs after any impacts."""
     bodies, twice, lightest = block.bodies, 0.0, math.inf
     for body, (_, state) in latest_states.items():
         if bodies.is_movable(body):

@@ -1,7 +1,7 @@
 """States of a few bodies, which can be advanced from any state of a run.
 
-The solvers accept only scenes without overlaps, but a window can start in a state with overlapping bodies. So this
-module lets bodies that overlap and approach each other collide at once. The core applies the impact law.
+The solvers accept only scenes without overlaps, but a state of a run can have overlapping bodies. So this module lets
+bodies that overlap and approach each other collide at once. The core applies the impact law.
 """
 
 import math
@@ -14,10 +14,10 @@ from libc.math cimport fabs
 from carom.core import primitives
 from carom.core.wall_features import Mover
 
-#: Factor on contact distances, because at the instant of contact, rounding of positions may leave a gap.
+#: Contact distances are multiplied by this factor, because rounding may leave a gap at the instant of contact.
 TOUCH = 1.0 + 2.0**-40
 
-#: Value that means that no feature is given.
+#: Number for "no feature". A feature is an edge, end or corner of a wall.
 NO_FEATURE = -1
 
 cdef double touch = TOUCH
@@ -63,7 +63,7 @@ class Separation(NamedTuple):
 
 @final
 cdef class BodyNumbers:
-    """Numbers of the discs and half-plane walls of a `SceneBodies`."""
+    """Radii, masses and other numbers of the discs and half-plane walls of a `SceneBodies`, for C code."""
 
     cdef Disc *discs
     cdef Plane *planes
@@ -136,7 +136,7 @@ cdef class BodyStates:
         PyMem_Free(self.motions)
 
     cdef int allocate(self, int count) except -1:
-        """Make room for the motions of `count` discs, and keep those of the first ones."""
+        """Resize the array of motions to `count` discs. Existing motions are kept."""
         motions = <Motion*>PyMem_Realloc(self.motions, max(1, count) * sizeof(Motion))
         if motions is NULL:
             raise MemoryError
@@ -177,7 +177,7 @@ cdef class BodyStates:
             self.motions[count + k] = other.motions[k]
 
     def select_discs(self, bodies):
-        """Return the state of the given bodies, without walls."""
+        """Return the state of those given bodies that are discs."""
         cdef BodyStates other = BodyStates(self.bodies, self.time_s)
         for body in bodies:
             if body < self.numbers.n:
@@ -307,7 +307,7 @@ cdef class BodyStates:
         return dx * dx + dy * dy <= reach * reach
 
     cpdef apply_impact(self, pair, int feature=-1):
-        """Apply an impact of two bodies at their present positions. `feature` is as in `measure_separation`."""
+        """Apply an impact of two bodies at their present positions. `measure_separation` explains `feature`."""
         if pair[1] >= self.numbers.n:
             self.apply_wall_impact(pair, feature)
         else:

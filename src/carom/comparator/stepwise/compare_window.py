@@ -1,8 +1,8 @@
-"""Comparison of one window of steps with PIC and PIT, which start from the run's own state at the window's start.
+"""Comparison of a window (a few steps of a run) with PIC and PIT, started from the run's state before the window.
 
-A run that is late may not have had all of PIC's impacts at the end of a window. So variants of PIC's run are also
-computed: each omits PIC's last impacts, if these are still ahead in the run's own state. The run is compared with the
-most similar variant.
+If a run is late, some of PIC's impacts may not have happened in the run at the end of a window. So PIC's state is also
+computed without its last impacts, if these impacts are still ahead in the run's own state. The run is compared with the
+most similar of these states.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ from carom.model.step_windows import WindowRow
 
 Array = NDArray[np.float64]
 
-#: Two bodies passed through each other if their relative velocity changed by at most this fraction of the closing
-#: speed. If the change is larger, they had an impact with a velocity error.
-PASSED = 0.01
+#: A relative velocity counts as unchanged if it changed by at most this fraction of the closing speed. If two bodies
+#: meet and it is unchanged, they passed through each other. A larger change is an impact with a velocity error.
+LARGEST_UNCHANGED = 0.01
 
 
 @dataclass(eq=False)
@@ -57,14 +57,14 @@ def compare_window(
     ends: bool,
     speed_before: float = 0.0,
 ) -> Comparison:
-    """Compare a window with PIC and PIT from the run's own state at the window's start.
+    """Compare a window with PIC and PIT, started from the run's own state at the window's start.
 
     Args:
         block: The steps.
         chain: The steps and bodies of the window.
-        activity: The activity of the pairs in the steps.
-        found_by_pit: If the window is the rest of a longer chain that was cut: whether PIT finds each pair's impact
-            from the state at the chain's beginning.
+        activity: The pairs that meet, push or rest in each step.
+        found_by_pit: Whether PIT, started at the beginning of the chain, finds each pair's impact. Only used if the
+            window is the rest of a longer chain.
         ends: Whether the run ends with the block.
         speed_before: Greatest speed of the discs before the window, in metres per second. Only used if the window is
             the rest of a longer chain.
@@ -78,7 +78,7 @@ def compare_window(
         return _compare_nothing_due(window, comparison)
     found = window.find_nearest_difference(window.now, window.truth, window.lasts, window.resting)
     comparison.velocity, comparison.spin, comparison.place_m = found.velocity, found.spin, found.place
-    # Pairs that overlap where a chain was cut should have met in the part before the cut.
+    # Pairs that overlap where a long chain was cut should have met in the part before the cut.
     known = sum(impact.time_s == 0.0 for impact in window.truth[: found.impacts]) if chain.continues else 0
     comparison.due = max(found.impacts, 1) - known if not chain.continues else found.impacts - known
     comparison.entangled = _is_entangled(window, found)
@@ -100,7 +100,7 @@ def compare_window(
     if not comparison.open:
         _measure_lateness(window, comparison, found, agrees=agrees)
         comparison.price_velocity = comparison.price_spin = 0.0
-        if not (agrees or comparison.entangled or comparison.missed):  # otherwise PIT's errors are not needed
+        if not (agrees or comparison.entangled or comparison.missed):  # PIT's errors are only needed in this case
             _measure_sampling_cost(window, comparison, found)
     missed_by_pit = {pair for pair in missed if not found_by_pit.get(pair, True)}
     missed_by_pit |= find_pairs_missed_by_pit(block, chain, [pair for pair in missed if pair not in found_by_pit])
@@ -115,7 +115,7 @@ def compare_window(
 def _compare_nothing_due(window: Window, comparison: Comparison) -> Comparison:
     """Compare a window in which PIC has no impact.
 
-    If a velocity changes, either the change has no cause, or a resting body is held by another one.
+    If a velocity changes, either a resting body is held up by another body, or the change has no cause.
     """
     velocity, spin, place = window.now.measure_difference(window.free)
     bodies, chain = window.bodies, window.chain
@@ -123,8 +123,8 @@ def _compare_nothing_due(window: Window, comparison: Comparison) -> Comparison:
     steps = chain.end - chain.begin + 0.5
     may_rest = velocity <= max(RESTING_STEPS, steps) * bodies.pull * window.block.dt_s and _can_be_held_up(window)
     if chain.continues:
-        # If the window is the rest of a longer contact, velocities already changed before it. So only the energy is
-        # compared.
+        # If the window is the rest of a longer contact, velocities already changed before the window. So only the
+        # energy is compared.
         comparison.entangled, comparison.price_velocity, comparison.price_spin = True, 0.0, 0.0
         comparison.velocity, comparison.spin, comparison.place_m = velocity, spin, place
         conserves_energy = bodies.pull == 0.0 and not bodies.driven and not bodies.slowing.table_m_s2
@@ -138,7 +138,7 @@ def _compare_nothing_due(window: Window, comparison: Comparison) -> Comparison:
 
 
 def _can_be_held_up(window: Window) -> bool:
-    """Whether gravity can press a disc of the window on another body."""
+    """Whether gravity can press a disc of the window against another body."""
     bodies, chain, activity = window.bodies, window.chain, window.activity
     for i, j in chain.pairs:
         falling = [body for body in (i, j) if bodies.is_pulled(body)]
@@ -154,7 +154,7 @@ def _can_be_held_up(window: Window) -> bool:
 def _is_entangled(window: Window, found: Difference) -> bool:
     if len(window.chain.pairs) > 1 or (len(window.truth) > 1 and found.impacts > 1) or window.meets_at_rest:
         return True
-    # Two bodies that overlap at the start were found late, or a third body pushed them together.
+    # If two bodies overlap at the start, their impact was found late, or a third body pushed them together.
     starts = [window.start.measure_separation(pair) for pair in window.chain.pairs]
     return any(contact.gap < -window.touching and contact.closing > window.still for contact in starts)
 
@@ -180,7 +180,7 @@ def _compute_energy_gain(window: Window, found: Difference, *, entangled: bool) 
 
 
 def _is_missed(window: Window, pair: Pair, speed_before: float) -> bool:
-    """Whether two bodies should have met, but moved on as before, so that they passed through each other."""
+    """Whether two bodies that should have met moved on as before, and so passed through each other."""
     block, bodies, activity = window.block, window.bodies, window.activity
     steps = window.chain.pairs[pair]
     own_steps = [step for step in steps if activity.due[step][pair] >= 0.0 and (step, pair) not in activity.follows]
@@ -200,16 +200,16 @@ def _is_missed(window: Window, pair: Pair, speed_before: float) -> bool:
     size = math.hypot(*velocity_before)
     if size <= (RESTING_STEPS + 0.5) * bodies.pull * block.dt_s + window.still:
         return False  # the bodies are so slow that they may rest on each other
-    if before.closing <= PASSED * speed_before:
-        return False  # the rest of an impact from a cut chain counts as a velocity error
+    if before.closing <= LARGEST_UNCHANGED * speed_before:
+        return False  # the slow rest of an impact before the window counts as a velocity error
     closed = before.closing * bodies.slowing.damping.compute_kept_fraction(duration_s)
-    unchanged = math.dist(velocity_before, velocity_after) <= PASSED * max(closed, 1e-3 * size)
+    unchanged = math.dist(velocity_before, velocity_after) <= LARGEST_UNCHANGED * max(closed, 1e-3 * size)
     past = after.gap > window.touching or after.closing <= 0.0
     changed_x, changed_y = velocity_after[0] - velocity_before[0], velocity_after[1] - velocity_before[1]
-    repelled = changed_x * before.normal[0] + changed_y * before.normal[1] > PASSED * closed
+    repelled = changed_x * before.normal[0] + changed_y * before.normal[1] > LARGEST_UNCHANGED * closed
     if not unchanged and not repelled and past and window.chain.end - window.chain.begin <= 2:
         unchanged = _is_idle(window, pair, size)
-    # A wall may still be pushing the disc, so the disc has not yet passed through.
+    # If a wall still pushes the disc, the disc has not yet passed through the wall.
     pushed = bool(block.turned[last, i])
     deep = j >= bodies.n and not pushed and after.gap < -min(bodies.radius[i], 1.5 * before.closing * block.dt_s)
     through = before.normal[0] * after.normal[0] + before.normal[1] * after.normal[1] < 0.0
@@ -227,11 +227,13 @@ def _is_idle(window: Window, pair: Pair, size: float) -> bool:
     if not idle or not meets:
         return False
     end = window.truth[-1].after.compute_later_state(max(window.lasts - window.truth[-1].time_s, 0.0))
-    return any(math.dist(end.motion_of(body)[1], window.free.motion_of(body)[1]) > PASSED * size for body in idle)
+    return any(
+        math.dist(end.motion_of(body)[1], window.free.motion_of(body)[1]) > LARGEST_UNCHANGED * size for body in idle
+    )
 
 
 def _is_due_at_next_frame(window: Window, pair: Pair) -> bool:
-    """Whether two bodies should have met in the run's last step, so that no check follows that could find them."""
+    """Whether two bodies should have met in the run's last step, so that no later check could find their impact."""
     own_steps = [step for step in window.chain.pairs[pair] if window.activity.due[step][pair] >= 0.0]
     return own_steps == [window.chain.end - 1] and _is_closing(window, pair)
 
@@ -244,7 +246,7 @@ def _has_contact_at_end(window: Window) -> bool:
 
 
 def _is_closing(window: Window, pair: Pair) -> bool:
-    """Whether the bodies of a pair overlap at the window's end and are still closing."""
+    """Whether the bodies of a pair overlap at the window's end and still approach each other."""
     contact = window.now.measure_separation(pair)
     return contact.gap <= 0.0 and contact.closing > window.still
 
@@ -254,8 +256,8 @@ def _measure_lateness(window: Window, comparison: Comparison, found: Difference,
     first, bodies, dt_s = window.truth[0], window.bodies, window.block.dt_s
     closing = max(first.contact.closing, 1e-300)
     comparison.late_known = window.touching / closing / dt_s
-    # An engine that moves a disc along straight steps reaches the contact later than on the curved path. It lags by up
-    # to half of the curve's deviation in a step.
+    # An engine may move discs along straight steps instead of curved paths. The position error is then up to `a dt^2 /
+    # 2` for an acceleration a. This error, divided by the closing speed, is the largest delay of the contact.
     bends = bodies.pull + bodies.slowing.compute_deceleration(window.speed)
     comparison.late_allowed = 1.0 + comparison.late_known + 0.5 * bends * dt_s / closing
     if agrees:
@@ -267,7 +269,7 @@ def _measure_lateness(window: Window, comparison: Comparison, found: Difference,
     contact = bodies.contact_of(first.pair)
     velocity_before = compute_relative_velocity(window.free, first.pair)
     velocity_after = compute_relative_velocity(window.now, first.pair)
-    if bodies.slowing.table_m_s2:  # a table does not slow all discs by the same factor, so compare at the turn
+    if bodies.slowing.table_m_s2:  # a table does not slow all discs by the same factor, so compare at the impact
         turned_s = first.time_s + comparison.late_steps * dt_s
         velocity_before = compute_relative_velocity(window.start.compute_later_state(turned_s), first.pair)
         velocity_after = compute_relative_velocity(window.now.compute_later_state(turned_s - window.lasts), first.pair)
@@ -276,7 +278,7 @@ def _measure_lateness(window: Window, comparison: Comparison, found: Difference,
     if contact.friction == 0.0 and size > window.still:
         normal = (change[0] / size, change[1] / size)  # normal of the run's own impact
         closing = velocity_before[0] * normal[0] + velocity_before[1] * normal[1]
-        if closing != 0.0:  # 0 if a disc turned before a moving wall reached it
+        if closing != 0.0:  # 0 if the disc changed its velocity before a moving wall reached it
             separating = velocity_after[0] * normal[0] + velocity_after[1] * normal[1]
             comparison.restitution = -separating / closing - bodies.restitution_of(first.pair)
 
@@ -297,8 +299,8 @@ def _find_turn_time(window: Window, pair: Pair) -> float:
     squared = slope[0] ** 2 + slope[1] ** 2
     if squared == 0.0:
         return math.nan
-    # The paths are nearest at some time before the window's end: their distance at the end, divided by their relative
-    # velocity. With damping, paths are straight lines if time is replaced by undamped time.
+    # The paths are nearest `ago_s` seconds before the window's end: their distance at the end, divided by their
+    # relative velocity. With damping, paths are straight lines in undamped time.
     free_offset, offset_after = compute_offset(window.free), compute_offset(window.now)
     ago_s = ((free_offset[0] - offset_after[0]) * slope[0] + (free_offset[1] - offset_after[1]) * slope[1]) / squared
     return duration_s + window.bodies.slowing.damping.to_damped(-ago_s)
@@ -324,10 +326,7 @@ def _compute_relative_motion(state: body_states.BodyStates, pair: Pair) -> tuple
 
 
 def _measure_sampling_cost(window: Window, comparison: Comparison, found: Difference) -> None:
-    """Measure PIT's largest errors from the same state.
-
-    PIT runs at several phases of the step, and at the phase at which it is as late as the run.
-    """
+    """Measure the largest errors of PIT, started from the run's own state at the window's start."""
     dt_s, truth = window.block.dt_s, window.truth
     need = max(found.impacts, 1)
     looks = [dt_s * phase / THRESHOLDS.phases for phase in range(1, THRESHOLDS.phases + 1)]
@@ -335,8 +334,8 @@ def _measure_sampling_cost(window: Window, comparison: Comparison, found: Differ
         looks.append(truth[0].time_s + comparison.late_steps * dt_s)
     until_s = truth[need - 1].time_s + 2.0 * dt_s
     until_there = [met for met in truth if met.time_s <= until_s]
-    # Like the run's errors, PIT's errors are those at the window's end. Damping multiplies them by a common factor; a
-    # table does not.
+    # Like the run's errors, PIT's errors are those at the window's end. Damping multiplies all errors by a common
+    # factor, but a table does not.
     slowing, measured_s = window.bodies.slowing, until_s
     kept_fraction = slowing.damping.compute_kept_fraction(window.lasts - until_s)
     if slowing.table_m_s2:
@@ -363,13 +362,13 @@ def _measure_sampling_cost(window: Window, comparison: Comparison, found: Differ
 
 
 def find_pairs_missed_by_pit(block: Block, chain: StepChain, pairs: Sequence[Pair]) -> set[Pair]:
-    """Return the pairs that PIT misses if it starts from a window's first state and tests at the end of each step."""
+    """Return the pairs that PIT misses if PIT starts from a window's first state and checks at the end of each step."""
     if not pairs:
         return set()
     dt_s, begin_s = block.dt_s, float(block.states.time_s[chain.begin])
     steps = round(begin_s / dt_s)
-    # If the window starts at a step boundary, PIT checks at once. An engine with shortened steps may start a window
-    # within a step. PIT then first checks at the end of that step.
+    # If the window starts at a step boundary, PIT checks at once. If an engine shortens steps, a window may start
+    # within a regular step. PIT then first checks at the end of this regular step.
     at_boundary = abs(begin_s - steps * dt_s) <= 2.0**-50 * begin_s
     first_s = 0.0 if at_boundary else (math.floor(begin_s / dt_s) + 1.0) * dt_s - begin_s
     seconds = float(block.states.time_s[chain.end]) - begin_s + 2.0 * dt_s

@@ -21,8 +21,8 @@ Array = NDArray[np.float64]
 Bodies = NDArray[np.intp]
 Flags = NDArray[np.bool_]
 
-#: An engine may change velocities this many steps before a meeting (speculative margins), or still push bodies apart
-#: this many steps after it (soft contacts).
+#: Largest number of steps between a meeting and a change of velocities. An engine may change velocities before the
+#: meeting (speculative margins), or still push bodies apart after the meeting (soft contacts).
 MARGIN_STEPS = 2.0
 
 #: A body may rest at a gap of up to this fraction of the contact distance. Engines keep gaps below a hundredth.
@@ -40,8 +40,8 @@ class NearPairs:
         gap: Gap between the bodies at each state, in metres; negative if they overlap.
         closing: Speed at which the bodies approach at each state, in metres per second.
         wait: Seconds from each step's start until the bodies meet; infinity if they do not meet.
-        pulled: Acceleration by which gravity brings the bodies together at each state, in metres per second squared;
-            negative if it parts them, and 0 for two discs that both fall.
+        pulled: Acceleration by which gravity brings the bodies together at each state, in metres per second squared.
+            Negative if gravity separates the bodies, and 0 for two discs that both fall.
         touching: Rounding error of a gap, in metres.
         still: Rounding error of a speed, in metres per second.
     """
@@ -69,9 +69,9 @@ class NearPairs:
         return self.first, np.where(self.second < count, self.second, self.first)
 
     def find_within_reach(self, block: Block) -> Flags:
-        """Return whether the pairs are so near at the start of each step that they may meet in it.
+        """Return, for each step and pair, whether the two bodies are near enough to meet in the step.
 
-        This includes pairs that only meet if a third body strikes one of the two in this step.
+        Pairs that only meet if a third body strikes one of the two in this step are included.
         """
         bodies, steps = block.bodies, slice(self.begin, self.begin + len(self.wait))
         h = block.step_s[steps, None]
@@ -99,7 +99,8 @@ def find_disc_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
         gap = distance - contact
         with np.errstate(divide="ignore", invalid="ignore"):
             closing = np.where(distance > 0.0, -b / distance, 0.0)
-        # Gravity acts only on a movable disc. If this is the second disc, the pull towards the first is opposite to d.
+        # Gravity acts only on a movable disc. If only the second disc is movable, the pull towards the first disc is
+        # opposite to d.
         falls = arrays.movable[first].astype(float) - arrays.movable[second]
         with np.errstate(divide="ignore", invalid="ignore"):
             pulled = np.where(distance > 0.0, falls * (d @ np.array(bodies.gravity)) / distance, 0.0)
@@ -157,7 +158,7 @@ def _find_pairs_with_walls(
             straight = bodies.slowing.damping.to_damped_array(np.where(s < 0.0, g / -s, np.inf))
             root = s * s - 2.0 * pull * g
             high = np.sqrt(np.maximum(root, 0.0))
-            # Take the solution at which the gap closes. Compute it without a difference of nearly equal numbers.
+            # Use the solution at which the gap closes, in a form that avoids subtracting nearly equal numbers.
             bent = np.where(s < 0.0, 2.0 * g / (-s + high), (s + high) / -pull)
             bent = np.where((root < 0.0) | ((pull > 0.0) & (s >= 0.0)), np.inf, bent)
             wait = np.where(pull == 0.0, straight, bent)
@@ -203,7 +204,7 @@ def _find_one_by_one(
 
 
 def _multiply(one: Array, other: Array) -> Array:
-    """Return the scalar products of vectors of two components, which are the last axis."""
+    """Return the scalar products of vectors, whose two components are the last axis."""
     products: Array = one[..., 0] * other[..., 0] + one[..., 1] * other[..., 1]
     return products
 
@@ -229,7 +230,7 @@ def _bound_paths(block: Block, begin: int, end: int, drive: Drive = STANDS) -> t
     low, high = np.minimum.reduce(p), np.maximum.reduce(p)
     longest = float(np.maximum.reduce(block.step_s[begin:end]))
     greatest = np.maximum.reduce(own_speed)
-    # A third body may strike one of the two within the step and pass its speed on.
+    # A third body may strike one of the two bodies within the step and pass its speed on.
     fastest = float(np.maximum.reduce(greatest)) + block.bodies.pull * longest
     most_way = 2.0 * fastest * longest
     own_way = (1.0 + MARGIN_STEPS) * longest * greatest
@@ -239,7 +240,7 @@ def _bound_paths(block: Block, begin: int, end: int, drive: Drive = STANDS) -> t
 
 
 def _meet_on_bent_paths(block: Block, near: NearPairs, columns: Sequence[int]) -> None:
-    """Compute waits of near pairs on curved paths: discs that fall onto immovable bodies, and pairs on a table."""
+    """Compute when near pairs meet on curved paths: discs that fall onto immovable bodies, and pairs on a table."""
     steps = slice(near.begin, near.begin + len(near.wait))
     for column in columns:
         i, j = near.pairs[column]

@@ -17,8 +17,8 @@ from carom.comparator.stepwise.step_block import Block
 Flags = NDArray[np.bool_]
 
 #: Two bodies that gravity presses together count as resting while their speed along the normal is at most the speed
-#: gained by falling for this many steps. One step is enough for engines that correct velocities, and two and a half for
-#: engines that correct positions (Box2D and MuJoCo `default`, 8 starting states each).
+#: gained by falling for this many steps. One step suffices for engines that correct velocities. Engines that correct
+#: positions need two and a half (measured with Box2D and MuJoCo `default`, 8 starting states each).
 RESTING_STEPS = 2.5
 
 
@@ -26,9 +26,9 @@ class _Rested(NamedTuple):
     """State of two bodies that rest on each other.
 
     Attributes:
-        top_m: Gap when the pair began to rest; negative if the bodies overlapped, and 0 if they did not.
+        top_m: Overlap when the pair began to rest, as a negative number; 0 without overlap.
         until_s: End of the last step in which the pair rested.
-        faster_m: Depth of the overlap that falling from rest in each step does not explain.
+        faster_m: Depth of the overlap, minus the depth that falling from rest in each step explains.
     """
 
     top_m: float
@@ -42,9 +42,10 @@ class RestHistory:
 
     Attributes:
         sunk_radii: Largest depth, divided by the contact distance of the pair; 0 if no pair sank.
-        sinks_s: Time at which a pair first sank deeper than falling from rest in each step explains; NaN if no pair
+        sinks_s: Time at which a pair first sank deeper than it would by falling from rest in each step; NaN if no pair
             did.
-        held_s: For each pair, the time intervals in which the pair rests and one of its bodies turns in each step.
+        held_s: For each pair, the time intervals in which the pair rests and the motion of one of its bodies changes in
+            each step.
     """
 
     sunk_radii: float = 0.0
@@ -56,7 +57,7 @@ class RestHistory:
         """Add steps in order of time. Steps that were already added are ignored."""
         times = block.states.time_s
         allowed = 0.5 * block.bodies.pull * block.dt_s**2
-        # Bodies that hop on each other may overlap by the distance of a step at the largest speed that counts as rest.
+        # Bodies that hop on each other may overlap by the distance that the largest resting speed covers in a step.
         hop_m = RESTING_STEPS * 2.0 * allowed
         for row, column in np.argwhere(resting).tolist():
             pair, step = relative.pairs[column], relative.begin + row
@@ -83,7 +84,8 @@ class RestHistory:
 def find_resting_pairs(block: Block, together: Sequence[NearPairs]) -> list[Flags]:
     """Find the steps in which pairs rest. Return an array of shape ``(steps, pairs)`` for each item of `together`.
 
-    A disc rests on a body onto which it falls. Then it also rests on other bodies, such as the second wall of a corner.
+    A disc rests on a body if gravity presses it against this body. A resting disc also rests on other bodies that it
+    touches, such as the second wall of a corner.
     """
     movable, pull = block.scene.arrays.movable, block.bodies.pull
     if not pull:

@@ -23,7 +23,7 @@ Pair = tuple[int, int]
 
 
 class FiniteWall:
-    """A wall that is a chain of edges or a circle. Its features are its edges, ends and corners, or the circle.
+    """A wall that is a chain of edges, or a circle. The features of a chain are its edges, ends and corners.
 
     If a disc meets several features at once, the one with the lowest number counts.
 
@@ -56,13 +56,13 @@ class SceneBodies:
         self.disc_drives = dict(zip(arrays.driven_discs, arrays.disc_drives, strict=True))
         self.belts = arrays.belts_m_s
         self.fastest_wall = max((drive.fastest for drive in self.wall_drives), default=0.0)
-        #: Whether the scene has bodies with a prescribed motion. Such bodies give energy to discs, so a gain of energy
-        #: alone is no fault.
+        #: Whether the scene has bodies with a prescribed motion. Driven bodies give energy to discs, so a gain of
+        #: energy alone is no fault.
         self.driven = arrays.driven
         self.gravity: tuple[float, float] = scene.gravity_m_s2
         self.pull = math.hypot(*scene.gravity_m_s2)
         self.slowing = Slowing.of(scene)
-        # This list is cached, because every step of every window uses it.
+        # The list is stored, because every step of every window uses this list.
         self._moves: list[bool] = [inverse > 0.0 for inverse in self.inverse_mass] + [False] * len(self.walls)
         self._stand = [drive.stands for drive in self.wall_drives]
         self._has_legs = any(len(drive.legs) > 1 for drive in (*self.wall_drives, *self.disc_drives.values()))
@@ -70,8 +70,8 @@ class SceneBodies:
         #: Whether every disc moves along one straight line between impacts, at a constant velocity.
         self.moves_straight = not (self.pull or self.slows or self._has_legs)
         self.pulls = [scene.gravity_m_s2 if self.is_pulled(disc) else (0.0, 0.0) for disc in range(self.n)]
-        #: On a table: greatest speed at the start, in metres per second. Rounding errors of velocities are relative to
-        #: this speed, because a slow disc may once have been as fast.
+        #: Greatest speed at the start, in metres per second; 0 without a table. On a table, rounding errors of
+        #: velocities are proportional to this speed, because a slow disc may once have been this fast.
         self.fast = float(np.hypot(*arrays.velocity_m_s.T).max()) if self.slowing.table_m_s2 else 0.0
         self.rolling_resistance = scene.wall_rolling_resistance
         self.disc_restitution = scene.restitution
@@ -112,10 +112,10 @@ class SceneBodies:
         return self.wall_contacts[pair[1] - self.n] if pair[1] >= self.n else self.disc_contact
 
     def measure_wall_distance(self, wall: int, x: float, y: float, time_s: float) -> tuple[float, float, float]:
-        """Return the distance of a point from wall number `wall`, and the unit normal from the point to the wall.
+        """Return the distance of a point from wall number `wall`, and the unit normal from the wall to the point.
 
-        For a point on the line of a finite wall, the normal is undefined. Then (0, 0) is returned, so that the closing
-        speed is 0, as in PIT. A moving wall is at its position at `time_s`.
+        On the centre line of a finite wall, the normal is undefined. There the normal (0, 0) is returned, so that the
+        closing speed is 0, as in PIT. A moving wall is at its position at `time_s`.
         """
         shape = self.walls[wall]
         x, y = self.to_wall_frame(wall, x, y, time_s)
@@ -138,12 +138,12 @@ class SceneBodies:
     def wall_velocity(self, wall: int, time_s: float) -> tuple[float, float]:
         """Return the velocity of a wall at a time.
 
-        If it changes at this time (or due to rounding slightly later), return the new velocity.
+        If the velocity changes at this time (or slightly later because of rounding), return the new velocity.
         """
         return (0.0, 0.0) if self._stand[wall] else self.wall_drives[wall].velocity_at(time_s * body_states.TOUCH)
 
     def list_later_legs(self, pair: Pair, time_s: float) -> tuple[Course, ...]:
-        """Return the parts of a pair's prescribed motion that begin after `time_s`; none without such a motion."""
+        """Return the parts of a pair's prescribed motion that begin after `time_s`, if there are any."""
         if not self._has_legs:
             return ()
         drives = [self.disc_drives.get(body) for body in pair if body < self.n]

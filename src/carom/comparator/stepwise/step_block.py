@@ -18,14 +18,14 @@ from carom.model.step_windows import States
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-#: Some engines change a disc's velocity before it touches a body, within a contact margin. Box2D `default` has a margin
-#: of 1 cm, a tenth of the radius of the smallest discs of the catalogue. A turn is explained by such a margin if the
-#: disc approaches a body within this fraction of the contact distance, and then separates from it. Otherwise the disc
-#: turned without a cause.
+#: Some engines change a disc's velocity before the disc touches a body: as soon as the gap is below a contact margin.
+#: Box2D `default` has a margin of 1 cm, a tenth of the radius of the smallest discs of the catalogue. A margin explains
+#: a change of velocity if a disc approaches a body before the step, and separates from it afterwards. The gap may be at
+#: most this fraction of the contact distance.
 _AHEAD_GAP = 0.25
 
-#: Relative rounding error of a step's length. The times of both its ends are rounded by up to half a unit in the last
-#: place.
+#: Relative rounding error of a step's length. The times of a step's start and end are rounded by up to half a unit in
+#: the last place.
 _CLOCK = 2.0**-51
 
 
@@ -91,7 +91,7 @@ class Block(NamedTuple):
         moved_by = np.hypot(*np.moveaxis(p[1:] - p[:-1] - displacement - 0.5 * fallen * h[..., None], 2, 0))
         rims = np.zeros(p.shape[:2]) if states.spin_rad_s is None else radius * states.spin_rad_s
         spun_by = np.abs(rims[1:] - rims[:-1] * kept_fraction)
-        # Bodies with a prescribed motion are meant to turn.
+        # Bodies with a prescribed motion change their velocities without impacts.
         driven = list(scene.arrays.driven_discs)
         turned_by[:, driven] = moved_by[:, driven] = 0.0
         own_speed = np.maximum(speed[1:], speed[:-1]) + (np.hypot(*pull.T) + bodies.slowing.table_m_s2) * h
@@ -124,7 +124,7 @@ class Block(NamedTuple):
     def state(self, step: int, discs: tuple[int, ...] | list[int]) -> body_states.BodyStates:
         """Return the state of some discs at the start of a step.
 
-        If `step` is the number of steps, this is the last state.
+        If `step` is the number of steps, the last state is returned.
         """
         states = self.states
         spins = None if states.spin_rad_s is None else states.spin_rad_s[step]
@@ -148,9 +148,9 @@ class Block(NamedTuple):
     def is_possible(self, step: int, pairs: Collection[Pair]) -> bool:
         """Whether every disc fits between all bodies on opposite sides of it at the start of a step.
 
-        Only bodies with a prescribed motion can leave a disc less room than its diameter. From such a state, infinitely
-        many impacts with ever higher speeds would follow at one instant. Two bodies count as opposite if their normals
-        are, within the rounding of positions.
+        Only bodies with a prescribed motion can leave a disc less room than its diameter. In too little room, the disc
+        would have infinitely many impacts, with ever higher speeds, at one instant. Two bodies are on opposite sides if
+        their normals are opposite within the rounding of positions.
 
         Args:
             step: The step.

@@ -14,9 +14,8 @@ from dataclasses import dataclass, field, replace
 
 from carom.comparator.stepwise.scene_bodies import Pair, SceneBodies
 
-#: Largest number of steps of a chain. Further steps begin a new chain. A contact that lasts longer than this can't be
-#: explained by checking once per step. Without this limit, soft contacts in dense groups of discs would form endless
-#: chains.
+#: Largest number of steps of a chain. Further steps begin a new chain. Checking once per step can't explain a contact
+#: that lasts longer. Without this limit, soft contacts in dense groups of discs would form endless chains.
 LONGEST = 8
 
 
@@ -54,24 +53,24 @@ class Chains:
     def __init__(self, bodies: SceneBodies) -> None:
         self._bodies = bodies
         self.open_chains: list[StepChain] = []
-        self._settled: list[StepChain] = []
+        self._complete: list[StepChain] = []
         self._next = 0
 
     @property
-    def settled_to(self) -> int:
-        """The first step of all chains to which later steps may be added."""
+    def complete_until(self) -> int:
+        """Number of steps up to which all chains are complete. Chains that end later may still grow."""
         return max(self._next + 1 - LONGEST, 0)
 
     def skip_to(self, step: int) -> None:
-        """Continue at a later step. No pair is active in the steps before it that were not added."""
+        """Continue at a later step. No pair is active in the skipped steps."""
         self._next = step
 
     def add(self, step: int, active: Iterable[Pair]) -> None:
         """Add the active pairs of the next step."""
         self.skip_to(step + 1)
         pairs = list(active)
-        self._settled += [chain for chain in self.open_chains if chain.end < self.settled_to]
-        self.open_chains = [chain for chain in self.open_chains if chain.end >= self.settled_to]
+        self._complete += [chain for chain in self.open_chains if chain.end < self.complete_until]
+        self.open_chains = [chain for chain in self.open_chains if chain.end >= self.complete_until]
         last = {
             pair: chain
             for chain in self.open_chains
@@ -96,10 +95,10 @@ class Chains:
             for group in groups
         ]
 
-    def take_settled(self, *, ends: bool = False) -> list[StepChain]:
+    def take_complete(self, *, ends: bool = False) -> list[StepChain]:
         """Remove and return the complete chains, sorted by their ends; all chains if `ends` is true."""
-        done = self._settled + [chain for chain in self.open_chains if ends or chain.end <= self.settled_to]
-        self.open_chains, self._settled = [chain for chain in self.open_chains if chain not in done], []
+        done = self._complete + [chain for chain in self.open_chains if ends or chain.end <= self.complete_until]
+        self.open_chains, self._complete = [chain for chain in self.open_chains if chain not in done], []
         return sorted(done, key=lambda chain: (chain.end, chain.begin, chain.discs))
 
     def _build_groups(self, step: int, pairs: list[Pair], last: Mapping[Pair, StepChain]) -> list[_Group]:

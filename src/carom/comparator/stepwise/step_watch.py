@@ -10,7 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.comparator.stepwise.active_pairs import Activity, find_activity
-from carom.comparator.stepwise.compare_window import PASSED, Comparison, compare_window, find_pairs_missed_by_pit
+from carom.comparator.stepwise.compare_window import (
+    LARGEST_UNCHANGED,
+    Comparison,
+    compare_window,
+    find_pairs_missed_by_pit,
+)
 from carom.comparator.stepwise.resting_pairs import RestHistory
 from carom.comparator.stepwise.scene_bodies import Pair, SceneBodies
 from carom.comparator.stepwise.step_block import Block
@@ -23,16 +28,16 @@ from carom.model.trace import wall_body
 
 Array = NDArray[np.float64]
 
-#: Largest rounding error of a number in a step, in units in the last place. It includes the rounding of products, sums
-#: and times, and a shift of the origin.
+#: Largest rounding error of a number in a step, in units in the last place. The value includes the rounding of
+#: products, sums and times, and a shift of the origin.
 ROUNDINGS = 16
 
-#: Relative rounding error that is allowed for velocities. It is larger than the rounding error of one operation,
-#: because an engine may use other units and solve several contacts together. But it is far below any error that matters
-#: for a grade.
+#: Relative rounding error that is allowed for velocities. The limit is larger than the rounding error of one operation,
+#: because an engine may use other units and solve several contacts together. But the limit is far below any error that
+#: matters for a grade.
 ROUNDING_OF_VELOCITIES = 1e-11
 
-#: Largest count of numbers in the states of a block. A block then needs about 40 MB.
+#: Largest count of numbers in the states of a block. The largest block needs about 40 MB.
 _NUMBERS = 2**19
 
 #: Cache of the last comparisons in this process. Profiles of an engine often lead to identical runs, which are then
@@ -50,7 +55,7 @@ def compute_local_truth(scene: Scene, states: States, *, dt_s: float, float_bits
         scene: The scene.
         states: The states at the start of the scene and at the end of every step.
         dt_s: The step size, in seconds.
-        float_bits: Width of the floats that the method declares to compute in.
+        float_bits: Width of the method's floats: 32 or 64 bits.
     """
     watch = StepWatch(scene, dt_s, float_bits)
     watch.add(states.select_rows(slice(1, None)))
@@ -63,15 +68,15 @@ class StepWatch:
     Args:
         scene: The scene, whose start is the first state of the run.
         dt_s: The step size, in seconds.
-        float_bits: Width of the floats that the method declares to compute in.
+        float_bits: Width of the method's floats: 32 or 64 bits.
     """
 
     def __init__(self, scene: Scene, dt_s: float, float_bits: int = 64) -> None:
         self._scene, self._dt_s, self._bodies = scene, dt_s, SceneBodies(scene)
         place_unit = ROUNDINGS * 2.0 ** -MANTISSA_BITS[float_bits]
         unit = max(place_unit, ROUNDING_OF_VELOCITIES)
-        # The last number is the largest difference of velocities that count as equal. It is at most the rounding error
-        # that the score allows, because PIT's errors are not computed for equal velocities.
+        # The last number of `_units` is the largest relative difference of velocities that count as equal. PIT's errors
+        # are not computed for equal velocities, so the score must allow this difference as rounding.
         self._units = (unit, place_unit, 10.0 * min(unit, THRESHOLDS.rounding_of(float_bits)))
         arrays = scene.arrays
         spins = arrays.spins[None] if self._bodies.turns else None
@@ -79,17 +84,19 @@ class StepWatch:
         self._states = [States(np.zeros(1), arrays.position_m[None], arrays.velocity_m_s[None], spins)]
         self._max_states = max(_NUMBERS // (5 * len(scene.discs)), 8 * LONGEST)
         self._chains = Chains(self._bodies)
-        #: Numbers of steps whose states are deleted, whose active pairs are known, and whose free flight is checked.
-        self._gone = self._taken = self._flown = 0
+        #: Number of steps whose states are deleted (`_dropped`), whose active pairs are known (`_searched`), and whose
+        #: free flight is checked (`_checked`).
+        self._dropped = self._searched = self._checked = 0
         self._found_by_pit: dict[Pair, bool] = {}
         self._windows: list[tuple[float | int | bool, ...]] = []
         self._meetings: list[tuple[float | int | bool, ...]] = []
-        #: The largest unexplained change of each disc and kind, with the size by which changes are compared.
+        #: For each disc and kind of change (velocity, spin, position): the size of the largest unexplained change, and
+        #: its row in the result.
         self._slips: dict[tuple[int, int], tuple[float, tuple[float | int, ...]]] = {}
         self._scale = np.full(len(scene.discs), self._bodies.fast)
         self._ahead = 0
         self._turned = self._moved = self._steps = self._resting = self._invented = 0
-        #: Time and disc of the first invention.
+        #: Time and disc of the first change of motion without a cause.
         self._first_invention = (math.nan, -1)
         self._rest = RestHistory()
         self._polygon = False
@@ -114,7 +121,7 @@ class StepWatch:
 
     def finish(self) -> LocalTruth:
         """Return the comparison of all steps; call it after the last state."""
-        if self._gone:
+        if self._dropped:
             return self._finish()
         states = States.joined(self._states)
         arrays = (states.time_s, states.position_m, states.velocity_m_s, states.spin_rad_s)
@@ -162,13 +169,12 @@ class StepWatch:
         with np.errstate(over="ignore", under="ignore"):
             block = Block.of(self._scene, self._bodies, states, self._dt_s, *self._units)
             activity = find_activity(block, self._rest)
-            for step in sorted(step for step in activity.due if step >= self._taken - self._gone):
-                self._chains.add(self._gone + step, activity.due[step])
-            self._taken = self._gone + len(block)
-            self._chains.skip_to(self._taken)
-            finished = [chain.shift_steps(-self._gone) for chain in self._chains.take_settled(ends=ends)]
-            # If a disc is slow after a window because larger speeds cancelled, its velocity still has their rounding
-            # error.
+            for step in sorted(step for step in activity.due if step >= self._searched - self._dropped):
+                self._chains.add(self._dropped + step, activity.due[step])
+            self._searched = self._dropped + len(block)
+            self._chains.skip_to(self._searched)
+            finished = [chain.shift_steps(-self._dropped) for chain in self._chains.take_complete(ends=ends)]
+            # If large speeds cancelled in a window, a slow disc still has the rounding errors of the large speeds.
             scale = np.tile(self._scale, (len(block), 1))
             for chain in finished:
                 before = float(self._scale[list(chain.discs)].max()) if chain.continues else 0.0
@@ -177,22 +183,26 @@ class StepWatch:
                 self._record(block, chain, comparison)
                 for disc in chain.discs:
                     scale[chain.end :, disc] = self._scale[disc] = max(before, comparison.speed)
-            open_chains = [chain.shift_steps(-self._gone) for chain in self._chains.open_chains]
-            flight_steps = slice(self._flown - self._gone, len(block) if ends else self._chains.settled_to - self._gone)
+            open_chains = [chain.shift_steps(-self._dropped) for chain in self._chains.open_chains]
+            flight_steps = slice(
+                self._checked - self._dropped, len(block) if ends else self._chains.complete_until - self._dropped
+            )
             self._check_free_flight(
                 block, activity, [*finished, *open_chains], flight_steps, np.maximum(scale, block.own_speed)
             )
-        self._flown = self._gone + flight_steps.stop
+        self._checked = self._dropped + flight_steps.stop
         done = min([flight_steps.stop, *(chain.begin for chain in open_chains)])
-        self._gone += done
+        self._dropped += done
         self._states = [states.select_rows(slice(done, None))]
 
     def _record_found_by_pit(self, block: Block, chain: StepChain) -> dict[Pair, bool]:
-        """Return whether PIT finds each pair of a chain from the chain's first state.
+        """For the rest of a cut chain, return whether PIT finds each pair from the first state of the whole chain.
 
-        For a cut chain, also store the result.
+        For another chain, return an empty dictionary. If the chain is cut at its end, store the result for the next
+        part.
 
-        PIT always starts at the beginning of the chain. Later the bodies overlap, so PIT would always find them.
+        PIT always starts at the beginning of the whole chain. In later states the bodies overlap, so PIT would always
+        find their impact.
         """
         known = {pair: self._found_by_pit[pair] for pair in chain.pairs if pair in self._found_by_pit}
         if not chain.continues:
@@ -217,14 +227,14 @@ class StepWatch:
     ) -> None:
         """Check the free flight and rest of discs outside of windows.
 
-        Rounding errors of speeds are relative to `scale`.
+        Rounding errors of speeds are proportional to `scale`.
         """
         free = ~activity.resting
         for chain in chains:
             free[max(chain.begin, 0) : chain.end, list(chain.discs)] = False
         free[: flight_steps.start] = free[flight_steps.stop :] = False
         h = block.step_s[:, None]
-        # Gravity and slowing cause accelerations.
+        # Accelerations by gravity and slowing bend paths.
         bends = np.hypot(*block.pull.T) + self._bodies.slowing.compute_deceleration(block.own_speed)
         has_turned = block.turned & free & (np.maximum(block.turned_by, block.spun_by) > block.unit * scale)
         rounding = block.place_rounding
@@ -239,7 +249,7 @@ class StepWatch:
         self._resting += int(activity.resting[flight_steps].sum())
         relative = block.turned_by / np.maximum(block.own_speed, 1e-300)
         spinning = block.spun_by / np.maximum(block.own_speed, 1e-300)
-        for step, disc in np.argwhere(has_turned & (np.maximum(relative, spinning) > PASSED)).tolist():
+        for step, disc in np.argwhere(has_turned & (np.maximum(relative, spinning) > LARGEST_UNCHANGED)).tolist():
             if block.has_early_turn(step, disc):
                 has_turned[step, disc] = False
                 self._ahead += 1

@@ -36,8 +36,8 @@ def compute_later_wait(state: body_states.BodyStates, pair: Pair) -> float:
 def compute_wait_again(state: body_states.BodyStates, pair: Pair) -> float:
     """Return the seconds until two bodies that have just met meet again without a third body.
 
-    This can happen if one of them has a prescribed motion that changes its velocity. It can also happen on a table,
-    which slows each body in its own direction of motion.
+    Two bodies can meet again if a prescribed motion changes the velocity of one of them. On a table they can also meet
+    again, because the table slows each body in its own direction of motion.
     """
     if not state.bodies.slowing.table_m_s2:
         return compute_later_wait(state, pair)
@@ -54,7 +54,7 @@ def _compute_wait_on_table(state: body_states.BodyStates, pair: Pair, last: int,
     (i, j), bodies, moved, passed = pair, state.bodies, state.select_discs(pair), 0.0
     speeds = [math.hypot(*moved.motion_of(disc)[1]) for disc in moved.discs]
     longest_m = sum(speed * speed for speed in speeds) / (2.0 * bodies.slowing.table_m_s2)
-    # If the gap is larger, the two bodies stop before they meet. The factor 0.99 allows for rounding.
+    # If the gap is larger than `longest_m`, the two bodies stop before they meet. The factor 0.99 allows for rounding.
     if 0.99 * state.measure_separation(pair).gap > longest_m:
         return math.inf
     while True:

@@ -1,4 +1,4 @@
-"""A window of a run's steps, with PIC's run from its first state, and differences of the two."""
+"""A window of a run's steps, PIC's run from the window's first state, and the differences between both."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from carom.comparator.stepwise.step_block import Block
 from carom.comparator.stepwise.step_chains import StepChain
 from carom.comparator.stepwise.window_runs import Met, simulate_pic
 
-#: In a window, PIC lets a disc rest if it approaches a body at most as fast as after falling for this fraction of a
+#: In a window, PIC lets a disc rest if the disc approaches a body no faster than after falling for this fraction of a
 #: step.
 _RESTING = 1e-3
 
 
 class Difference(NamedTuple):
-    """Differences between a state of the run and of PIC, with PIC's state and its number of impacts."""
+    """PIC's state after some impacts, the number of these impacts, and the differences from a state of the run."""
 
     velocity: float
     spin: float
@@ -72,7 +72,7 @@ class Window:
 
         PIC's last impacts may only be omitted if they are still ahead in the run's state.
 
-        `known_states` caches PIC's states by number of impacts, for further calls with the same other arguments.
+        `known_states` caches PIC's states by number of impacts, for calls that differ only in `state`.
         """
         best: Difference | None = None
         known_states = {} if known_states is None else known_states
@@ -92,7 +92,7 @@ class Window:
 
     @property
     def meets_at_rest(self) -> bool:
-        """Whether a disc that comes to rest meets another disc. PIC's run ends at the rest, before this impact."""
+        """Whether a disc that comes to rest meets another disc. PIC's run ends before this impact."""
         return self.resting is not None and any(pair != self.resting for pair in self.chain.pairs)
 
     def is_ahead(self, state: body_states.BodyStates, impact: Met) -> bool:

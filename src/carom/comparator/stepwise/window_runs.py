@@ -10,7 +10,7 @@ from carom.comparator.stepwise import body_states
 from carom.comparator.stepwise.scene_bodies import Pair
 from carom.comparator.stepwise.waits import compute_wait, compute_wait_again
 
-#: Largest number of impacts within a window. Bodies that are not elastic may have infinitely many.
+#: Largest number of impacts within a window. Bodies that are not elastic may have infinitely many impacts.
 MOST_IMPACTS = 2000
 
 
@@ -28,9 +28,9 @@ def simulate_pic(
 ) -> tuple[list[Met], Pair | None]:
     """Return PIC's impacts from a state, and the pair that came to rest (or None).
 
-    Two bodies that have just met usually do not meet again before a third body turns one of them. But gravity may bring
-    a disc back to an immovable body, and a disc may meet a curved wall again. A disc that gravity brings back at
-    `resting_speed` (metres per second) or less rests, and this ends the run.
+    Two bodies that have just met usually do not meet again before a third body changes the path of one of them. But
+    gravity may bring a disc back to an immovable body, and a disc may meet a curved wall again. A disc that gravity
+    brings back at `resting_speed` (metres per second) or less rests, and the run ends.
     """
     state, now_s, impacts = start.copy(), 0.0, list[Met]()
     waits = {pair: compute_wait(state, pair) for pair in pairs}

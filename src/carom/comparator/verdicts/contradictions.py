@@ -10,8 +10,8 @@ from carom.comparator.measure.measured_run import MeasuredRun
 from carom.comparator.verdict import Finding, Verdict
 from carom.support.formatting import format_instant, format_number, format_seconds, format_steps
 
-#: If the lever arm of friction differs from the radius by less than this fraction, their quotient would be shown as 1.
-#: So their difference is shown instead.
+#: If friction's lever arm differs from the disc's radius by less than this fraction, their difference is shown, because
+#: their quotient would be shown as 1.
 _NEAR_THE_RIM = 5e-4
 
 

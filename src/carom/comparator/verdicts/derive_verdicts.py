@@ -35,7 +35,7 @@ _OTHER_ENDINGS = {Outcome.GLIDES: ", gliding along a wall", Outcome.CRUSHED: ", 
 def derive_verdicts(run: MeasuredRun, grade_before_tie: Grade | None) -> JudgedRun:
     """Derive all verdicts on a run.
 
-    `grade_before_tie` is the run's grade before the first instant at which several impacts have no unique result.
+    `grade_before_tie` is the run's grade before the first simultaneous impacts that have no unique result.
     """
     judged = JudgedRun.of(
         run,
@@ -45,7 +45,7 @@ def derive_verdicts(run: MeasuredRun, grade_before_tie: Grade | None) -> JudgedR
     )
     found = [Finding(Verdict.NOT_FINITE, run.non_finite)] if run.non_finite else []
     found += _report_convention(judged)
-    # If every step agrees with PIC, the only errors of impacts are those of unknown velocities.
+    # If every step agrees with PIC, only unknown velocities can cause errors of impacts.
     if not judged.has_exact_steps:
         found += _report_ending(judged)
         # After two trajectories diverge, impacts only match by chance.
@@ -124,12 +124,12 @@ def _report_convention(judged: JudgedRun) -> Iterator[Finding]:
     )
     count = len(match.outcomes)
     if match.nearest is None:
-        reason += "; there are too many admissible outcomes to list"
+        reason += "; there are too many possible outcomes to list"
     else:
-        which = f"admissible outcome {match.nearest + 1} of {count} ({match.outcomes[match.nearest].how})"
+        which = f"possible outcome {match.nearest + 1} of {count} ({match.outcomes[match.nearest].how})"
         matched = f"{which}, except for {format_number(match.distance)} of the scene's greatest speed"
         missed = (
-            f"none of the {count} admissible outcomes; the run differs by {format_number(match.distance, 3)} of the "
+            f"none of the {count} possible outcomes; the run differs by {format_number(match.distance, 3)} of the "
             f"scene's greatest speed from {which}"
         )
         reason += f"; matches {matched if match.matches else missed}"
@@ -220,7 +220,6 @@ def _report_velocities(judged: JudgedRun) -> Iterator[Finding]:
 
 
 def _report_unknown_velocities(judged: JudgedRun) -> Iterator[Finding]:
-    """Report velocities that are not known."""
     impacts = judged.observed.impacts
     if unknown := judged.not_told_apart:
         first = _format_first(unknown, impacts)
@@ -264,8 +263,6 @@ def _report_end_state(judged: JudgedRun) -> Iterator[Finding]:
 
 
 def _format_contact(score: ContactScore) -> str:
-    """Describe the errors of a run in contact, as the reason of a verdict."""
-
     def describe(errors: ContactErrors) -> str:
         rim = f" and {format_number(errors.rim_m_s, 3)} m/s at the rim" if errors.rim_m_s else ""
         return f"{format_metres(errors.place_m)}, {format_number(errors.velocity_m_s, 3)} m/s{rim}"

@@ -17,12 +17,12 @@ class JudgedRun(MeasuredRun):
     """Result of the fourth stage of a comparison: a run with its verdicts.
 
     Attributes:
-        grade_before_tie: The run's grade before the first instant at which several impacts have no unique result. None
-            if there is no such instant, or no impact before it.
+        grade_before_tie: The run's grade before the first simultaneous impacts that have no unique result. None if all
+            results are unique, or if the first impact has no unique result.
         drifts: Positions and angular momenta that do not agree with the run's own impacts. Checking once per step may
-            cause such disagreements.
+            cause such differences.
         contradictions: Contradictions between the run's own states, velocities, reported times and normals. Checking
-            once per step can't cause them.
+            once per step can't cause such contradictions.
         findings: All verdicts, each with its reason.
     """
 
@@ -51,8 +51,8 @@ class JudgedRun(MeasuredRun):
             return False
         if self.compared.is_whole_run:
             return bool(np.all(self.measured.ends[:2] <= self.compute_end_rounding(self.measured, exactly=True)[:2]))
-        # If the run is compared only up to a horizon, each disc's last impact is compared instead of its final state,
-        # because errors propagate to it.
+        # If the run is compared only up to a horizon, each disc's last impact is compared instead of its final state.
+        # Earlier errors propagate to the last impact.
         latest: dict[int, float] = {}
         for error in self.measured.errors:
             row = self.reference.impacts[error.reference]
@@ -63,8 +63,8 @@ class JudgedRun(MeasuredRun):
     def has_diverged_before_miss(self) -> bool:
         """Whether the trajectory diverged from the reference's before any step missed or invented an impact.
 
-        This is false if the run's motion is correct and only its reports are wrong, or if simultaneous impacts have no
-        unique result.
+        The result is false if the run's motion is correct and only its reports are wrong, or if simultaneous impacts
+        have no unique result.
         """
         local, reports, diverged_s = self.local_truth, self.reports, self.diverged_s
         if local is None or reports is None or diverged_s is None or self.non_finite or self.convention is not None:

@@ -1,4 +1,4 @@
-"""Verdicts on the single steps of a run, which are compared with PIC from the run's own states; see `stepwise`."""
+"""Verdicts on single steps of a run. Each step is compared with PIC from the run's own state; see `stepwise`."""
 
 from __future__ import annotations
 
@@ -32,7 +32,6 @@ def report_divergence(judged: JudgedRun) -> Iterator[Finding]:
 
 
 def _describe_steps(local: LocalScore) -> str:
-    """Describe the grade of the steps of a run."""
     if local.grade in {Grade.INACCURATE, Grade.WRONG}:
         return f"some steps are {local.grade.value} from the run's own state"
     how = "no worse than PIT's from the same state" if local.grade is Grade.SAMPLED else local.grade.name.lower()
@@ -40,9 +39,9 @@ def _describe_steps(local: LocalScore) -> str:
 
 
 def report_misreports(judged: JudgedRun) -> Iterator[Finding]:
-    """Report impacts of a diverged run that are visible only in its reports, or only in its states.
+    """Report impacts of a diverged run that appear only in its reports, or only in its states.
 
-    In runs that did not diverge, other verdicts report such impacts.
+    If the run did not diverge, other verdicts report such impacts.
     """
     reports = judged.reports
     if reports is None or reports.agree or not judged.has_diverged_before_miss:
@@ -66,7 +65,7 @@ def report_sinking(judged: JudgedRun) -> Iterator[Finding]:
 
 
 def report_polygons(judged: JudgedRun) -> Iterator[Finding]:
-    """Report an integrator that moves discs at constant velocity in each step, although they fall or slow down."""
+    """Report an integrator that moves discs at constant velocity in each step, although the discs fall or slow down."""
     local, dt_s, scene = judged.local_truth, judged.observed.dt_s, judged.reference.scene
     if local is None or not local.polygon:
         return
@@ -104,7 +103,7 @@ def report_bad_steps(judged: JudgedRun, *, has_findings: bool) -> Iterator[Findi
 
 
 def _describe_costs(local: LocalScore) -> Iterator[str]:
-    """Describe the errors of steps that are explained by checking once per step."""
+    """Describe those errors of steps that checking once per step explains."""
     if local.judged:
         yield (
             f"velocities after {local.judged} separate impacts are off by up to {format_number(local.velocity[1], 3)} "

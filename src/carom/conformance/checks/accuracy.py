@@ -2,8 +2,9 @@
 
 PIT runs the same scene with the same step size. All of PIT's errors arise because it checks for overlap only once per
 step. An adapter's errors may be as large as PIT's errors plus the errors that the profile declares in `Accuracy`. The
-profile `located` finds the instant of contact, so only the declared errors and rounding are allowed. If a profile
-declares a contact margin, the errors of `carom.conformance.contact_margin` replace PIT's errors where they are larger.
+profile `located` finds the instant of contact, so only rounding and the declared errors are allowed. If a profile
+declares a contact margin (engines then let bodies collide before they touch), errors may also be as large as
+`carom.conformance.contact_margin` computes.
 """
 
 from __future__ import annotations
@@ -39,17 +40,17 @@ def finds_impacts(subject: Subject, profile: str, name: str) -> None:
         problem, expected = f"{len(missed)} of {len(due)} impacts are missed", _format_impact(due[missed[0]])
         found = f"{len(trace.impacts)} impacts: {', '.join(map(_format_impact, trace.impacts[:4])) or 'none'}"
         suffix = ", ..." if len(trace.impacts) > 4 else ""
-        raise Violation(problem, f"{expected}, as PIT finds at this step", f"{found}{suffix}", run.setup)
+        raise Violation(problem, f"{expected}, which PIT finds with the same step size", f"{found}{suffix}", run.setup)
     if len(score.spurious) > max(len(other.spurious) for other in pit_scores):
         problem, one = f"{len(score.spurious)} impacts are invented", _format_impact(trace.impacts[score.spurious[0]])
         raise Violation(problem, f"{len(due)} impacts", f"an impact of {one}", run.setup)
 
 
 def times_are_right(subject: Subject, profile: str, name: str) -> None:
-    """No impact is earlier than PIT's impact, or later than PIT's by more than the delay that the profile declares.
+    """No impact is earlier than PIT's, or later than PIT's by more than the declared delay.
 
-    If PIT's impact is less than one step late, a delay of one step is allowed instead. If the profile declares a
-    contact margin, an impact may also be as early or late as an impact of bodies that are thicker by the margin.
+    If PIT's impact is less than one step late, an impact may still be one step late. If the profile declares a contact
+    margin, an impact may also be as early or late as the impact of bodies that are thicker by the margin.
     """
     run, described = subject.score(profile, name), subject.adapter.profiles[profile]
     dt_s, promise_s = run.setup.dt_s, described.accuracy.late_steps * run.setup.dt_s
@@ -61,7 +62,7 @@ def times_are_right(subject: Subject, profile: str, name: str) -> None:
     rounding_s = subject.rounding * run.setup.scene.duration_s
     margin = _read_errors(run.margin, "time_s")
     for error in _list_compared_errors(run, "time_s"):
-        # Each impact may add the declared delay to that of the impacts before it.
+        # Each impact may add the declared delay to the delays of earlier impacts.
         shifted_s = margin.get(error.reference, 0.0)
         late_s = max(sampled_s, shifted_s) + promise_s * (error.reference + 1)
         impact, early = run.reference.impacts[error.reference], shifted_s < 0
@@ -79,7 +80,7 @@ def times_are_right(subject: Subject, profile: str, name: str) -> None:
 
 
 class _Allowed(NamedTuple):
-    """Allowed errors of velocities or spins, by their cause, as fractions of the scene's speed."""
+    """Allowed errors of velocities or spins for each cause, as fractions of the scene's speed."""
 
     sampled: float
     promise: float
@@ -140,7 +141,7 @@ def spins_are_right(subject: Subject, profile: str, name: str) -> None:
         known_spins = [spin for spin in (impact.spin_first_after, impact.spin_second_after) if spin is not None]
         got = [] if trace.spins is None else list(trace.spins[error.observed].item()[2:])
         require(
-            error.spin <= max_error,  # the comparison is false for NaN
+            error.spin <= max_error,  # false for NaN
             f"the impact of {_format_impact(run.reference.impacts[error.reference])} leaves wrong spins",
             f"{format_vector(known_spins)} rad/s, rim speeds to {format_number(max_error * speed, 3)} m/s ({why})",
             f"{format_vector(got)} rad/s, rim speeds off by {format_number(error.spin * speed, 3)} m/s",
@@ -158,7 +159,7 @@ def spins_are_right(subject: Subject, profile: str, name: str) -> None:
 def _list_compared_errors(run: CatalogueRun, field: str) -> list[ImpactError]:
     """Return the errors of the impacts that PIT also finds, the largest error first.
 
-    For impacts that PIT misses, there is no error of PIT to compare with.
+    The checks compare these errors with PIT's.
     """
     common = {error.reference for error in run.pit.errors}
     compared = [error for error in run.score.errors if error.reference in common]
@@ -166,7 +167,7 @@ def _list_compared_errors(run: CatalogueRun, field: str) -> list[ImpactError]:
 
 
 def _read_errors(score: Score | None, field: str) -> dict[int, float]:
-    """Return the errors in the field `field`, by the number of the impact, without infinite ones and NaN."""
+    """Return the finite errors in `field`, with the numbers of the impacts as keys."""
     all_errors = {error.reference: getattr(error, field) for error in (score.errors if score else ())}
     return {impact: error for impact, error in all_errors.items() if math.isfinite(error)}
 

@@ -17,8 +17,8 @@ from carom.model.scene import Scene
 from carom.support.formatting import format_number
 from carom.support.limits import LARGEST
 
-#: Largest tested coordinates and speeds for an engine that declares no limit. They are a thousand times those of any
-#: catalogue scene, but 64-bit floats still represent them precisely enough.
+#: Largest tested coordinates and speeds for an engine that declares no limit: a thousand times those of any catalogue
+#: scene. 64-bit floats still represent these numbers precisely enough.
 FAR_M = 1e5
 FAST_M_S = 1e5
 
@@ -26,8 +26,8 @@ FAST_M_S = 1e5
 SMALL_M = 1e-5
 SLOW_M_S = 1e-4
 
-#: Number of phases at which the fast disc is tested. Without continuous detection, an engine misses the impact at most
-#: of these phases.
+#: Number of runs with the fast disc, each shifted in time by another part of a step. Without continuous detection, an
+#: engine misses the impact in most of these runs.
 PHASES = 8
 
 
@@ -132,7 +132,7 @@ def _require_transfer_at(subject: Subject, speed: float) -> None:
 
 
 def fast_as_declared(subject: Subject) -> None:
-    """An impact of two discs is correct at the greatest declared speed, with a step that is shorter accordingly."""
+    """An impact of two discs is correct at the greatest declared speed, with the same distance per step."""
     _require_transfer_at(subject, min(subject.capabilities().max_speed_m_s, FAST_M_S))
 
 
@@ -161,7 +161,7 @@ def moves_as_declared(subject: Subject) -> None:
 def small_as_declared(subject: Subject) -> None:
     """An impact of two discs with the smallest declared radius is correct."""
     radius = subject.capabilities().min_radius_m or SMALL_M
-    # Lengths are scaled by 2 r, and times and speeds by the square root of 2 r, so that accelerations stay the same.
+    # Lengths are multiplied by 2 r, and times and speeds by the square root of 2 r, so accelerations stay the same.
     root = math.sqrt(2 * radius)
     scene = scenes.build_approach(speed_m_s=3.0 * root, gap_m=2.02 * radius, radius_m=radius)
     _require_velocity_transfer(subject, scene, f"radius {radius:g} m", scenes.DT_S * root)
@@ -175,12 +175,12 @@ def large_as_declared(subject: Subject) -> None:
 
 
 def slow_as_declared(subject: Subject) -> None:
-    """An impact is elastic at twice the closing speed up to which the engine declares impacts to be inelastic."""
+    """An impact is elastic at twice the declared speed below which the engine makes impacts inelastic."""
     _require_transfer_at(subject, 2 * subject.capabilities().restitution_threshold_m_s or SLOW_M_S)
 
 
 def detects_continuously(subject: Subject) -> None:
-    """A disc that moves in one step by more than another disc's diameter hits this disc at every tested phase."""
+    """A fast disc never passes through another disc, even if a step is longer than the other disc's diameter."""
     require_declared(subject, "continuous_detection")
     for k in range(PHASES):
         setup = Setup(scenes.build_bullet(k / PHASES), dt_s=1 / 60)
@@ -191,9 +191,9 @@ def detects_continuously(subject: Subject) -> None:
 
 
 def _build_disc_beyond(limit_field: str, disc_field: str, capabilities: Capabilities) -> Scene | None:
-    """Return a disc whose field is twice the greatest or half of the smallest declared value.
+    """Return a scene with a disc beyond a declared limit: twice the greatest or half of the smallest declared value.
 
-    Return None for a value of 0, or above 1e150, whose square overflows.
+    Return None if the value is 0, or so large that its square overflows.
     """
     limit = getattr(capabilities, limit_field)
     value = limit / 2 if limit_field.startswith("min") else 2 * limit
@@ -208,7 +208,7 @@ def _build_fast_scene(capabilities: Capabilities) -> Scene | None:
 
 
 def _build_spinning_scene(field: str, capabilities: Capabilities) -> Scene | None:
-    """Return a disc whose spin exceeds the limit `field`, but not the engine's other limit of spins."""
+    """Return a scene with a disc whose spin exceeds the limit `field`, but no other limit of the engine."""
     limits = {"max_spin_rad_s": capabilities.max_spin_rad_s, "max_turn_rad": capabilities.max_turn_rad / scenes.DT_S}
     spin, other = 2 * limits.pop(field), min(*limits.values(), LARGEST)
     return scenes.build_spinning_disc(spin) if capabilities.spin and spin < other else None
@@ -234,9 +234,9 @@ def _build_bouncing_scene(restitution: float, capabilities: Capabilities) -> Sce
 
 
 def _build_uncombined_scene(capabilities: Capabilities) -> Scene | None:
-    """Return a scene whose wall restitution is impossible with the engine's rule for combining two restitutions.
+    """Return a scene with a wall restitution that the engine can't compute from the two restitutions of the bodies.
 
-    Return None if the rule allows all restitutions.
+    Return None if the engine's rule of combination allows all restitutions.
     """
     low, high = capabilities.restitution
     least, greatest = COMBINE_RULES[capabilities.restitution_combine](pair := (low + high) / 2, high)
@@ -244,8 +244,8 @@ def _build_uncombined_scene(capabilities: Capabilities) -> Scene | None:
     return None if beyond is None or not capabilities.walls else scenes.build_bounce_and_pair(pair, beyond, wall=True)
 
 
-#: For each capability: its field, and a function that returns a scene which needs more than the adapter declares. The
-#: function returns None if no such scene exists. Scenes for capabilities that are True are not used.
+#: For each capability: the name of its field, and a function. The function returns a scene that needs more than the
+#: adapter declares, or None if no scene does. Capabilities that are True are not tested here.
 REFUSALS: dict[str, tuple[str, Callable[[Capabilities], Scene | None]]] = {
     "walls": ("walls", lambda _: scenes.build_walled_box()),
     "segments": ("segments", scenes.build_two_sided_edge),
@@ -296,13 +296,13 @@ REFUSALS: dict[str, tuple[str, Callable[[Capabilities], Scene | None]]] = {
 
 
 def refuses(subject: Subject, refusal: str) -> None:
-    """`prepare` raises an AdapterError for a scene that needs a capability which the adapter does not declare."""
+    """`prepare` raises an AdapterError if a scene needs a capability that the adapter does not declare."""
     field, needing_more = REFUSALS[refusal]
     capabilities, value = subject.capabilities(), getattr(subject.capabilities(), field)
     scene = None if value is True else needing_more(capabilities)
     declared = f"{field} = {value if isinstance(value, bool | tuple | str) else format(value, 'g')}"
     if scene is None:
-        raise NotApplicable(f"{declared} is declared, so there is nothing to refuse")
+        raise NotApplicable(f"{declared} is declared, so no scene must be refused")
     setup, beyond = Setup(scene), f"a scene beyond the declaration ({refusal})"
     expected = f"prepare() to raise an AdapterError, because the adapter declares {declared}"
     answer = subject.try_to_watch(setup)

@@ -13,7 +13,7 @@ from carom.support.formatting import format_number
 
 
 def require_declared(subject: Subject, field: str) -> Capabilities:
-    """Return an adapter's capabilities if the capability `field` is declared.
+    """Return an adapter's capabilities if the adapter declares the capability `field`.
 
     Raises:
         NotApplicable: The adapter declares this capability as False.
@@ -25,7 +25,7 @@ def require_declared(subject: Subject, field: str) -> Capabilities:
 
 
 def require_supported(subject: Subject, scene: Scene, profile: str = "tuned") -> Setup:
-    """Return the setup of a check's scene.
+    """Return the setup of a check: the scene, the profile and the step size.
 
     Raises:
         NotApplicable: The declared capabilities exclude the scene.
@@ -41,7 +41,7 @@ def end_with_velocities(
 ) -> Observation:
     """Run a scene of head-on impacts, check the velocities at the end, and return the final state.
 
-    Head-on impacts have the same result with any step size, so no error of PIT is allowed.
+    Head-on impacts have the same result with any step size, so only rounding and declared errors are allowed.
 
     Raises:
         Violation: An error exceeds the sum of rounding and the error that the profile declares.

@@ -16,12 +16,12 @@ from carom.conformance.violation import NotApplicable, Setup, Violation, require
 from carom.engines.api import Observation
 from carom.support.formatting import format_number
 
-#: Number of worlds in each round of the check for memory leaks; the first ten warm up the engine. The smallest world of
-#: any engine takes 10 kB, so 180 worlds that are not released leak 1.8 MB.
+#: Number of worlds in each round of the check for memory leaks. During the first ten, the engine allocates memory for
+#: reuse. The smallest world of any engine takes 10 kB, so 180 worlds that are not released leak 1.8 MB.
 WORLDS = 190
 LEAK_BYTES = 1_800_000
-#: Number of rounds of the check for memory leaks. A leak grows in every round. Memory that is only cached grows only in
-#: the first rounds: in up to five with engines that run in Node.
+#: Number of rounds of the check for memory leaks. A leak grows in every round. Cached memory grows only in the first
+#: rounds: in up to five rounds with engines that run in Node.
 ROUNDS = 10
 
 
@@ -38,7 +38,7 @@ def repeats_to_the_bit(subject: Subject, profile: str) -> None:
 
 
 def looking_changes_nothing(subject: Subject, profile: str) -> None:
-    """A run that is observed twice after each step equals a run that is observed once."""
+    """A run does not depend on whether it is observed once or twice after each step."""
     require_declared(subject, "deterministic")
     setup = Setup(build_crowd(), profile)
     observed_once, observed_twice = subject.watch_cached(setup).seen, subject.watch(setup, observations=2).seen
@@ -46,7 +46,7 @@ def looking_changes_nothing(subject: Subject, profile: str) -> None:
 
 
 def steps_singly_or_together(subject: Subject, profile: str) -> None:
-    """All steps in one call, as in timed runs, lead to exactly the same state as single steps with observations."""
+    """All steps in one call, as in timed runs, give exactly the same state as single steps with observations."""
     require_declared(subject, "deterministic")
     setup = Setup(build_crowd(), profile)
     watched, at_once = subject.watch_cached(setup).seen[-1], subject.watch(setup, observations=0).seen[-1]
@@ -58,7 +58,7 @@ def steps_singly_or_together(subject: Subject, profile: str) -> None:
 
 
 def cutting_leaves_no_trace(subject: Subject, profile: str) -> None:
-    """A run does not change if a step is taken and undone, or if the touching bodies are queried."""
+    """A run does not change if a step is made and undone, or if the touching bodies are queried."""
     require_declared(subject, "deterministic")
     setup = Setup(build_approach(), profile)
     runs = []
@@ -81,7 +81,7 @@ def keeps_what_it_showed(subject: Subject, profile: str) -> None:
     setup = Setup(build_crowd(), profile)
     altered = subject.watch_cached(setup).altered
     problem, found = "later steps change an observation", f"observation {altered} changed"
-    require(altered is None, problem, "arrays of its own", found, setup)
+    require(altered is None, problem, "arrays that only the observation uses", found, setup)
 
 
 def is_silent_and_tidy(subject: Subject) -> None:
@@ -96,7 +96,7 @@ def is_silent_and_tidy(subject: Subject) -> None:
 
 
 def closes_after_errors(subject: Subject) -> None:
-    """Later runs do not change after a world was closed before its first step, or after a scene was refused."""
+    """A world that was closed before its first step, or a scene that was refused, does not change later runs."""
     setup = Setup(build_crowd())
     clean = subject.watch_cached(setup).seen
     subject.measure_growth(setup, 2, step=False)
@@ -112,7 +112,7 @@ def lets_go_of_worlds(subject: Subject) -> None:
     for _ in range(ROUNDS):
         grown = subject.measure_growth(setup, WORLDS)
         if grown is None:
-            raise NotApplicable("the resident memory of a process is read from /proc, which does not exist here")
+            raise NotApplicable("this system has no /proc, from which the memory of a process is read")
         least_growth = min(least_growth, grown)
         if least_growth < LEAK_BYTES:
             return

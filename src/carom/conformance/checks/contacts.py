@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 def _build_setup(subject: Subject, profile: str) -> Setup:
     capabilities = subject.capabilities(profile)
     low, high = capabilities.restitution
-    # Prefer a restitution well below 1: discs then separate slowly, and still overlap in the next steps.
+    # With a restitution well below 1, discs separate slowly and still overlap in the next steps.
     return Setup(build_mixed_contacts(wall=capabilities.walls, restitution=min(max(low, 0.4), high)), profile)
 
 
@@ -39,7 +39,8 @@ def _watch_steps(subject: Subject, setup: Setup) -> Iterator[tuple[int, Observat
 def contacts_are_well_formed(subject: Subject, profile: str) -> None:
     """Each contact is between a disc and a wall, or a disc and a disc of a higher number.
 
-    Its normal has length 1 and points from the first body to the second. Its impulse is 0 or more.
+    The contact's normal has length 1 and points from the first body to the second. The contact's impulse is not
+    negative.
     """
     setup = _build_setup(subject, profile)
     discs, walls = len(setup.scene.discs), len(setup.scene.walls)
@@ -62,7 +63,7 @@ def contacts_are_well_formed(subject: Subject, profile: str) -> None:
 
 
 def contacts_are_stamped(subject: Subject, profile: str) -> None:
-    """A contact's time is within the step that reports the contact, at the start or end if the adapter declares so."""
+    """A contact's time is within the step that reports the contact, and at the start or end if so declared."""
     if subject.capabilities(profile).contact_times is ContactTimes.NONE:
         raise NotApplicable(f"contact times are declared to be {ContactTimes.NONE.value}")
     setup, stamp = _build_setup(subject, profile), subject.capabilities(profile).stamp
@@ -81,7 +82,7 @@ def contacts_are_stamped(subject: Subject, profile: str) -> None:
 
 
 def contacts_account_for_velocities(subject: Subject, profile: str) -> None:
-    """A velocity changes only in a contact, and the reported impulses equal the changes of momentum."""
+    """Velocities change only in contacts, and the reported impulses equal the changes of momentum."""
     setup = _build_setup(subject, profile)
     allowed = subject.rounding * find_greatest_speed(setup.scene)
     for step, before, after in _watch_steps(subject, setup):
@@ -100,13 +101,13 @@ def contacts_account_for_velocities(subject: Subject, profile: str) -> None:
 
 
 def list_acting_contacts(observation: Observation) -> tuple[list[Contact], set[int]]:
-    """Return the contacts of a step whose impulse is not 0, and the bodies of these contacts."""
+    """Return the contacts of a step that have an impulse, and the bodies of these contacts."""
     acting = [contact for contact in observation.contacts if contact.impulse_n_s != 0]
     return acting, {body for contact in acting for body in (contact.first, contact.second)}
 
 
 def require_explained(setup: Setup, change: Array, acting: list[Contact], allowed: float, step: int) -> None:
-    """Check that a step's changes of velocity are those that the reported normal and tangential impulses cause."""
+    """Check that the reported impulses explain all changes of velocity in a step."""
     mass, reported = list_masses(setup.scene), np.zeros_like(change)
     for contact in acting:
         along, across = contact.impulse_n_s or 0.0, contact.tangential_impulse_n_s or 0.0
@@ -123,7 +124,7 @@ def require_explained(setup: Setup, change: Array, acting: list[Contact], allowe
 
 
 def _compute_direction(setup: Setup, before: Observation, contact: Contact) -> tuple[float, float]:
-    """Return the unit vector from a contact's first body to its second body, in the state before the step."""
+    """Return the unit vector from the first to the second body of a contact, before the step."""
     if contact.second < 0:
         x, y = setup.scene.half_planes()[wall_index(contact.second)].normal
         return (-x, -y)

@@ -14,8 +14,8 @@ from carom.engines.api import Observation
 from carom.model.energy import kinetic_energy
 from carom.support.formatting import format_number
 
-#: Largest change of the energy that is ignored, as a fraction. Rounding changes it by 1e-7 in engines with 32-bit
-#: floats.
+#: Largest change of the energy that is ignored, as a fraction. In engines with 32-bit floats, rounding changes the
+#: energy by 1e-7.
 ENERGY = 1e-6
 
 
@@ -26,7 +26,7 @@ def momentum_is_kept(subject: Subject, profile: str) -> None:
     masses = list_masses(setup.scene)
     momenta = [(np.array(masses) @ observation.velocity_m_s).tolist() for observation in observations]
     start = momenta[0]
-    # The suite allows this rounding error for runs of any length. This run is short: nine discs have a few impacts
+    # The suite allows this rounding error for runs of any length. In this short run, nine discs have a few impacts
     # each.
     allowed = subject.rounding * sum(masses) * find_greatest_speed(setup.scene)
     for step, found in enumerate(momenta):
@@ -41,7 +41,7 @@ def energy_is_kept(subject: Subject, profile: str) -> None:
     setup = Setup(build_crowd(), profile)
     observations = subject.watch_cached(setup).seen
     start = kinetic_energy(setup.scene, observations[0].velocity_m_s)
-    # An engine with soft contacts stores energy in them, so energies are compared while there is no contact.
+    # An engine with soft contacts stores energy in contacts, so energies are compared when there is no contact.
     last = next((observation for observation in reversed(observations) if not observation.contacts), observations[-1])
     found = kinetic_energy(setup.scene, last.velocity_m_s)
     allowed = max(ENERGY, subject.adapter.profiles[profile].accuracy.energy)

@@ -14,7 +14,7 @@ from carom.model.trace import Setting
 UNKNOWN = "carom_no_such_setting"
 
 #: Number of times that a value is rounded when it is converted to the engine's units and back. A velocity is rounded
-#: more often, because its unit consists of a length and a time.
+#: more often, because both its length and its time are converted.
 ROUNDINGS = {"position_m": 2, "velocity_m_s": 4}
 
 _FLOATS = {32: np.float32, 64: np.float64}
@@ -41,7 +41,7 @@ def _are_equal(requested: Setting, found: Setting, bits: int) -> bool:
 
 
 def refuses_unknown_setting(subject: Subject) -> None:
-    """For a setting that does not exist, `prepare` raises an AdapterError that contains the setting's name."""
+    """If a setting does not exist, `prepare` raises an AdapterError that contains the setting's name."""
     setup = Setup(build_crowd())
     answer = subject.try_to_watch(setup, {UNKNOWN: 1})
     prefix, expected = "an unknown setting is", f"prepare() to raise an AdapterError naming {UNKNOWN!r}"

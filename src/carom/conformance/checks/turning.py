@@ -17,16 +17,16 @@ from carom.model.scene import Disc, Scene, Wall
 from carom.support.formatting import format_number
 from carom.support.limits import LARGEST
 
-#: Tested coefficients of friction: both ends of the declared range, and a coefficient so small that discs still slide
-#: on each other at the end of an impact.
+#: Tested coefficients of friction: both ends of the declared range, and a small coefficient with which discs slide
+#: during the whole impact.
 FRICTIONS = ("least", "sliding", "greatest")
 
-#: Tested inertia factors, I / (m r^2): the smallest that the adapter declares (0 in this table), those of a sphere and
-#: of a hoop, and infinity for a disc that can't turn.
+#: Tested inertia factors I / (m r^2): those of a sphere and of a hoop, and infinity for a disc that can't turn. The
+#: first value, 0, means the smallest factor that the adapter declares.
 INERTIAS = {"least": 0.0, "sphere": 0.4, "hoop": 1.0, "unturnable": math.inf}
 
-#: Inertia factor and spin that are tested for an engine that declares no limits. They are more extreme than those of
-#: any catalogue scene.
+#: Inertia factor and spin that are tested for an engine that declares no limits: more extreme than in any catalogue
+#: scene.
 SMALL_INERTIA = 1e-6
 FAST_RAD_S = 1e5
 
@@ -71,7 +71,7 @@ def spins_as_declared(subject: Subject) -> None:
 def friction_is_limited(subject: Subject, profile: str) -> None:
     """Friction is at most the coefficient times the normal impulse, and impulses explain all changes of motion.
 
-    Friction may act at any distance from a disc's centre between the radius and the radius minus the bodies' overlap.
+    The distance of friction from a disc's centre may be the radius, or less by at most the overlap of the bodies.
     """
     capabilities = _require_friction(subject, profile)
     friction = _choose_friction(capabilities, "sliding")
@@ -151,7 +151,7 @@ def _compute_motion_after(
     """Return the velocities and spins of two bodies after their impact; see docs/theory/friction.md.
 
     `normal` points from the first body to the second. The speed along the normal is multiplied by the restitution and
-    reversed. Friction stops the slip, if Coulomb's law allows an impulse that is large enough.
+    reversed. Friction stops the slip if Coulomb's law allows a large enough impulse.
     """
     (nx, ny), (tx, ty) = normal, (-normal[1], normal[0])
     fixed_disc = Disc(position_m=(0, 0), radius_m=1, mass_kg=math.inf)
@@ -191,7 +191,7 @@ def _require_cone(setup: Setup, acting: list[Contact], friction: float, allowed:
 def _require_spin_explained(
     setup: Setup, before: Observation, after: Observation, acting: list[Contact], allowed: float, step: int
 ) -> None:
-    """Check that a step's changes of spin are those that the reported tangential impulses cause."""
+    """Check that the reported tangential impulses explain all changes of spin in a step."""
     discs, mass = setup.scene.discs, list_masses(setup.scene)
     explained, arm_short = np.zeros(len(discs)), np.full(len(discs), allowed)
     for contact in acting:

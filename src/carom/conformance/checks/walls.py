@@ -40,7 +40,7 @@ def posts_as_declared(subject: Subject) -> None:
 
 
 def paddles_as_declared(subject: Subject) -> None:
-    """After the impact of a disc and a driven wall, the disc separates from the wall at e times the closing speed."""
+    """A disc separates from a driven wall at e times the closing speed."""
     capabilities = require_declared(subject, "driven_walls")
     for edge in (False, True) if capabilities.segments else (False,):
         scene = scenes.build_paddle(capabilities, edge=edge)
@@ -54,7 +54,7 @@ def mallets_as_declared(subject: Subject) -> None:
 
 
 def legs_as_declared(subject: Subject) -> None:
-    """A wall that starts to move during the run hits a disc with the velocity that the wall has at that time."""
+    """A wall that starts to move during the run hits a disc with the wall's velocity at the time of the impact."""
     scene = scenes.build_starting_paddle(require_declared(subject, "legs"))
     _end_with(subject, scene, [(1 + 4 * scene.wall_restitution, 0.0)], "a wall that starts")
 
@@ -74,7 +74,7 @@ def edge_belts_as_declared(subject: Subject) -> None:
 
 
 def materials_as_declared(subject: Subject) -> None:
-    """Impacts are correct in a scene with two walls of different restitutions, the least and the greatest possible."""
+    """Impacts are correct in a scene with two walls, one with the least and one with the greatest restitution."""
     capabilities = require_declared(subject, "wall_materials")
     low, high = capabilities.restitution
     # Between discs, the restitution of the scene is 1.

@@ -1,12 +1,12 @@
-/* Double-double arithmetic: numbers as exact sums of two floats ("pairs"). Also sums of three floats, error-free sums
-   and products, and instants.
+/* Double-double arithmetic: numbers as exact sums of two floats ("pairs"). The file also has sums of three floats,
+   error-free sums and products, and instants (times as pairs).
 
-   Every operation is rounded correctly, as IEEE 754 requires. Compilers must neither fuse nor reorder operations. The
-   stated error bounds are valid if nothing overflows or underflows.
+   Compilers must neither fuse nor reorder operations. The error bounds in this file are valid if nothing overflows or
+   underflows.
 
-   Sources: T. J. Dekker, "A floating-point technique for extending the available precision", Numer. Math. 18 (1971); D.
-   E. Knuth, TAOCP vol. 2, 4.2.2 (two_sum); T. Ogita, S. M. Rump, S. Oishi, "Accurate sum and dot product", SIAM J. Sci.
-   Comput. 26 (2005) (sums in three parts: SumK with K = 3); J. R. Shewchuk, "Adaptive precision floating-point
+   Sources: T. J. Dekker, "A floating-point technique for extending the available precision", Numer. Math. 18 (1971). D.
+   E. Knuth, TAOCP vol. 2, 4.2.2 (two_sum). T. Ogita, S. M. Rump, S. Oishi, "Accurate sum and dot product", SIAM J. Sci.
+   Comput. 26 (2005) (sums in three parts: SumK with K = 3). J. R. Shewchuk, "Adaptive precision floating-point
    arithmetic", Discrete Comput. Geom. 18 (1997) (exact_sum: grow-expansion with zero elimination). */
 
 #pragma once
@@ -26,11 +26,11 @@ typedef struct TripleDouble {
     double low;
 } TripleDouble;
 
-/* Largest number of terms in an exact sum. The discriminant for two discs (`exact_discriminant` in pair_time.h) has
-   this many. */
+/* Largest number of terms in an exact sum: that of the discriminant for two discs (`exact_discriminant` in
+   pair_time.h). */
 enum { MOST_TERMS = 768 };
 
-/* Compilers turn this function into one machine instruction, while `fmin` would be a call. Neither argument may be
+/* Return the smaller number, in one machine instruction, while `fmin` would be a call. The arguments must not be
    NaN. */
 static inline double lesser(double a, double b) {
     return a < b ? a : b;
@@ -40,7 +40,7 @@ static inline double greater(double a, double b) {
     return a > b ? a : b;
 }
 
-/* Split a number into two parts of at most 26 bits each. The sum of the two parts is exactly the number. */
+/* Split a number into two parts of at most 26 bits each, whose sum is exactly the number. */
 static inline DoubleDouble split_double(double a) {
     double scaled = CAROM_SPLITTER * a;
     double high = scaled - (scaled - a);
@@ -102,7 +102,7 @@ static inline DoubleDouble times_double(DoubleDouble a, double b) {
     return quick_sum(p.high, p.low + a.low * b);
 }
 
-/* Return the product of a pair and a power of two or the negative of a power of two. */
+/* Return the product of a pair and a positive or negative power of two. */
 static inline DoubleDouble times_power_of_two(DoubleDouble a, double power) {
     return (DoubleDouble){a.high * power, a.low * power};
 }
@@ -151,13 +151,13 @@ static inline TripleDouble add_square(TripleDouble total, DoubleDouble p, double
     return add_product(total, p.low, sign * p.low);
 }
 
-/* Round a sum to a pair whose high part is the float nearest to the sum. */
+/* Round a sum to a pair. The high part of the pair is the float nearest to the sum. */
 static inline DoubleDouble round_sum(TripleDouble total) {
     DoubleDouble top = two_sum(total.high, total.middle);
     return two_sum(top.high, top.low + total.low);
 }
 
-/* Write terms whose exact sum is (the sum of `p`) times (the sum of `q`) times `sign`, which is 1 or -1. Return the
+/* Write terms whose exact sum is `sign` times the sum of `p` times the sum of `q`. The sign is 1 or -1. Return the
    number of terms. */
 static inline int write_products(double *terms, const double *p, int p_count, const double *q, int q_count,
                                  double sign) {
@@ -182,8 +182,8 @@ static inline int write_pair_products(double *terms, DoubleDouble p, DoubleDoubl
 }
 
 /* Write parts that have the same exact sum as the terms. The bits of different parts do not overlap, and the smallest
-   part is first. Return the number of parts, which is at most the number of terms. `parts` may be the same array as
-   `terms`. */
+   part is first. Return the number of parts, which is at most the number of terms. The arrays `parts` and `terms` may
+   be the same. */
 static inline int write_parts(double *parts, const double *terms, int count) {
     int size = 0;
     for (int i = 0; i < count; i++) {
@@ -236,9 +236,9 @@ static inline double nearest_length(double x, double y) {
 
 /* ---- instants ---- */
 
-/* An instant is a pair, because a single float would be too coarse to locate a disc after 1e5 bounces. The pair is
-   normalised: its high part is the float nearest to the sum. So instants are compared by their high parts first, then
-   by their low parts. */
+/* An instant is a pair, because a single float would be too coarse to locate a disc after 1e5 bounces. The high part of
+   the pair is the float nearest to the sum. So the high parts of two instants are compared first, and then the low
+   parts. */
 typedef DoubleDouble Instant; /* seconds since the start */
 
 static const Instant NEVER = {CAROM_INF, 0.0};

@@ -1,9 +1,10 @@
-/* Exponential functions and the logarithm of 1 + x. Results are the nearest floats, so they are bit-identical on every
-   machine.
+/* Exponential functions, and the logarithm of 1 + x. Results are rounded to the nearest float, so they are
+   bit-identical on every machine.
 
    Results of different C libraries differ by up to a unit in the last place. This file first approximates a result by a
-   sum of two floats with a relative error of 2^-100, which decides which float is nearest (Ziv's rounding test). For
-   about one in 2^45 arguments, the error leaves two floats possible. Fixed-point numbers of 192 bits then decide.
+   sum of two floats with a relative error of 2^-100. Usually, this error is too small to change which float is nearest
+   (Ziv's rounding test). For about one in 2^45 arguments, two floats remain possible. Fixed-point numbers of 192 bits
+   then decide between them.
 
    Sources: P. T. P. Tang, "Table-driven implementation of the exponential function in IEEE floating-point arithmetic",
    ACM TOMS 15 (1989); A. Ziv, "Fast evaluation of elementary mathematical functions with correctly rounded last bit",
@@ -14,15 +15,14 @@
 #include "carom/core/arithmetic/double_double.h"
 #include "carom/core/arithmetic/wide_integer.h"
 
-/* Lower limit of x in e^x. For smaller x, e^x may have fewer than 53 bits. For x above CAROM_EXP_MOST, e^x exceeds the
-   largest float. */
+/* Lower limit of x in e^x. For smaller x, e^x may have fewer than 53 bits. */
 #define CAROM_EXP_LEAST (-708.0)
-/* Below this x, e^x - 1 rounds to -1: e^x is less than a quarter of the last place of 1. */
+/* Below this x, e^x - 1 rounds to -1, because e^x is less than a quarter of the last place of 1. */
 #define CAROM_EXPM1_LEAST (-40.0)
 
 enum {
     EXP_STEPS = 32,
-    /* added to a step, so that the sum is positive and its integer division by EXP_STEPS rounds down */
+    /* added to a step, which makes the sum positive, so that its integer division by EXP_STEPS rounds down */
     EXP_OFFSET = 2048 * EXP_STEPS
 };
 
@@ -74,8 +74,8 @@ static const double EXP_TERMS[6] = {
     0x1.27e4fb7789f5cp-22, 0x1.ae64567f544e4p-26, 0x1.1eed8eff8d898p-29,
 };
 
-/* An exponential in parts: e^x = 2^exponent (base + growth base). `growth` is e^r - 1 for some |r| <= ln 2 / 64.
-   `is_small` is true if |x| is at most ln 2 / 64; then `exponent` is 0 and `base` is 1. */
+/* An exponential in parts: e^x = 2^exponent (base + growth base), where `growth` is e^r - 1 for some |r| <= ln 2 / 64.
+   `is_small` is true if |x| is at most ln 2 / 64. Then `exponent` is 0 and `base` is 1. */
 typedef struct Exponential {
     DoubleDouble base;
     DoubleDouble growth;
@@ -86,8 +86,8 @@ typedef struct Exponential {
 /* Return e^r - 1 for |r| <= 0.011, with a relative error of 2^-102. */
 static inline DoubleDouble expand_growth(DoubleDouble r) {
     double x = r.high;
-    /* From r^7 / 7! on, terms are below 2^-51 of the sum, so floats are accurate enough for them. Omitted terms are
-       below 2^-110 of the sum. */
+    /* From r^7 / 7! on, terms are below 2^-51 times the sum, so floats are accurate enough for them. Omitted terms are
+       below 2^-110 times the sum. */
     double tail =
         EXP_TERMS[0] +
         x * (EXP_TERMS[1] + x * (EXP_TERMS[2] + x * (EXP_TERMS[3] + x * (EXP_TERMS[4] + x * EXP_TERMS[5]))));
@@ -104,8 +104,8 @@ static inline Exponential expand_exponential(double x) {
     int step = (int)(x * CAROM_STEPS_PER_UNIT + (x < 0.0 ? -0.5 : 0.5));
     DoubleDouble r = {x, 0.0};
     if (step != 0) {
-        /* r is x minus step times ln 2 / 32. The first difference is exact, because x is between half and twice the
-           number that is subtracted from it. The last difference has an error of 2^-113. */
+        /* r is x minus step times ln 2 / 32. The first difference is exact, because the two numbers differ by at most a
+           factor of 2. The last difference has an error of 2^-113. */
         r = two_diff(x - step * CAROM_STEP_HIGH, step * CAROM_STEP_MIDDLE);
         r = two_sum(r.high, r.low - step * CAROM_STEP_LOW);
     }
@@ -119,8 +119,8 @@ static inline DoubleDouble combine_exponential(Exponential e) {
     return pair_sum(e.base, pair_product(e.base, e.growth));
 }
 
-/* Write the float nearest to a number that a pair of floats approximates with an error of at most `error`. Return
-   whether this float is certainly the nearest. */
+/* Write the float nearest to a number, from a pair that approximates the number with an error of at most `error`.
+   Return whether this float is certainly the nearest. */
 static inline bool round_pair(DoubleDouble value, double error, double *nearest) {
     *nearest = value.high + (value.low + error);
     return *nearest == value.high + (value.low - error);
@@ -128,10 +128,10 @@ static inline bool round_pair(DoubleDouble value, double error, double *nearest)
 
 /* ---- arguments that need 192 bits ---- */
 
-/* Return n such that e^x = n 2^(twos - 192) with a relative error of 2^-180, for x from -710 to 710. */
+/* Return n with e^x = n 2^(twos - 192) and a relative error of 2^-180, for x from -710 to 710. */
 static inline WideInteger wide_exponential(double x, int *twos) {
     static const WideInteger LN2 = {{0x7298b62d, 0x40f34326, 0x03f2f6af, 0xc9e3b398, 0xd1cf79ab, 0xb17217f7, 0, 0}};
-    /* the rounded-down quotient of x and ln 2, with an error of at most 1 */
+    /* the quotient of x and ln 2, rounded down, with an error of at most 1 */
     int count = (int)(x / CAROM_LN2) - (x < 0.0);
     WideInteger rest = wide_multiply_small(LN2, (uint32_t)(count < 0 ? -count : count));
     rest = wide_subtract(wide_from_double(x, FRACTION_BITS), count < 0 ? wide_negate(rest) : rest);
@@ -165,13 +165,13 @@ static CAROM_NOINLINE double decide_expm1(double x) {
     if (twos <= FRACTION_BITS) {
         return wide_to_double(wide_subtract(power, wide_power_of_two(FRACTION_BITS - twos)), twos - FRACTION_BITS);
     }
-    /* Here 1 is less than a unit of the last bit of `power`. Subtracting an eighth of such a unit instead of 1 gives
-       the same rounding. */
+    /* Here 1 is less than the last bit of `power`. Subtracting an eighth of this bit instead of 1 gives the same
+       rounding. */
     power = wide_subtract(wide_multiply_small(power, 8), wide_power_of_two(0));
     return wide_to_double(power, twos - FRACTION_BITS - 3);
 }
 
-/* Return the natural logarithm of 1 + x by one iteration of third order from `near`, a float near the result. */
+/* Return the natural logarithm of 1 + x. `near` is a float near the result, which one step of third order improves. */
 static CAROM_NOINLINE double decide_log1p(double x, double near) {
     int twos;
     int exponent;
@@ -189,7 +189,7 @@ static CAROM_NOINLINE double decide_log1p(double x, double near) {
 
 /* ---- the functions ---- */
 
-/* Return a times 2^exponent, for exponents from -1022 to 1024 and a of about 1. If the product exceeds the largest
+/* Return `a` times 2^exponent, for exponents from -1022 to 1024 and `a` of about 1. If the product exceeds the largest
    float, return infinity. */
 static inline double scale_by_two(double a, int exponent) {
     return exponent > -1000 && exponent < 1000 ? a * ldexp(1.0, exponent) : ldexp(a, exponent);
@@ -228,7 +228,7 @@ static inline DoubleDouble expand_expm1(double x, int *exponent, double *error) 
     return value;
 }
 
-/* Return e^x - 1, rounded to the nearest float. If it exceeds the largest float, return infinity. */
+/* Return e^x - 1, rounded to the nearest float. If the result exceeds the largest float, return infinity. */
 static inline double nearest_expm1(double x) {
     if (!(x >= CAROM_EXPM1_LEAST && x <= CAROM_EXP_MOST)) {
         return x < CAROM_EXPM1_LEAST ? -1.0 : x > CAROM_EXP_MOST ? CAROM_INF : x; /* NaN stays NaN */
@@ -255,7 +255,7 @@ static inline double approximate_log1p(double x) {
             exponent++;
         }
     }
-    /* |z| is at most 0.172; the logarithm of 1 + rest is 2 (z + z^3 / 3 + z^5 / 5 + ...) */
+    /* The logarithm of 1 + rest is 2 (z + z^3 / 3 + z^5 / 5 + ...), where |z| is at most 0.172. */
     double z = rest / (2.0 + rest);
     double square = z * z;
     double series = 0.0;
@@ -265,17 +265,16 @@ static inline double approximate_log1p(double x) {
     return exponent * CAROM_LN2 + 2.0 * z * series;
 }
 
-/* Return the natural logarithm of 1 + x as a pair, for x above -1. `error` is set to an upper bound of the result's
-   error. */
+/* Return the natural logarithm of 1 + x as a pair, for x above -1. `error` is set to a bound of the result's error. */
 static inline DoubleDouble expand_log1p(double x, double *error) {
-    /* The result is computed from the approximation `first`: it is `first` plus the logarithm of 1 + `rest`, where
-       `rest` is (1 + x) / e^first - 1. The magnitude of `rest` is at most 2^-48 of that of `first`. The logarithm of 1
-       + rest is rest - rest^2 / 2 with an error of less than 2^-120 of the result. */
+    /* The result is the approximation `first` plus the logarithm of 1 + rest, where rest = (1 + x) / e^first - 1. The
+       magnitude of rest is at most 2^-48 times that of `first`. The logarithm of 1 + rest is rest - rest^2 / 2 with an
+       error of less than 2^-120 times the result. */
     double first = approximate_log1p(x);
     Exponential inverse = expand_exponential(-first);
     DoubleDouble rest;
     *error = CAROM_EXP_ERROR * fabs(first);
-    if (inverse.is_small) { /* `rest` is x + growth + x growth, where x and growth nearly cancel */
+    if (inverse.is_small) { /* rest is x + growth + x growth, where x and growth nearly cancel */
         DoubleDouble product = pair_product((DoubleDouble){x, 0.0}, inverse.growth);
         DoubleDouble sum = two_sum(x, inverse.growth.high);
         rest = two_sum(sum.high, product.high);
@@ -290,14 +289,14 @@ static inline DoubleDouble expand_log1p(double x, double *error) {
     return two_sum(value.high, value.low + (rest.low - 0.5 * rest.high * rest.high));
 }
 
-/* A number 1 + x and its logarithm, from which logarithms of numbers near it are computed faster. */
+/* A number 1 + x and its logarithm. From it, logarithms of numbers near 1 + x are computed faster. */
 typedef struct LogAnchor {
     double x;
-    DoubleDouble log; /* of 1 + x */
+    DoubleDouble log; /* logarithm of 1 + x */
     double error;     /* upper bound of the error of `log` */
 } LogAnchor;
 
-/* Return the anchor with which a series of calls begins: the number 1, whose logarithm is 0. */
+/* Return the anchor with which a series of calls begins: the number 1 with the logarithm 0. */
 static inline LogAnchor first_anchor(void) {
     return (LogAnchor){0.0, {0.0, 0.0}, 0.0};
 }
@@ -305,9 +304,9 @@ static inline LogAnchor first_anchor(void) {
 /* Write the float nearest to the logarithm of 1 + x, computed from the anchor's logarithm. Return whether this float is
    certainly the nearest.
 
-   The result is the sum of the logarithms of the anchor's number and of 1 + r, where 1 + x is 1 + r times the anchor's
-   number. For |r| <= 2^-8, the series ends with r^7. The sum of the omitted terms is at most 2^-51 r^2. The sum of the
-   rounding errors of the terms from r^2 on is also at most 2^-51 r^2. */
+   With 1 + x = (1 + r) a, where a is the anchor's number, the result is the sum of the logarithms of a and of 1 + r.
+   For |r| <= 2^-8, the series for 1 + r ends with r^7. The omitted terms are at most 2^-51 r^2 in all. The rounding
+   errors of the terms from r^2 on are also at most 2^-51 r^2 in all. */
 static inline bool log1p_near(const LogAnchor *anchor, double x, double *nearest) {
     DoubleDouble step = two_diff(x, anchor->x), number = two_sum(1.0, anchor->x);
     double r = step.high / number.high;
@@ -323,7 +322,7 @@ static inline bool log1p_near(const LogAnchor *anchor, double x, double *nearest
 }
 
 /* Return the natural logarithm of 1 + x: minus infinity for x = -1, and NaN for smaller x. If the anchor's logarithm
-   does not decide which float is nearest, the logarithm of 1 + x is computed and becomes the next anchor. */
+   does not decide which float is nearest, the logarithm is computed directly, and 1 + x becomes the new anchor. */
 static inline double nearest_log1p_from(LogAnchor *anchor, double x) {
     double nearest;
     if (!(x > -1.0 && x < CAROM_INF)) {

@@ -1,9 +1,9 @@
-/* Integers of 256 bits, for the few arguments of an exponential function or logarithm for which floats cannot decide
-   how the result rounds: see exponentials.h.
+/* Integers of 256 bits, for the few exponentials and logarithms whose rounding floats cannot decide: see
+   exponentials.h.
 
    A number consists of eight limbs (digits of 32 bits), the lowest first, in two's complement. Limbs have only 32 bits
-   because compilers for 32-bit machines do not support products of two 64-bit numbers. All operations ignore overflow;
-   callers keep numbers in range. */
+   because compilers for 32-bit machines do not support products of two 64-bit numbers. Operations ignore overflow, so
+   callers must keep numbers in range. */
 
 #pragma once
 
@@ -70,7 +70,7 @@ static inline WideInteger wide_negate(WideInteger a) {
 static inline WideInteger wide_shift(WideInteger a, int shift) {
     WideInteger shifted;
     uint32_t sign = wide_is_negative(a) ? 0xFFFFFFFFu : 0;
-    /* number of limbs by which a is shifted down, before it is shifted up */
+    /* number of limbs by which a is first shifted down. Then it is shifted up by `up` bits */
     int down = shift < 0 ? (-shift + 31) / 32 : 0;
     int up = shift + 32 * down;
     for (int i = 0; i < WIDE_LIMBS; i++) {
@@ -138,8 +138,8 @@ static inline WideInteger wide_from_double(double x, int shift) {
     return wide_shift(whole, shift < -255 ? -255 : shift);
 }
 
-/* Return the float nearest to a times 2^exponent; of two equally near floats, return the even one. If the product
-   exceeds the largest float, return infinity. The result must not be subnormal. */
+/* Return the float nearest to a times 2^exponent, or the even one of two equally near floats. If the product exceeds
+   the largest float, return infinity. The result must not be subnormal. */
 static inline double wide_to_double(WideInteger a, int exponent) {
     bool negative = wide_is_negative(a);
     WideInteger size = negative ? wide_negate(a) : a;
@@ -152,7 +152,7 @@ static inline double wide_to_double(WideInteger a, int exponent) {
     uint64_t mantissa = (uint64_t)top.limb[1] << 32 | top.limb[0];
     if (dropped > 0) {
         WideInteger rest = wide_subtract(size, wide_shift(top, dropped));
-        /* `rest`, the part that rounding drops, minus half of a unit in the last place */
+        /* `rest` is the part that rounding drops. `excess` is `rest` minus half of a unit in the last place. */
         WideInteger excess = wide_subtract(rest, wide_power_of_two(dropped - 1));
         if (!wide_is_negative(excess) && (!wide_is_zero(excess) || (mantissa & 1) != 0)) {
             mantissa++;

@@ -1,16 +1,15 @@
 /* Lower bounds of times of impact on a parabola: times before which a disc certainly does not touch a given body.
 
-   Computing a bound costs a small fraction of computing a time by fall_time.h. For most features near a disc, a bound
-   makes the exact solution unnecessary. Each bound is decreased by more than the sum of its rounding errors, which are
-   below CAROM_BOUND_ERROR times its terms. If numbers exceed the range of floats, the bound is 0. Times are in seconds
-   from now. CAROM_INF means never. */
+   For most features near a disc, a bound makes the exact solution unnecessary. Each bound is decreased by more than the
+   sum of its rounding errors, which are below CAROM_BOUND_ERROR times its terms. If numbers exceed the range of floats,
+   the bound is 0. Times are in seconds from now. */
 
 #pragma once
 
 #include "carom/core/parabola/fall_time.h"
 
-/* Return a time before which a gap certainly does not close. The arguments are lower bounds of the gap, of its rate of
-   change and of its acceleration. */
+/* Return a time before which a gap certainly does not close, from lower bounds of the gap, of its rate of change and of
+   its acceleration. */
 static inline double closing_lower_bound(double gap, double speed, double pull) {
     if (!(gap > 0.0))
         return 0.0;
@@ -36,9 +35,9 @@ static inline bool is_bound_after(double bound, double within) {
 
 /* Return a time before which a disc is certainly farther from a point than `reach`.
 
-   (x, y) is the position of the disc's centre relative to the point, with an error of at most `error`, and (ux, uy) its
-   velocity. Consider the circle of radius `reach` around the point, and its tangent at the point of the circle nearest
-   to the disc. The disc's centre is outside the circle as long as the tangent is between the two. */
+   The disc's centre has the position (x, y) relative to the point, with an error of at most `error`, and the velocity
+   (ux, uy). Consider the circle of radius `reach` around the point, and the tangent at its point nearest to the disc.
+   The centre is outside the circle as long as it has not crossed this tangent. */
 static inline double circle_lower_bound(double x, double y, double ux, double uy, double ax, double ay, double reach,
                                         double error) {
     double distance = sqrt(x * x + y * y);
@@ -62,8 +61,8 @@ typedef struct Range {
     double most;
 } Range;
 
-/* Return the range of a coordinate with velocity u and acceleration a from now until the time `within`. If this time is
-   infinite, the bounds are NaN. */
+/* Return the range of a coordinate from now until the time `within`, with the velocity u and the acceleration a. If the
+   time is infinite, the ends of the range are NaN. */
 static inline Range parabola_range(double x, double u, double a, double within) {
     double end = x + within * (u + 0.5 * a * within);
     Range range = {lesser(x, end), greater(x, end)};
@@ -88,7 +87,7 @@ static inline void write_feature_ranges(const Feature *f, Range *x, Range *y) {
     *x = *y = (Range){-size, size};
     if (f->whole)
         return;
-    /* If the sector contains the direction of an axis, the arc extends as far in that direction as its circle. */
+    /* If the sector contains the direction of an axis, the arc extends as far in that direction as its whole circle. */
     double ex = f->ex.high, ey = f->ey.high, fx = f->fx.high, fy = f->fy.high;
     bool has_right = f->reflex ? ey <= 0.0 || fy >= 0.0 : ey <= 0.0 && fy >= 0.0;
     bool has_left = f->reflex ? ey >= 0.0 || fy <= 0.0 : ey >= 0.0 && fy <= 0.0;
@@ -101,7 +100,8 @@ static inline void write_feature_ranges(const Feature *f, Range *x, Range *y) {
 }
 
 /* Return whether a gap certainly keeps its sign until the time `within`. For a negative gap, return false unless
-   `is_behind`. Each of gap, speed and pull has an error of at most CAROM_BOUND_ERROR times its size. */
+   `is_behind`. The gap, its speed and its acceleration `pull` have errors of at most CAROM_BOUND_ERROR times their
+   sizes. */
 static inline bool misses_line(double gap, double gap_size, double speed, double speed_size, double pull,
                                double pull_size, bool is_behind, double within) {
     double gap_error = CAROM_BOUND_ERROR * gap_size + CAROM_BOUND_UNDERFLOW;
@@ -114,13 +114,13 @@ static inline bool misses_line(double gap, double gap_size, double speed, double
 }
 
 /* Return whether a disc certainly does not touch a face within a time. (x, y) is the position of the disc's centre
-   relative to the start of the face, and `way` an upper bound of its displacement within this time.
+   relative to the start of the face. `way` is an upper bound of the centre's displacement within this time.
 
-   Let w, s and p be the gap to the face's line, its rate of change and its acceleration, all multiplied by the face's
-   length. Let f, g and h be the position along the face, its rate of change and its acceleration, also multiplied by
-   the length. The first two tests use a bound of the change of the gap, s t + p t^2/2. The third test uses the position
-   along the face when the gap closes. Then w + s t + p t^2/2 = 0, so the position multiplied by -s is f (-s) + g w, up
-   to terms with p and h. If this is not between the face's ends, the disc misses the face. */
+   Let w, s and p be the gap to the face's line, its rate of change and its acceleration. Let f, g and h be the position
+   along the face, its rate of change and its acceleration. All six are multiplied by the face's length. The first two
+   tests use a bound of the change of the gap, s t + p t^2/2. The third test uses the position along the face when the
+   gap closes. Then w + s t + p t^2/2 = 0, so the position multiplied by -s is f (-s) + g w plus terms with p and h.
+   If this position is not between the face's ends, the disc misses the face. */
 static inline bool fall_misses_face(double x, double y, double ux, double uy, const Feature *f, double ax, double ay,
                                     double place_size, double thick, double way, double within) {
     const double ex = f->ex.high, ey = f->ey.high, length = f->size.high;
@@ -163,14 +163,14 @@ static inline bool fall_misses_feature(const Mover *disc, const Feature *f, doub
         return true;
     const double error = CAROM_BOUND_ERROR * place_size;
     if (f->kind == VERTEX || f->kind == OUTER_ARC) {
-        /* The path deviates from a straight path by at most `fallen` * `within` / 2. */
+        /* The path differs from a straight path by at most `fallen` * `within` / 2. */
         double touch = f->size.high + thick + (0.5 + CAROM_BOUND_ERROR) * fallen * within + error;
         Bounded apart = separation(x, y, touch);
         if (apart.value > apart.error && is_passed(x, y, ux, uy, touch, within))
             return true;
     }
     /* When a disc touches a feature, its centre is at most `thick` from the feature. Rounding errors of the disc's
-       displacement are added to this distance, because they matter at the ends of the feature. */
+       displacement are added, because they matter at the ends of the feature. */
     const double room_error = CAROM_BOUND_ERROR * (place_size + thick + f->size.high + way);
     const double room = thick + (room_error + CAROM_BOUND_LENGTH_UNDERFLOW);
     Range path_x = parabola_range(x, ux, ax, within), path_y = parabola_range(y, uy, ay, within), at_x, at_y;

@@ -1,17 +1,18 @@
-/* Times of impact of a disc that moves on a parabola, on a fixed disc, the line of a half-plane, a face, a vertex or an
-   arc.
+/* Times of impact of a disc that moves on a parabola, with a fixed disc, a half-plane, or a face, vertex or arc of a
+   wall.
 
-   The gap to a line is a quadratic in time, w + s t + a t^2/2. The time of impact is the root at which the gap closes.
-   The three coefficients are pairs of floats, so that their signs are accurate enough to select the right root. The gap
-   to a circle is a quartic: see falls.h. If the gap to an arc's circle closes outside of the arc's sector, there is no
-   contact. Then the time at which the gap closes next is considered.
+   The gap to a line is a quadratic in time, w + s t + a t^2/2, with the gap w, its rate of change s and its
+   acceleration a. The time of impact is the root at which the gap closes. The three coefficients are pairs of floats,
+   so that their signs are accurate enough to select the right root. The gap to a circle has the degree 4: see falls.h.
+   If the gap to an arc's circle closes outside of the arc's sector, there is no contact. Then the next time at which
+   the gap closes is tried.
 
-   Times are in seconds from now. The result is 0 for bodies that touch and approach, or that touch, do not separate and
-   accelerate towards each other. If there is no impact, the result is infinity. If the disc's present path begins with
-   an impact on the body in question (`has_just_left`), the gap to it is exactly 0 now, although the rounded value may
-   differ. The gap then opens at the speed `leaving`, 0 or more. The functions of this file are also used for two discs
-   on a decelerating table. In this case the path is that of one disc relative to the other. docs/theory/contact.md
-   derives the formulas. */
+   Times are in seconds from now. The result is 0 for bodies that touch and approach. The result is also 0 for bodies
+   that touch, do not separate and accelerate towards each other. If there is no impact, the result is infinity. If the
+   disc's current path begins with an impact on the same body (`has_just_left`), the gap is exactly 0 now, although the
+   rounded value may differ. The gap then opens at the speed `leaving`, 0 or more. The functions of this file are also
+   used for two discs on a decelerating table. The path is then that of one disc relative to the other.
+   docs/theory/contact.md derives the formulas. */
 
 #pragma once
 
@@ -21,7 +22,7 @@
 
 /* ---- lines ---- */
 
-/* Return the seconds until a body returns to a wall that it leaves at `speed` > 0, with the acceleration `pull` < 0. */
+/* Return the seconds until a disc returns to a wall that it leaves at `speed` > 0, with the acceleration `pull` < 0. */
 static inline double return_time(DoubleDouble speed, DoubleDouble pull) {
     return linear_root((DoubleDouble){2.0 * speed.high, 2.0 * speed.low}, pull);
 }
@@ -29,7 +30,7 @@ static inline double return_time(DoubleDouble speed, DoubleDouble pull) {
 /* Return the seconds until a gap with the rate of change `speed` and the acceleration `pull` closes.
 
    The error is at most 4 units in the last place if `speed`^2 and `pull` * `gap` are between 1e-250 and 1e290. The
-   error may be larger if the apex of the path is nearer to the wall than 2^-80 of the path's height. */
+   error may be larger if the apex of the path is nearer to the wall than 2^-80 times the path's height. */
 static inline double descent_time(DoubleDouble gap, DoubleDouble speed, DoubleDouble pull) {
     const double w = gap.high, s = speed.high, a = pull.high;
     if (w <= 0.0) {
@@ -49,8 +50,8 @@ static inline double descent_time(DoubleDouble gap, DoubleDouble speed, DoubleDo
     DoubleDouble twice = {2.0 * gap.high, 2.0 * gap.low};
     DoubleDouble d = discriminant_from_gap(speed, twice, pull);
     if (!(d.high > 0.0)) {
-        /* There are two cases: the disc is pulled back before it reaches the wall; or rounding places the disc inside
-           the wall, and it is pulled back before it has left the wall. */
+        /* The disc is pulled back before it reaches the wall. Or rounding places the disc inside the wall, and the disc
+           is pulled back before it has left the wall. */
         return a > 0.0 ? CAROM_INF : linear_root(speed, pull);
     }
     if (w > 0.0 && !(s > 0.0))
@@ -70,8 +71,8 @@ static inline double plane_fall_time(const Mover *disc, const Feature *plane, do
     return descent_time(gap, wall_speed(disc->ux.high, disc->uy.high, plane->nx, plane->ny), pull);
 }
 
-/* Return whether, at a time, the point of a face's line that is nearest to a disc is on the face. If rounding errors
-   make the result wrong, this does not matter: impacts on the end of the face and on its vertex are the same. */
+/* Return whether, at a time, the point of a face's line that is nearest to a disc is on the face. Rounding errors of
+   this decision do not matter, because impacts on the end of the face and on its vertex are the same. */
 static inline bool foot_is_on_face(const Mover *disc, const Feature *face, double time, double ax, double ay) {
     double moved_x = time * (disc->ux.high + 0.5 * ax * time), moved_y = time * (disc->uy.high + 0.5 * ay * time);
     double x = offset_between(disc->x, face->x).high + moved_x;
@@ -98,8 +99,8 @@ static inline double face_fall_time(const Mover *disc, const Feature *face, doub
     DoubleDouble speed = cross_product(face->ex, face->ey, disc->ux, disc->uy);
     const bool is_on_face = gap.high <= 0.0 && is_before_face(disc, face);
     if (gap.high <= 0.0 && !is_on_face) {
-        /* The disc is behind the face's line or beyond an end of the face. Such a disc can hit the face only if it
-           first moves in front of the line and then falls back. */
+        /* The disc is behind the face's line or outside of the edge. The disc can hit the face only if it first moves
+           in front of the line and then falls back. */
         if (!(speed.high > 0.0 && pull.high < 0.0))
             return CAROM_INF;
         DoubleDouble twice = {2.0 * gap.high, 2.0 * gap.low};
@@ -122,16 +123,15 @@ static inline Gap line_form(const LineGap *gap) {
     return (Gap){write_line_pairs, write_line_products, gap};
 }
 
-/* Prepare `falls` to find the instants at which the gap to a circle becomes negative (see falls.h). Return the gap's
-   sign now, which is 0 if the disc has just left the circle. */
+/* Prepare `falls` for a search for the instants at which the gap to a circle becomes negative (see falls.h). Return the
+   current sign of the gap. The sign is 0 if the disc has just left the circle. */
 static inline int begin_circle_falls(Falls *falls, const ExactQuartic *exact, const CircleGap *gap, const Gap *form) {
     begin_falls(falls, exact, form);
     write_circle_floats(gap, &falls->floats);
     return gap->has_left ? 0 : sign_of_gap(falls);
 }
 
-/* Tell `falls` the sign of the gap at the present instant. If `is_closed`, the sign is set to 0, whatever the gap's
-   coefficients are. */
+/* Set the current sign of the gap in `falls`. If `is_closed`, the sign is set to 0. */
 static inline void start_falls(Falls *falls, CircleGap *gap, int sign, bool is_closed) {
     if (is_closed) {
         gap->is_closed = falls->is_closed = true;
@@ -149,7 +149,7 @@ typedef struct FallingDisc {
     double radius;
 } FallingDisc;
 
-/* Return the seconds until a disc touches a fixed one. */
+/* Return the seconds until a disc touches a fixed disc. */
 static inline double disc_fall_time(const ExactQuartic *exact, const FallingDisc *disc, double fixed_x, double fixed_y,
                                     double fixed_radius, double ax, double ay, bool has_just_left, double leaving) {
     CircleGap gap = {
@@ -174,8 +174,8 @@ static inline double disc_fall_time(const ExactQuartic *exact, const FallingDisc
 
 /* ---- arcs ---- */
 
-/* Return a coordinate with velocity u and acceleration a after a time, and an upper bound of the magnitude of its
-   change. */
+/* Return a coordinate after a time, with the velocity u and the acceleration a. Also return an upper bound of the
+   magnitude of its change. */
 static inline MovedCoordinate fallen_coordinate(DoubleDouble x, DoubleDouble u, double a, double time) {
     double flown = time * u.high, fallen = 0.5 * a * time * time;
     DoubleDouble sum = two_sum(x.high, flown + fallen);
@@ -191,8 +191,8 @@ static inline bool falls_into_sector(const Feature *arc, const Mover *disc, doub
     return is_in_sector(arc, x.coordinate, y.coordinate, x.change, y.change);
 }
 
-/* Return the first instant at which the gap becomes negative while the disc is in an arc's sector; infinity for none.
-   `from` is the instant from which `falls` counts time. */
+/* Return the first instant at which the gap becomes negative while the disc is in an arc's sector; infinity for never.
+   `falls` counts time from the instant `from`. */
 static inline double first_in_sector(Falls *falls, double from, const Feature *arc, const Mover *disc, double ax,
                                      double ay) {
     for (;;) {
@@ -204,23 +204,23 @@ static inline double first_in_sector(Falls *falls, double from, const Feature *a
     }
 }
 
-/* Prepare `falls` for a gap: compute the coefficients in pairs of floats, and round them to floats. */
+/* Prepare `falls` for a gap: compute the coefficients in pairs of floats, and then round them to floats. */
 static inline void begin_with_pairs(Falls *falls, const ExactQuartic *exact, const Gap *form) {
     begin_falls(falls, exact, form);
     need_pairs(falls);
     falls->floats = round_polynomial(&falls->pairs);
 }
 
-/* Return the exact sign of a gap at the instant t = 0 of the gap. */
+/* Return the exact sign of a gap at its instant t = 0. */
 static inline int sign_of_form(const ExactQuartic *exact, Gap form) {
     Falls falls;
     begin_with_pairs(&falls, exact, &form);
     return sign_of_gap(&falls);
 }
 
-/* Return the first time of contact after a disc enters an arc's sector while it touches or overlaps the arc from
-   inside; infinity for never. `gap` is the gap to the arc. When the disc enters the sector, the gap is set to 0,
-   because it differs from 0 only by rounding errors: see feature_time.h. */
+/* Return the first time of contact after a disc that overlaps an arc from inside enters the arc's sector; infinity for
+   never. `gap` is the gap to the arc. When the disc enters the sector, the gap is set to 0, because it differs from 0
+   only by rounding errors: see feature_time.h. */
 static CAROM_NOINLINE double sector_entry_fall_time(const ExactQuartic *exact, const CircleGap *gap, const Mover *disc,
                                                     const Feature *arc) {
     const double ax = gap->path.ax, ay = gap->path.ay;

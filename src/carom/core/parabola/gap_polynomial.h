@@ -1,13 +1,13 @@
-/* Gaps as polynomials in time: the gap between a disc on a parabola and a fixed circle, or between the disc and a line
-   through a fixed point.
+/* Gaps as polynomials in time: between a disc on a parabola and a fixed circle, or between the disc and a line through
+   a fixed point.
 
    Let d be the position of the disc's centre relative to the circle's centre, u its velocity, a its acceleration, and R
-   the distance of the two centres in contact. The gap from outside is
+   the distance of the two centres in contact. For a disc outside of the circle, the gap is
 
        |d + u t + a t^2/2|^2 - R^2 = (d.d - R^2) + 2 d.u t + (u.u + d.a) t^2 + u.a t^3 + a.a/4 t^4
 
-   and the gap from inside is its negative. If the disc has just left the circle, the first two coefficients are known
-   without rounding errors: 0, and 2 R times the speed at which it left. */
+   For a disc inside, the gap is the negative of this polynomial. If the disc has just left the circle, the first two
+   coefficients are known without rounding errors: 0, and 2 R times the speed at which it left. */
 
 #pragma once
 
@@ -33,14 +33,14 @@ typedef struct CircleGap {
     double from;    /* the instant t = 0 of the gap, in seconds from now */
     double leaving; /* if `has_left`: speed at which the disc has left the circle */
     bool has_left;
-    bool is_inside; /* whether the gap is positive inside the circle */
+    bool is_inside; /* whether the disc is inside the circle, where the gap is then positive */
     /* whether the gap is exactly 0 at t = 0, although rounded coefficients may give another value */
     bool is_closed;
 } CircleGap;
 
-/* How the gap of a `LineGap` is computed from the position (x, y) and a vector f. */
+/* How the gap of a `LineGap` is computed from the position (x, y) and a vector f = (fx, fy). */
 typedef enum LineKind {
-    ACROSS, /* fy x - fx y: the distance from the line along f, positive to the right of f, times the length of f */
+    ACROSS, /* fy x - fx y: distance from the line along f, times the length of f; positive to the right of f */
     ALONG,  /* fx x + fy y */
 } LineKind;
 
@@ -49,13 +49,13 @@ typedef struct LineGap {
     DoubleDouble fx;
     DoubleDouble fy;
     double from;
-    double sense; /* 1 or -1: the gap is multiplied by this factor */
+    double sense; /* 1 or -1, a factor of the gap */
     LineKind kind;
 } LineGap;
 
 /* ---- positions ---- */
 
-/* Return a coordinate relative to the fixed point as a sum of three floats, with an error of at most 2^-150 of the
+/* Return a coordinate relative to the fixed point as a sum of three floats. The error is at most 2^-150 times the
    coordinate's terms. */
 static inline TripleDouble place_parts(DoubleDouble x, DoubleDouble from) {
     DoubleDouble high = two_diff(x.high, from.high);
@@ -67,7 +67,7 @@ static inline TripleDouble place_parts(DoubleDouble x, DoubleDouble from) {
     return (TripleDouble){sum.high, middle.high, middle.low + rest.low};
 }
 
-/* Return a coordinate relative to the fixed point as a pair of floats, with an error of at most 2^-104 of the
+/* Return a coordinate relative to the fixed point as a pair of floats. The error is at most 2^-104 times the
    coordinate's terms. */
 static inline DoubleDouble place_from(DoubleDouble x, DoubleDouble from) {
     TripleDouble parts = place_parts(x, from);
@@ -89,7 +89,7 @@ static inline int degree_of_path(const FallPath *p) {
 }
 
 /* Write the coefficients of a gap to a circle in floats. `from` must be 0. Each coefficient has at most 8 roundings:
-   two for each position (a difference and a sum), and one for each velocity or reach (its low part is left out). */
+   two for each position, and one for each velocity or reach. */
 static inline void write_circle_floats(const CircleGap *gap, Polynomial *p) {
     const FallPath *path = &gap->path;
     double x = (path->x.high - path->from_x.high) + (path->x.low - path->from_x.low);
@@ -114,7 +114,7 @@ static inline void write_circle_floats(const CircleGap *gap, Polynomial *p) {
     }
 }
 
-/* Add the square of a coordinate to a sum, with an error of at most 2^-145 of the square's terms. */
+/* Add the square of a coordinate to a sum, with an error of at most 2^-145 times the square's terms. */
 static inline TripleDouble add_place_square(TripleDouble total, TripleDouble x) {
     total = add_product(total, x.high, x.high);
     total = add_product(total, 2.0 * x.high, x.middle);
@@ -133,7 +133,7 @@ static inline void write_excess(const CircleGap *gap, PairPolynomial *p) {
     p->size[0] = fabs(p->power[0].high) + 0x1p-44 * p->size[0];
 }
 
-/* Add the product of a coordinate and a component of the velocity to a sum, with an error of at most 2^-145 of the
+/* Add the product of a coordinate and a component of the velocity to a sum. The error is at most 2^-145 times the
    product's terms. */
 static inline TripleDouble add_place_product(TripleDouble total, TripleDouble x, DoubleDouble u) {
     total = add_pair_product(total, (DoubleDouble){x.high, x.middle}, u);
@@ -186,8 +186,8 @@ static inline void write_circle_pairs(const void *source, PairPolynomial *p) {
         shift_origin(p, gap->from);
 }
 
-/* Add the squared distance of the disc's centre from the fixed point, multiplied by `factor`, as exact products.
-   `factor` is a power of two or its negative. */
+/* Add `factor` times the squared distance of the disc's centre from the fixed point, as exact products. `factor` is a
+   power of two or its negative. */
 static inline void add_path_products(Products *products, const FallPath *path, double factor) {
     const double x[4] = {path->x.high, path->x.low, -path->from_x.high, -path->from_x.low};
     const double y[4] = {path->y.high, path->y.low, -path->from_y.high, -path->from_y.low};

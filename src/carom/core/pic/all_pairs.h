@@ -1,8 +1,8 @@
 /* All-pairs loop: each iteration computes the next event of every pair of bodies, and applies the earliest of these
    events.
 
-   The loop uses no cells, bounds, queue or stored predictions. Tests compare it with the event loop: both give
-   bit-identical results for every kind of motion. An iteration takes time proportional to the square of the number of
+   The loop uses no cells, bounds, queue or stored predictions. Tests compare this loop with the event loop: the results
+   are bit-identical for every kind of motion. An iteration takes time proportional to the square of the number of
    discs. */
 
 #pragma once
@@ -14,10 +14,10 @@
 #include "carom/core/pic/straight_impact.h"
 #include "carom/core/pic/straight_partner.h"
 
-typedef struct NextEvent { /* events are ordered by `at`, then by `first`, then by `second` */
+typedef struct NextEvent { /* events are sorted by `at`, then by `first`, then by `second` */
     Instant at;
-    Index first; /* disc, or -1 for the end of a motion, which comes before all impacts at its instant */
-    Index second; /* number of a disc, or -1 - k for obstacle k */
+    Index first; /* number of a disc; -1 for the end of a motion, which comes before all impacts at the same instant */
+    Index second;
 } NextEvent;
 
 static inline bool is_sooner(const NextEvent *one, const NextEvent *other) {
@@ -33,7 +33,7 @@ static inline void keep_sooner(NextEvent *least, NextEvent event) {
 
 /* ---- two discs ---- */
 
-/* Return when discs i < j collide on their present paths, or NEVER. At least one of them moves freely. */
+/* Return when discs i < j collide on their present paths, or NEVER. At least one of the two discs must move freely. */
 static inline Instant pair_meeting(const State *s, Index i, Index j) {
     if (s->accelerated.paths != NULL) {
         bool are_free = s->discs[i].inverse_mass > 0.0 && s->discs[j].inverse_mass > 0.0;
@@ -51,7 +51,7 @@ static inline Instant pair_meeting(const State *s, Index i, Index j) {
 
 /* ---- a disc and the obstacles ---- */
 
-/* Return when disc `i` hits half-plane k. The function is used only in runs without features. */
+/* In a run without features, return when disc `i` hits half-plane k. */
 static inline Instant wall_meeting(const State *s, Index i, Index k) {
     const Disc *a = &s->discs[i];
     const Wall *w = &s->walls[k];
@@ -73,9 +73,9 @@ static inline Instant feature_meeting(const State *s, Index i, Index k, double *
     return (Instant){a->time + *wait, 0.0};
 }
 
-/* Return the feature of a wall at rest that disc `i` hits first. The features have the numbers from `first` to `end` -
-   1. On straight paths the features are compared by their waits, and on other paths by their times of impact. In a tie
-      the feature with the lower number is first. */
+/* Return the first feature that disc `i` hits, among features `first` to `end` - 1 of a wall at rest. On straight
+   paths, the code compares the seconds until each impact; on other paths, the times of impact. In a tie, the feature
+   with the lower number is first. */
 static inline NextObstacle first_feature_of(const State *s, Index i, Index first, Index end) {
     NextObstacle found = {NEVER, NO_OBSTACLE};
     double least = CAROM_INF;
@@ -90,7 +90,6 @@ static inline NextObstacle first_feature_of(const State *s, Index i, Index first
     return found;
 }
 
-/* Return the feature of a driven wall that disc `i` hits first. */
 static inline NextObstacle first_feature_of_driven(const State *s, Index i, const Driven *wall) {
     const Disc *a = &s->discs[i];
     NextObstacle found = {NEVER, NO_OBSTACLE};
@@ -108,8 +107,8 @@ static inline NextObstacle first_feature_of_driven(const State *s, Index i, cons
     return found;
 }
 
-/* Return the obstacle that disc `i` hits first. If the disc hits several walls at the same instant, the result is the
-   wall with the highest number, because wall k is body -1 - k and lower body numbers come first. */
+/* Return the obstacle that disc `i` hits first. If the disc hits several walls at the same instant, return the wall
+   with the highest number k, because body number -1 - k is then lowest. */
 static inline NextObstacle next_obstacle(const State *s, Index i) {
     NextObstacle next = {NEVER, NO_OBSTACLE};
     if (s->feature_count == 0) {
@@ -135,7 +134,7 @@ static inline NextObstacle next_obstacle(const State *s, Index i) {
 
 /* ---- the loop ---- */
 
-/* Return the first event of all discs. If there is no event, its instant is NEVER. */
+/* Return the first event of all discs, or an event at NEVER if there is none. */
 static inline NextEvent first_event(const State *s) {
     NextEvent least = {NEVER, s->disc_count, 0};
     for (Index i = 0; i < s->disc_count; i++) {
@@ -154,10 +153,9 @@ static inline NextEvent first_event(const State *s) {
     return least;
 }
 
-/* Apply an event at an instant, with the functions of the event loop. Return false and set `State.stopped` if the run
-   ends. */
+/* Apply an event with the functions of the event loop. Return false and set `State.stopped` if the run ends. */
 static inline bool apply_event(State *s, const NextEvent *event, Instant at, bool is_wanted) {
-    if (event->second < 0) /* `carom_gliding_wall` reads the wall of a gliding disc from this obstacle */
+    if (event->second < 0) /* if the disc begins to glide, `carom_gliding_wall` reads this obstacle */
         s->predictions[event->first].obstacle = (int)(-1 - event->second);
     if (s->accelerated.paths != NULL)
         return apply_accelerated(s, event->first < 0 ? event->second : event->first, event->second, at, is_wanted);
@@ -170,14 +168,13 @@ static inline bool apply_event(State *s, const NextEvent *event, Instant at, boo
     return true;
 }
 
-/* Advance a run as `carom_advance` does. */
 static CAROM_NOINLINE Ending advance_all_pairs(State *s, double until, Index impacts, Index events) {
     while (true) {
         if (s->counts.at_instant > s->standstill)
             return STANDSTILL;
         if (events <= 0)
             return PAUSE;
-        /* an iteration with many discs takes longer than one event of the event loop */
+        /* one iteration with many discs takes as long as several events of the event loop */
         events -= 1 + s->disc_count * s->disc_count / 64;
         NextEvent event = first_event(s);
         if (!(event.at.high < CAROM_INF))

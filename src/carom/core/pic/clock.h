@@ -1,9 +1,9 @@
-/* Clock of a run: reported times, limits of a call of the loop, and epochs.
+/* Clock of a run: reported times, limits of a call of the event loop, and epochs (parts of a run).
 
-   From time to time all discs are moved to the present, and time is counted from 0 again. A time has a relative error
-   of 2^-53. If an epoch lasts about 32 free flights of a disc, the error of the time moves the disc by less than the
-   rounding error of its position. A new epoch costs one prediction per disc, which is little compared with two
-   predictions per impact. */
+   When an epoch begins, all discs are moved to the present, and time is counted from 0 again. A time has a relative
+   rounding error of 2^-53. If an epoch has at most 32 impacts per disc, the rounding errors of times move a disc by
+   less than the rounding error of its position. A new epoch costs little: one prediction per disc, while each impact
+   already needs two. */
 
 #pragma once
 
@@ -11,14 +11,14 @@
 
 /* ---- reported times ---- */
 
-/* Convert a time since the present epoch to a time since the start. The result is never less than the last reported
-   time, although rounding could make it so. */
+/* Convert a time since the present epoch to a time since the start of the run. If rounding makes the result less than
+   the last reported time, return the last reported time. */
 static inline double reported_time(const Clock *clock, double time) {
     double since_start = clock->epoch + (clock->epoch_rest + time);
     return since_start > clock->reported ? since_start : clock->reported;
 }
 
-/* Advance the clock to a time. If the time is earlier than the clock's time, the clock does not change. */
+/* Advance the clock to a time, unless the clock's time is later. */
 static inline void set_clock(State *s, double time) {
     if (time > s->clock.now) {
         s->clock.now = time;
@@ -27,7 +27,6 @@ static inline void set_clock(State *s, double time) {
     s->clock.reported = reported_time(&s->clock, s->clock.now);
 }
 
-/* Set the clock to the time of an impact, and count the impact. */
 static inline void count_impact(State *s, double time) {
     set_clock(s, time);
     s->counts.impacts += 1;
@@ -35,8 +34,9 @@ static inline void count_impact(State *s, double time) {
     s->counts.at_instant += 1;
 }
 
-/* If an event at the instant `at` is beyond a limit of this call of the loop, return the `Ending`, otherwise NOT_ENDED.
-   Set `is_wanted` to whether the event must be recorded, and reserve memory for its row. */
+/* If an event at the instant `at` is beyond a limit of this call of the loop, return the `Ending` of the call.
+   Otherwise return NOT_ENDED. Set `is_wanted` to whether the event must be recorded, and reserve memory for the
+   record. */
 static inline Ending check_limits(State *s, Instant at, double until, Index impacts, bool *is_wanted) {
     double reported = reported_time(&s->clock, at.high);
     if (reported > until || (reported == until && at.low > 0.0))
@@ -49,17 +49,16 @@ static inline Ending check_limits(State *s, Instant at, double until, Index impa
 
 /* ---- epochs ---- */
 
-/* If the last body that disc `i` hit is the inside of an arc, and the disc has moved since, clear `Disc.last`. A path
-   that begins with an impact on the arc has a special formula, but after the new epoch begins, the path begins
-   elsewhere. */
+/* Clear `Disc.last` if disc `i` hit the inside of an arc last and has moved since. For a path that begins with an
+   impact on an arc there is a special formula, but in the new epoch the path begins elsewhere. */
 static inline void clear_last_arc(State *s, Index i) {
     Disc *a = &s->discs[i];
     if (NO_BODY < a->last && a->last < 0 && s->features[-1 - a->last].kind == INNER_ARC && a->time < s->clock.now)
         a->last = NO_BODY;
 }
 
-/* Return whether all discs have moved in this epoch by no more than rounding errors: for each impact of the epoch, one
-   unit in the last place of the disc's coordinates. */
+/* Return whether no disc has moved in this epoch by more than rounding errors. For each impact of the epoch, the limit
+   is one unit in the last place of the disc's coordinates. */
 static inline bool has_stood_still(const State *s) {
     double roundings = CAROM_ULP * (double)s->counts.epoch_impacts;
     for (Index i = 0; i < s->disc_count; i++) {
@@ -70,20 +69,19 @@ static inline bool has_stood_still(const State *s) {
     return true;
 }
 
-/* Count the impacts of successive epochs in which no disc has moved. If there are more than `State.standstill`, make
-   the run end with `STANDSTILL`.
+/* Count the impacts of successive epochs in which no disc has moved. If the count of impacts exceeds
+   `State.standstill`, end the run with `STANDSTILL`.
 
-   Discs that are crushed between walls collide at shorter and shorter intervals. Soon after the start of an epoch, the
-   clock's time is small and resolves smaller differences than the time since the start of the run. So each impact seems
-   to be later than the previous one, and the count of impacts at one instant does not grow. */
+   Discs that are crushed between walls collide at shorter and shorter intervals. Just after an epoch begins, times are
+   small and resolve smaller differences than times since the start of the run. So the clock seems to advance at each
+   impact, and `Counts.at_instant` does not grow. */
 static inline void count_still_impacts(State *s) {
     s->counts.still_impacts = has_stood_still(s) ? s->counts.still_impacts + s->counts.epoch_impacts : 0;
     if (s->counts.still_impacts > s->standstill)
         s->counts.at_instant = s->standstill + 1;
 }
 
-/* Begin a new epoch: move every disc to the present, and count time from the present on. All predictions are made
-   again. */
+/* Begin a new epoch (part of the run): move every disc to the present, and count time from now on. */
 static inline void begin_epoch(State *s) {
     count_still_impacts(s);
     for (Index i = 0; i < s->disc_count; i++) {

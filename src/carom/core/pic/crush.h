@@ -1,11 +1,12 @@
-/* Crushes: a disc bounces to and fro between two bodies that approach each other. The successive impacts of such a disc
-   are counted. After more than `State.standstill` of them, a rule decides whether and when the disc is crushed.
+/* Crushes: two bodies approach each other, and a disc bounces to and fro between them until no space is left. After
+   more than `State.standstill` successive impacts on two opposite bodies, a rule decides whether and when the disc is
+   crushed.
 
-   Suppose that a disc bounces between two parallel walls, one of which moves towards the other. The product of the
-   disc's speed relative to the moving wall and the space left for the disc has the same value after each impact on that
-   wall. So the speed is inversely proportional to the space, and infinitely many impacts occur before no space is left.
-   Time advances at every impact, so the limit on impacts at one instant does not stop such a run. docs/theory/walls.md
-   derives the rule. A row of discs between two bodies that no impact moves is crushed in the same way. */
+   Suppose that a disc bounces between two parallel walls, one of which moves towards the other. Let v be the disc's
+   speed relative to the moving wall, and g the space left for the disc. The product v g is the same after each impact
+   on the moving wall. So v is proportional to 1/g, and infinitely many impacts occur before no space is left. Time
+   advances at every impact, so the limit on impacts at one instant does not end the run. The page docs/theory/walls.md
+   derives the rule. A row of discs between two bodies that impacts do not move is crushed like a single disc. */
 
 #pragma once
 
@@ -16,21 +17,21 @@
 
 typedef struct Drift { /* motion of a disc along a wall, to the right of the wall's normal */
     double velocity;
-    double pull; /* acceleration along the wall */
+    double pull;
 } Drift;
 
-/* lower and upper bound of a drift (`count` 2), the exact drift (`count` 1), or no bounds (`count` 0) */
+/* the exact drift (motion along a wall) if `count` is 1, its lower and upper bound if `count` is 2, and nothing if
+   `count` is 0 */
 typedef struct Drifts {
     Drift drift[2];
     int count;
 } Drifts;
 
-/* Return bounds of the motion of disc `i` along wall `k` while it bounces between this wall and wall `other`.
+/* Return bounds of disc `i`'s motion along wall `k` while the disc bounces between this wall and wall `other`.
 
-   Without friction, impacts leave the disc's velocity along the wall unchanged. With friction, there is one velocity u
-   and spin w for which the disc slips on neither wall. An impact on either wall changes the velocity and spin in the
-   direction that reduces the slip, at most until the slip is reversed. The kinetic energy of the differences of
-   velocity and spin from u and w never grows, and so it bounds the velocity. */
+   Without friction, impacts do not change the disc's velocity along the wall. With friction, there is one velocity u
+   and one spin w at which the disc slips on neither wall. Friction in an impact reduces the slip, and at most reverses
+   the slip. The kinetic energy of the differences from u and w never grows, so it bounds the velocity. */
 static inline Drifts drifts_along(const State *s, Index i, Index k, Index other, const Leg *leg, const Leg *other_leg) {
     const Disc *a = &s->discs[i];
     double nx = s->to_and_fro[i].nx, ny = s->to_and_fro[i].ny;
@@ -50,8 +51,8 @@ static inline Drifts drifts_along(const State *s, Index i, Index k, Index other,
     return (Drifts){{{steady - most, -fabs(pull)}, {steady + most, fabs(pull)}}, 2};
 }
 
-/* Return the feature of wall `wall` that disc `i` hit in its last two impacts, if it is a half-plane or a face.
-   Otherwise return NULL. */
+/* Return the feature of wall `wall` that disc `i` hit in its last two impacts. Return NULL if the feature is neither a
+   half-plane nor a face. */
 static inline const Feature *flat_feature(const State *s, Index i, Index wall) {
     const ToAndFro *t = &s->to_and_fro[i];
     int bodies[2] = {t->last, t->across}, obstacles[2] = {t->last_obstacle, t->across_obstacle};
@@ -62,7 +63,7 @@ static inline const Feature *flat_feature(const State *s, Index i, Index wall) {
     return NULL;
 }
 
-/* Return whether disc `i` stays between the ends of a flat feature for `seconds`, for each of the given drifts along
+/* Return whether disc `i` stays between the ends of a flat feature for `seconds`, with each of the given drifts along
    the tangent (tx, ty). */
 static inline bool stays_before(const State *s, Index i, const Feature *face, double tx, double ty,
                                 const Drifts *drifts, double seconds) {
@@ -73,7 +74,7 @@ static inline bool stays_before(const State *s, Index i, const Feature *face, do
     double ex = face->fx.high - face->x.high, ey = face->fy.high - face->y.high;
     double now = (seen.x - face->x.high) * ex + (seen.y - face->y.high) * ey;
     double way = tx * ex + ty * ey;
-    /* disc's present velocity along the tangent relative to the wall's path */
+    /* present velocity of the wall along the tangent */
     double own = (a->vx - seen.vx) * tx + (a->vy - seen.vy) * ty;
     for (int n = 0; n < drifts->count; n++) {
         double rate = (drifts->drift[n].velocity - own) * way, bend = drifts->drift[n].pull * way;
@@ -94,11 +95,11 @@ static inline bool is_one_of_two(const State *s, const void *bodies, Index body)
     return body == two[0] || body == two[1];
 }
 
-/* Find whether and when disc `i`, which has just hit wall `k`, is crushed between flat features of this wall and of
-   wall `other`. Return whether it is crushed.
+/* Disc `i` has just hit wall `k`. Return whether the disc is crushed between flat features of walls `k` and `other`. If
+   the disc is crushed, set `crush`.
 
-   Until the crush, no other body may come near, neither wall may begin another leg of its path, and the disc must stay
-   in front of both features. Otherwise the result is false. */
+   Before the crush, no other body may come near, no wall may begin another leg (straight part of its path), and the
+   disc must not pass an end of a feature. */
 static inline bool find_crush_between(const State *s, Index i, Index k, Index other, Crush *crush) {
     const Disc *a = &s->discs[i];
     double nx = s->to_and_fro[i].nx, ny = s->to_and_fro[i].ny;
@@ -127,12 +128,11 @@ static inline bool find_crush_between(const State *s, Index i, Index k, Index ot
 
 /* ---- the rule ---- */
 
-/* Find whether and when a disc that has just hit a body is crushed. Return whether it is crushed.
-
-   `Crush.time` is counted from the epoch. */
+/* Return whether a disc that has just hit a body is crushed. If the disc is crushed, set `crush`. `Crush.time` is in
+   seconds since the present epoch. */
 static inline bool find_crush(const State *s, Index i, Crush *crush) {
     const ToAndFro *t = &s->to_and_fro[i];
-    /* the last impacts are not on two opposite bodies, but on the same disc */
+    /* the disc has hit one other disc repeatedly, and no body on the opposite side */
     if (t->last == NO_BODY || t->across == NO_BODY)
         return false;
     if (t->last < 0 && t->across < 0 && find_crush_between(s, i, -1 - t->last, -1 - t->across, crush))
@@ -161,7 +161,8 @@ static inline bool goes_to_and_fro(ToAndFro *t, int body, int obstacle, double n
     return t->row > 0;
 }
 
-/* Return whether a disc that bounces to and fro is crushed before the requested end. If so, set `State.crush`. */
+/* Return whether a disc that bounces to and fro is crushed before the requested end of the run. If the disc is crushed,
+   set `State.crush`. */
 static CAROM_NOINLINE bool is_crushed(State *s, Index disc) {
     Crush crush;
     if (!find_crush(s, disc, &crush))
@@ -173,14 +174,14 @@ static CAROM_NOINLINE bool is_crushed(State *s, Index disc) {
     return true;
 }
 
-/* Count an impact of a disc that impacts move on a body. Return whether the disc is crushed before the requested
-   end. */
+/* Count an impact of a movable disc on a body. Return whether the disc is crushed before the requested end of the
+   run. */
 static inline bool is_crushed_by(State *s, Index disc, Index body, int obstacle, double nx, double ny) {
     ToAndFro *t = &s->to_and_fro[disc];
     return goes_to_and_fro(t, (int)body, obstacle, nx, ny) && t->row > s->standstill && is_crushed(s, disc);
 }
 
-/* Count an impact of two discs; return whether one of them is crushed. */
+/* Count an impact of two discs. Return whether one of the two is crushed. */
 static inline bool is_one_crushed(State *s, Index i, Index j) {
     const Disc *a = &s->discs[i];
     const Disc *b = &s->discs[j];

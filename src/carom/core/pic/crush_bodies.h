@@ -1,5 +1,4 @@
-/* Functions for the rule that finds crushed discs (crush.h): the state and the legs of a body at an instant, and
-   whether other bodies may come near a disc. */
+/* Functions for crush.h: the state and path of a body at an instant, and whether other bodies may come near a disc. */
 
 #pragma once
 
@@ -7,7 +6,7 @@
 
 /* ---- bodies at an instant ---- */
 
-typedef struct LegsAhead { /* the legs of a body's path from a given time onwards */
+typedef struct LegsAhead { /* the legs (straight parts) of a body's path from a given time onwards */
     const Leg *legs;
     Index count; /* 1 for a body that is not driven */
 } LegsAhead;
@@ -22,8 +21,7 @@ static inline LegsAhead legs_ahead(const State *s, Index body, double time) {
     return (LegsAhead){&s->driving.legs[first], row->first_leg + row->leg_count - first};
 }
 
-/* Return the greatest speed on any leg of a driven body's path from a time on. For a body that is not driven, which has
-   no legs, return 0. */
+/* Return the greatest speed of a driven body from a time on. If the body is not driven, return 0. */
 static inline double top_speed(const State *s, Index body, double time) {
     LegsAhead ahead = legs_ahead(s, body, time);
     double fastest = 0.0;
@@ -37,7 +35,7 @@ static inline double belt_of(const State *s, Index wall) {
     return row == NULL ? 0.0 : row->belt;
 }
 
-/* Return whether a disc's impact on a wall can change its spin or its velocity along the wall. */
+/* Return whether a disc's impact on a wall can change the disc's spin or its velocity along the wall. */
 static inline bool rubs_on(const State *s, Index wall) {
     return s->wall_laws[wall].wall_contact.friction > 0.0 || s->accelerated.rolling_resistance > 0.0;
 }
@@ -46,7 +44,8 @@ static inline double stored_spin(const State *s, Index i) {
     return s->turning == NULL ? 0.0 : s->turning[i].spin;
 }
 
-/* Return the distance between a disc's rim and a feature. `seen` is the disc relative to the feature's wall. */
+/* Return the distance between a disc's rim and a feature. `seen` is the disc's motion relative to the feature's
+   wall. */
 static inline double room_to_feature(const Feature *f, const Motion *seen, double radius) {
     if (f->kind == PLANE)
         return (seen->x - f->x.high) * f->nx + (seen->y - f->y.high) * f->ny - radius;
@@ -57,9 +56,9 @@ static inline double room_to_feature(const Feature *f, const Motion *seen, doubl
 
 typedef bool (*IsAmong)(const State *s, const void *bodies, Index body);
 
-/* Return whether another body may come near disc `i` within `seconds`, if no path changes. In this time the disc moves
-   at most the distance `way`, apart from its acceleration. Bodies for which `is_among` is true are ignored: these are
-   the two approaching bodies and the discs between them. */
+/* Return whether another body may come near disc `i` within `seconds`, if no path changes. In `seconds`, the disc moves
+   at most the distance `way`, plus the distance due to gravity. Ignore bodies for which `is_among` is true: the two
+   approaching bodies, and the discs between them. */
 static inline bool is_disturbed(const State *s, Index i, IsAmong is_among, const void *bodies, double way,
                                 double seconds) {
     const Disc *a = &s->discs[i];

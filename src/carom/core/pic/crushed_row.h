@@ -1,4 +1,4 @@
-/* Crush of a row of discs between two bodies that no impact moves: see crush.h. */
+/* Crush of a row of discs between two bodies that impacts do not move: see crush.h. */
 
 #pragma once
 
@@ -11,8 +11,7 @@ typedef struct Struck { /* the body that a disc hit last on one side */
     int obstacle;
 } Struck;
 
-/* Return the body that a disc hit last on one of its two sides. The unit vector (nx, ny) points from that side to the
-   disc. */
+/* Return the body that a disc hit last on a given side. The unit vector (nx, ny) points from that side to the disc. */
 static inline Struck struck_on_side(const ToAndFro *t, double nx, double ny) {
     if (nx == t->nx && ny == t->ny)
         return (Struck){t->last, t->last_obstacle};
@@ -30,11 +29,11 @@ typedef struct RowSide { /* part of a row of discs on one side of a given disc *
     double ny;
     Struck end;
     Index next_to_end; /* disc */
-    Index count;       /* number of bodies on this side, including the end */
+    Index count;       /* number of bodies on this side, including the body at the end */
 } RowSide;
 
-/* Find one side of a row: begin at disc `i`, go on to the disc that it hit last on this side, and so on, up to a body
-   that no impact moves. Return whether there is such a body. */
+/* Find one side of a row: disc `i`, the disc that disc `i` hit last on this side, and so on, up to a body that impacts
+   do not move. Return whether the row ends at a body that impacts do not move. */
 static inline bool find_row_side(const State *s, Index i, double nx, double ny, RowSide *side) {
     *side = (RowSide){.nx = nx, .ny = ny};
     Index disc = i;
@@ -51,12 +50,12 @@ static inline bool find_row_side(const State *s, Index i, double nx, double ny, 
     return false; /* the discs hit each other in a circle, without a body at the end */
 }
 
-typedef struct Row { /* a disc and the discs on both sides of it, with the body at each end of the row */
+typedef struct Row { /* a row of discs: one disc, the discs on both sides of it, and the body at each end of the row */
     Index disc;
     RowSide side[2];
 } Row;
 
-/* Return the next disc after a given disc, on one side of a row. */
+/* Return the next disc of a row after a given disc, on one side. */
 static inline Index next_in_row(const State *s, const RowSide *side, Index disc) {
     return struck_on_side(&s->to_and_fro[disc], side->nx, side->ny).body;
 }
@@ -74,17 +73,16 @@ static inline bool is_in_row(const State *s, const void *bodies, Index body) {
     return found;
 }
 
-/* Return the component of a vector that is perpendicular to a normal. The normal must be parallel to an axis; `nx` is
-   its x component. */
+/* Return the component of a vector that is perpendicular to a normal. The normal must be parallel to an axis, and `nx`
+   is its x component. */
 static inline double component_across(double x, double y, double nx) {
     return nx != 0.0 ? y : x;
 }
 
-/* For a given time, find the point at which the line of a row meets the surface of the body at one end of the row, and
-   the velocity of that body. Return whether the rule for rows applies to this end.
+/* For a given time, find the velocity of the body at one end of a row, and the point at which the line of the row meets
+   the body's surface. Return whether the rule for rows applies to this end of the row.
 
-   The result is false if the body is a wall that moves perpendicularly to the line, or if the wall's surface at that
-   point is not perpendicular to the line. */
+   A wall at the end must not move across the line of the row, and must be perpendicular to the line where they meet. */
 static inline bool find_row_end(const State *s, const RowSide *side, double nx, double ny, double time, Motion *end) {
     Index body = side->end.body;
     if (body >= 0) {
@@ -115,8 +113,8 @@ static inline bool find_row_end(const State *s, const RowSide *side, double nx, 
     return fits;
 }
 
-/* Return whether, at a given time, the centres of all discs of a row are on one line and no disc has a velocity across
-   the line. A disc at an end of the row also counts. */
+/* Return whether the centres of all discs of a row are on one line at a given time, and no disc moves across the line.
+   Discs at the ends of the row are included. */
 static inline bool is_on_line(const State *s, const Row *row, double nx, double time) {
     Motion from = disc_motion(s, row->disc, (Instant){time, 0.0});
     if (component_across(from.vx, from.vy, nx) != 0.0)
@@ -136,7 +134,7 @@ static inline bool is_on_line(const State *s, const Row *row, double nx, double 
     return true;
 }
 
-/* Return whether friction acts in the impacts of a row because discs spin or a wall has a moving surface. Friction
+/* Return whether friction acts in the impacts of a row, because a disc spins or the surface of a wall moves. Friction
    would move the discs off the line. */
 static inline bool row_slips(const State *s, const Row *row) {
     bool rubs = false, slips = stored_spin(s, row->disc) != 0.0;
@@ -152,8 +150,8 @@ static inline bool row_slips(const State *s, const Row *row) {
     return rubs && slips;
 }
 
-/* Return the sum of the diameters of a row's discs. The sum is accurate to more digits than a float, so the order of
-   the discs does not matter. */
+/* Return the sum of the diameters of a row's discs. The sum has more digits than a float, so the order of the discs
+   does not matter. */
 static inline double row_length(const State *s, const Row *row) {
     DoubleDouble sum = {2.0 * s->discs[row->disc].radius, 0.0};
     for (int n = 0; n < 2; n++) {
@@ -179,18 +177,18 @@ static inline bool is_row_disturbed(const State *s, const Row *row, double way, 
     return found;
 }
 
-/* Return whether an impact on the body at an end of a row loses energy. An impact on a disc is ignored here. */
+/* Return whether an impact on the body at an end of a row loses energy. If that body is a disc, return false. */
 static inline bool end_loses(const State *s, const RowSide *side) {
     Index body = side->end.body;
     return body < 0 && s->wall_laws[-1 - body].wall_restitution < 1.0;
 }
 
-/* Find whether and when disc `i` is crushed, alone or in a row of discs, between two bodies that no impact moves.
-   Return whether it is crushed.
+/* Return whether disc `i` is crushed between two bodies that impacts do not move, alone or in a row of discs. If the
+   disc is crushed, set `crush`.
 
-   All discs must be exactly on one line that is parallel to an axis, without velocity, acceleration or slip across the
-   line. Then nothing moves them off the line. In a row of several discs no impact may lose energy, because the discs
-   might otherwise come to rest on each other before they are crushed. */
+   All discs must be exactly on one line parallel to an axis, without velocity, acceleration or slip across the line, so
+   that nothing moves them off the line. In a row of several discs, no impact may lose energy, because the discs could
+   come to rest on each other instead of being crushed. */
 static inline bool find_crush_in_row(const State *s, Index i, Crush *crush) {
     double nx = s->to_and_fro[i].nx, ny = s->to_and_fro[i].ny, now = s->discs[i].time;
     Row row = {.disc = i};

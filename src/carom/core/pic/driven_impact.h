@@ -1,11 +1,11 @@
-/* Driven bodies: the times at which discs hit them. Also applies impacts in runs with driven bodies, features or spins.
+/* Times at which discs hit driven bodies. This file also applies impacts in runs with driven bodies, features or spins.
 
-   Driven bodies are not in the grid's cells or lists of obstacles. There are few of them, so all are checked when a
-   disc's path changes. Driven walls are also checked when a disc crosses an edge of its cell. A prediction considers
-   the legs of the driven body's path one by one, up to the time of the disc's next known event.
+   Driven bodies are not in the grid's cells or lists of obstacles. There are few driven bodies, so all of them are
+   checked when a disc's path changes. Driven walls are also checked when a disc crosses an edge of its cell. A
+   prediction goes through the legs (straight parts) of a driven body's path, up to the time of the disc's next known
+   event.
 
-   The event loop calls `predict_special` and `apply_special_impact`. These two functions are not inlined, because
-   inlining them would slow down all other runs. */
+   `predict_special` and `apply_special_impact` are not inlined, because inlining would slow down all other runs. */
 
 #pragma once
 
@@ -23,11 +23,11 @@ typedef struct FeatureImpact { /* impact of a disc with one of a wall's features
     Index feature;
 } FeatureImpact;
 
-/* Return the feature of a wall that a disc hits first. `seen` is the disc relative to the wall, and `leg` is the
-   present leg of the wall's path. Impacts that are certainly later than `wait` are ignored.
+/* Return the feature of a wall that a disc hits first. `seen` is the disc's motion relative to the wall, and `leg` is
+   the present straight part of the wall's path. Impacts that are certainly later than `wait` are ignored.
 
-   In a tie the feature with the lower number is first. `is_on_path` is true if neither the disc nor the wall has
-   changed its path since the disc hit `seen->last`. */
+   If two features are hit at the same time, the feature with the lower number is first. `is_on_path` is true if neither
+   the disc nor the wall has changed its path since the disc hit `seen->last`. */
 static inline FeatureImpact first_impact_on_wall(const State *s, Index i, const Disc *seen, const Driven *wall,
                                                  const Leg *leg, bool is_on_path, double wait) {
     Mover mover = mover_of(seen);
@@ -43,8 +43,8 @@ static inline FeatureImpact first_impact_on_wall(const State *s, Index i, const 
     return first;
 }
 
-/* If disc `i` hits a driven wall before it leaves its cell, predict that impact. If the disc hits several walls at the
-   same time, the wall with the highest number is predicted. */
+/* If disc `i` hits a driven wall before it leaves its cell, predict the impact on the wall. If the disc hits several
+   walls at the same time, predict the impact on the wall with the highest number. */
 static inline void predict_driven_wall(State *s, Index i, const Driven *wall) {
     const Disc *a = &s->discs[i];
     Prediction *p = &s->predictions[i];
@@ -71,8 +71,8 @@ static inline void predict_driven_wall(State *s, Index i, const Driven *wall) {
     }
 }
 
-/* Return whether disc `i` glides along feature `k`, the next feature that it reaches, instead of hitting it. Gliding is
-   motion along an arc in contact without an impact. `time` is when the disc reaches the feature. */
+/* Return whether disc `i` glides along feature `k` instead of hitting it. Gliding is motion along an arc in contact
+   without an impact. The disc reaches the feature at `time`. */
 static inline bool begins_to_glide(const State *s, Index i, Index k, double time) {
     const Feature *f = &s->features[k];
     if (f->kind != INNER_ARC)
@@ -103,7 +103,7 @@ static inline double driven_disc_time(const State *s, Index i, const Driven *row
         if (begin > latest)
             break;
         bool touches = s->touched != NULL && find_touched(&s->touched[i], j, leg->begins) != NULL;
-        /* the two discs separate on this leg: see `last_partner` */
+        /* on this leg (straight part of its path), the driven disc only separates from disc i: see `last_partner` */
         if (touches || (n == first && s->discs[i].last == j))
             continue;
         Disc a = s->discs[i];
@@ -117,8 +117,8 @@ static inline double driven_disc_time(const State *s, Index i, const Driven *row
     return CAROM_INF;
 }
 
-/* If disc `i` hits a driven disc before its predicted impact, predict the impact on the driven disc instead. In a tie
-   the partner with the lower number is predicted. */
+/* If disc `i` hits a driven disc before its predicted impact, predict the impact on the driven disc instead. If both
+   impacts are at the same time, predict the partner with the lower number. */
 static inline void predict_driven_disc(State *s, Index i, const Driven *row) {
     Prediction *p = &s->predictions[i];
     double latest = predicted_impact(p).high;
@@ -137,15 +137,15 @@ static inline void predict_driven_disc(State *s, Index i, const Driven *row) {
 
 /* ---- functions for the event loop ---- */
 
-/* Predict the next events of a disc that accelerates, as far as `change` affects them. */
+/* Predict the next events of a disc that accelerates, if `change` affects them. */
 static CAROM_NOINLINE void predict_accelerated(State *s, Index i, Change change) {
     predict_parabola_partner(s, i, change);
     if (change != OF_PARTNER)
         predict_parabola_exit(s, i);
 }
 
-/* Apply the event of a disc that accelerates: an impact, or the end of its motion if `second` is the disc itself.
-   Return false and set `State.stopped` if the run ends. */
+/* Apply the event of a disc that accelerates. The event is an impact, or the end of the disc's motion if `second` is
+   the disc itself. Return false and set `State.stopped` if the run ends. */
 static CAROM_NOINLINE bool apply_accelerated(State *s, Index first, Index second, Instant at, bool is_wanted) {
     if (is_wanted && !reserve_modes(s)) {
         s->stopped = NO_MEMORY;
@@ -158,8 +158,8 @@ static CAROM_NOINLINE bool apply_accelerated(State *s, Index first, Index second
     return apply_parabola_feature_impact(s, first, -1 - second, at, is_wanted);
 }
 
-/* In a run with features or driven bodies, predict the next events of disc `i`, as far as `change` affects them.
-   `predict_partner` must have predicted the next impact on a disc that is not driven. */
+/* In a run with features or driven bodies, predict the next events of disc `i` that `change` affects. `predict_partner`
+   must have been called before, to predict the next impact on a disc that is not driven. */
 static CAROM_NOINLINE void predict_special(State *s, Index i, Change change) {
     if (change != OF_CELL) {
         for (Index k = 0; k < s->driving.count; k++) {
@@ -176,8 +176,7 @@ static CAROM_NOINLINE void predict_special(State *s, Index i, Change change) {
     }
 }
 
-/* Apply an impact in a run with spins, features or driven bodies. Return false and set `State.stopped` if the run
-   ends. */
+/* Apply an impact in a run with spins, features or driven bodies. */
 static CAROM_NOINLINE bool apply_special_impact(State *s, Index first, Index second, double time, bool is_wanted) {
     bool is_crushed = false;
     if (second >= 0) {

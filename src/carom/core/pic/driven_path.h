@@ -1,15 +1,15 @@
-/* Prescribed motion: position and velocity of a driven body at a time, and the leg of its path (a part with constant
-   velocity) on which it is at this time.
+/* Prescribed motion: position and velocity of a driven body at a time. The path of a driven body consists of legs,
+   which are parts with constant velocity.
 
-   The coordinates of a driven wall's features are those at the start of the run. To compare a disc with them, the
-   disc's position is converted to coordinates that move with the wall. A driven disc moves along its path from its
+   The coordinates of a driven wall's features are those at the start of the run. To compare a disc with a driven wall,
+   the disc's position is converted to coordinates that move with the wall. A driven disc moves along its path from its
    centre at the start. */
 
 #pragma once
 
 #include "carom/core/pic/straight_motion.h"
 
-/* Return the row of a body, or NULL if it is not driven. Wall k has the number -1 - k. */
+/* Return the row of a body, or NULL if the body is not driven. Wall k has the number -1 - k. */
 static inline const Driven *driven_row(const Driving *d, Index body) {
     for (Index k = 0; k < d->count; k++) {
         if (d->rows[k].body == body)
@@ -18,13 +18,13 @@ static inline const Driven *driven_row(const Driving *d, Index body) {
     return NULL;
 }
 
-/* Return whether a wall moves. */
 static inline bool is_driven_wall(const Driving *d, Index wall) {
     const Driven *row = driven_row(d, -1 - wall);
     return row != NULL && row->leg_count > 0;
 }
 
-/* Return the number of the leg on which a body is at a time. For a time before the first leg, return the first leg. */
+/* Return the number of the leg (part with constant velocity) on which a body is at a time. For a time before the first
+   leg, return the first leg. */
 static inline Index leg_at(const Driving *d, const Driven *row, double time) {
     Index low = row->first_leg;
     Index high = row->first_leg + row->leg_count;
@@ -38,8 +38,8 @@ static inline Index leg_at(const Driving *d, const Driven *row, double time) {
     return low;
 }
 
-/* Return the position and velocity of a disc on its present path at a time, relative to a wall. `leg` is the leg of the
-   wall's path at that time. */
+/* Return the position and velocity of a disc relative to a wall, at a time on the disc's present path. `leg` is the
+   part of the wall's path at that time. */
 static inline Disc seen_from_leg(const Disc *a, const Leg *leg, double time) {
     Disc seen = *a;
     Point centre = position_at(a, time);
@@ -52,14 +52,12 @@ static inline Disc seen_from_leg(const Disc *a, const Leg *leg, double time) {
     return seen;
 }
 
-/* Return a disc at a time relative to a driven wall. */
 static inline Disc seen_from_wall(const State *s, const Disc *a, const Driven *row, double time) {
     if (row->leg_count == 0)
         return *a;
     return seen_from_leg(a, &s->driving.legs[leg_at(&s->driving, row, time)], time);
 }
 
-/* Return the velocity and the surface speed of a driven wall at a time. */
 static inline Surface surface_at(const State *s, const Driven *row, double time) {
     Surface surface = {0.0, 0.0, row->belt};
     if (row->leg_count > 0) {
@@ -70,7 +68,7 @@ static inline Surface surface_at(const State *s, const Driven *row, double time)
     return surface;
 }
 
-/* Return a driven disc's position and velocity at a time within a leg of its path. */
+/* Return a driven disc's position and velocity at a time within a leg (straight part) of its path. */
 static inline Disc driven_disc_on(const Driven *row, const Disc *b, const Leg *leg, double time) {
     Disc moved = *b;
     Point displacement = displacement_on(leg, time);
@@ -81,7 +79,7 @@ static inline Disc driven_disc_on(const Driven *row, const Disc *b, const Leg *l
     return moved;
 }
 
-/* Move disc `i` to its position at a time, if it is driven. */
+/* If disc `i` is driven, move the disc to its position at a time. */
 static inline void move_driven_disc(State *s, Index i, double time) {
     if (s->discs[i].inverse_mass > 0.0)
         return;
@@ -90,7 +88,7 @@ static inline void move_driven_disc(State *s, Index i, double time) {
         s->discs[i] = driven_disc_on(row, &s->discs[i], &s->driving.legs[leg_at(&s->driving, row, time)], time);
 }
 
-/* Convert the start and end times of all legs from seconds since the start of the run to seconds since the present
+/* Convert the start and end times of all legs: from seconds since the start of the run, to seconds since the present
    epoch. */
 static inline void count_legs_from_epoch(State *s) {
     const Clock *clock = &s->clock;
@@ -101,8 +99,8 @@ static inline void count_legs_from_epoch(State *s) {
     }
 }
 
-/* If the driven body that disc `i` hit last has begun another leg since, clear `Disc.last`, so that the disc may hit
-   this body again. */
+/* If disc `i` hit a driven body last and this body has begun another leg (straight part of its path) since, clear
+   `Disc.last`. The disc may then hit the body again. */
 static inline void clear_last_of_ended_leg(State *s, Index i) {
     Disc *a = &s->discs[i];
     if (a->last == NO_BODY)

@@ -17,13 +17,12 @@
 
 /* ---- the loop ---- */
 
-/* The discs that an event has changed. */
 typedef struct Changed {
     Index disc[2]; /* numbers of the changed discs; NOBODY in an unused place */
     Change change; /* which predictions of these discs must be computed again */
 } Changed;
 
-/* Predict the next events of disc `i`, as far as `change` affects them, and update the queue. */
+/* Predict the next events of disc `i` that `change` affects, and update the queue. */
 static inline void predict(State *s, Index i, Change change) {
     if (change != OF_TIME) {
         if (CAROM_UNLIKELY(s->accelerated.paths != NULL)) {
@@ -39,8 +38,8 @@ static inline void predict(State *s, Index i, Change change) {
     set_time(&s->queue, i, event_time(&s->predictions[i]));
 }
 
-/* Apply an impact or the end of a motion, if discs accelerate; `apply_impact` does the same for other discs. Here, the
-   event's instant is the sum of a high and a low part. */
+/* If discs accelerate, apply an impact or the end of a motion; otherwise `apply_impact` is used. The event's instant is
+   the sum of a high and a low part. */
 static CAROM_NOINLINE Ending apply_accelerated_event(State *s, Event event, double until, Index impacts,
                                                      Changed *changed) {
     const Prediction *p = &s->predictions[event.disc];
@@ -60,8 +59,8 @@ static CAROM_NOINLINE Ending apply_accelerated_event(State *s, Event event, doub
     return s->counts.beyond - s->grid.beyond > s->grid.beyond_limit ? OUTGROWN : NOT_ENDED;
 }
 
-/* Apply an impact, unless it is beyond a limit of this call of `carom_advance` (`until`, `impacts`). If the impact or a
-   limit ends the call, return the `Ending`, otherwise NOT_ENDED. */
+/* Apply an impact, unless it is beyond `until` or `impacts`, the limits of this call of `carom_advance`. Return the
+   `Ending` if the impact or a limit ends the call. Otherwise return NOT_ENDED. */
 static inline Ending apply_impact(State *s, Event event, double until, Index impacts, Changed *changed) {
     double time = event_time(&s->predictions[event.disc]);
     bool is_wanted;
@@ -116,8 +115,8 @@ static inline Change apply_other_event(State *s, Event event) {
     return event.kind == START ? OF_PATH : OF_TIME;
 }
 
-/* Advance a run as `carom_advance` does, but also return (with OUTGROWN) if discs have moved outside the grid of cells.
-   Each long function is called in only one place, so that compilers inline it. */
+/* Advance a run like `carom_advance`, but also return OUTGROWN if discs have moved outside the grid of cells. Each long
+   function is called in only one place, so that compilers inline it. */
 static CAROM_NOINLINE Ending advance(State *s, double until, Index impacts, Index events) {
     while (true) {
         if (s->counts.at_instant > s->standstill)
@@ -151,8 +150,7 @@ static CAROM_NOINLINE Ending advance(State *s, double until, Index impacts, Inde
             changed.change = apply_other_event(s, event);
         }
 
-        /* Predict the changed discs again. A disc that never moves has no predictions, because the predictions of other
-           discs contain its impacts. */
+        /* A disc that never moves has no predictions, because the predictions of other discs contain its impacts. */
         for (const Index *i = changed.disc; i < changed.disc + 2; i++) {
             if (*i != NOBODY && s->discs[*i].inverse_mass > 0.0) {
                 predict(s, *i, changed.change);
@@ -167,12 +165,11 @@ static CAROM_NOINLINE Ending advance(State *s, double until, Index impacts, Inde
     }
 }
 
-/* Choose new cells for the region where discs have been. Keep the new cells only if they save more checks than they
-   cost.
+/* Choose new cells for the region where discs have been. Keep the new cells only if they save more checks of features
+   than they cost.
 
-   A disc outside the area of the lists of obstacles must be checked against all features. In a gas that has left its
-   first box, for example, many discs need these checks. Larger cells avoid these checks, but contain more discs, and a
-   prediction searches nine cells. The choice changes no result. */
+   Outside the area in which lists of obstacles are valid, every disc must be checked against all features. A grid of
+   larger cells covers a larger area. But larger cells contain more discs, and a prediction searches nine cells. */
 static void choose_cells_again(State *s) {
     Grid *g = &s->grid;
     Grid old = *g;
@@ -200,7 +197,8 @@ static void choose_cells_again(State *s) {
     if (!is_better)
         *g = old;
     s->counts.choices += is_better;
-    g->beyond_limit = 2 * old.beyond_limit; /* doubling the limit keeps the cost of all choices below their savings */
+    /* doubling the limit keeps the total cost of new cells below their savings */
+    g->beyond_limit = 2 * old.beyond_limit;
     g->predictions = s->counts.predictions;
     g->beyond = s->counts.beyond;
     s->counts.predicted = 0;
@@ -224,7 +222,8 @@ Ending carom_advance(State *s, double until, Index impacts, Index events) {
 
 /* ---- functions for bindings ---- */
 
-/* Return whether the loop for few bodies advances a run. A factor for the width of cells requests cells. */
+/* Return whether the loop for few bodies (few_bodies.h) advances a run. The result is false if the caller sets a factor
+   for the width of cells, because the loop uses no cells. */
 static bool has_few_bodies(const State *s, const RunInput *input) {
     bool has_few = s->disc_count <= MOST_FEW_DISCS && s->wall_count <= MOST_FEW_WALLS;
     bool is_plain = !s->has_special_impacts && !s->has_acceleration && !s->has_touched;
@@ -251,7 +250,7 @@ size_t carom_set_up(State *s, const RunInput *input) {
     s->until = input->until;
     s->solves_all_pairs = input->solves_all_pairs;
     set_acceleration(s, input);
-    s->has_touched = can_stop(input);
+    s->has_touched = has_inelastic_body(input);
     s->has_special_paths = s->feature_count > 0 || s->driving.count > 0;
     s->has_special_impacts = s->has_special_paths || s->record.has_spins;
     s->has_few_bodies = has_few_bodies(s, input);
@@ -260,7 +259,7 @@ size_t carom_set_up(State *s, const RunInput *input) {
     s->grid.extent = obstacle_extent(input);
     choose_grid(&s->grid, &s->visited, n, s->feature_count);
     /* Choosing new cells costs about as much as one prediction per disc and one check per feature. The limit is the
-       number of predictions beyond the area whose checks of all features cost as much. */
+       number of predictions outside the area that cost as much, because each of them checks all features. */
     double checks = (double)(n + s->feature_count) / (1.0 + (double)s->feature_count / CAROM_LOOKS_PER_PREDICTION);
     s->grid.beyond_limit = (Index)checks;
     return lay_out(s, NULL);

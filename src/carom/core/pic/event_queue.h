@@ -1,7 +1,8 @@
-/* Event queue: a tournament tree of the times of all discs' next events. A match compares eight times.
+/* Event queue: a tournament tree of the times of all discs' next events. Each match of the tournament compares eight
+   times, which share a cache line.
 
-   The eight times of a match share a cache line. The smallest of the eight times moves up one level, together with the
-   number of its disc. Unlike in a heap, entries are not moved or deleted: a disc's new time replaces its old time. */
+   The smallest time of a match moves up one level, together with the number of its disc. A disc's new time replaces its
+   old time. Unlike in a heap, entries do not change places. */
 
 #pragma once
 
@@ -9,7 +10,7 @@
 
 typedef struct Sibling {
     double time;
-    Index place; /* index of the time in its level */
+    Index place; /* index of the time within its level */
 } Sibling;
 
 /* Set the sizes of a queue's levels. Return false if there are too many discs. */
@@ -27,13 +28,12 @@ static inline bool lay_out_queue(Queue *q, Index discs) {
     return false;
 }
 
-/* Return the number of times in all levels of a queue. */
 static inline Index queue_length(const Queue *q) {
     return q->level[q->top] + SIBLINGS;
 }
 
-/* Return the smallest of the seven times that share a match with the time at `place`. The comparisons are in three
-   rounds, and a processor executes the comparisons of a round in parallel. */
+/* Return the smallest of the seven event times that are compared with the time at `place`. The comparisons are in three
+   rounds, because a processor executes the comparisons of a round in parallel. */
 static CAROM_ALWAYS_INLINE Sibling best_sibling(const double *times, Index place) {
     double a = times[place ^ 1];
     double b = times[place ^ 2];
@@ -55,7 +55,7 @@ static CAROM_ALWAYS_INLINE Sibling best_sibling(const double *times, Index place
     return (Sibling){lesser(abc, defg), place ^ (abc < defg ? at_abc : at_defg)};
 }
 
-/* Set the time of disc `i`'s next event, and update the levels above as far as necessary. */
+/* Set the time of disc `i`'s next event, and update the higher levels as far as necessary. */
 static inline void set_time(Queue *q, Index i, double time) {
     Index place = i;
     Index holder = i;
@@ -64,11 +64,11 @@ static inline void set_time(Queue *q, Index i, double time) {
         Index above = q->level[level + 1] + (place >> 3);
         if (time > q->time[above]) {
             if ((q->holder[above] >> (3 * level)) != place)
-                return; /* another time is the smallest of this match, so the levels above do not change */
+                return; /* another time is the smallest of this match, so the higher levels do not change */
             Sibling best = best_sibling(q->time + q->level[level], place);
             Index other = level == 0 ? best.place : q->holder[q->level[level] + best.place];
             Index earlier = best.time < time;
-            /* arithmetic instead of a branch, which the processor could not predict */
+            /* arithmetic replaces a branch, which the processor could not predict */
             holder += (other - holder) * earlier;
             time = lesser(best.time, time);
         } else if (time == q->time[above] && (q->holder[above] >> (3 * level)) != place) {
@@ -80,7 +80,7 @@ static inline void set_time(Queue *q, Index i, double time) {
     }
 }
 
-/* Return the disc of the earliest event. If several discs have events at that time, return any of these discs. */
+/* Return the disc of the earliest event. If several discs have the earliest event, return any of them. */
 static inline Index earliest(const Queue *q) {
     return q->holder[q->level[q->top]];
 }
@@ -106,8 +106,8 @@ static inline double earliest_except(const Queue *q, Index i, Index j) {
     return least;
 }
 
-/* Return the first disc whose number is at least `i` and whose time is at most `time`. If there is none, return the
-   number of discs. */
+/* Return the first disc whose number is at least `i` and whose time is at most `time`. Return the number of discs if
+   there is none. */
 static inline Index next_not_after(const Queue *q, Index i, double time) {
     while (i < q->discs) {
         if (q->time[i] <= time)
@@ -122,8 +122,8 @@ static inline Index next_not_after(const Queue *q, Index i, double time) {
     return q->discs;
 }
 
-/* Return the disc whose event most probably follows that of disc `i`, which has the earliest event. The result may be
-   wrong, because only the matches of disc `i` on the two highest levels are considered. */
+/* Return the disc whose event is most probably the next one after the earliest event, which belongs to disc `i`. The
+   result may be wrong, because only the matches of disc `i` on the two highest levels are compared. */
 static inline Index runner_up(const Queue *q, Index i) {
     Index last = q->top - 1;
     Sibling upper = best_sibling(q->time + q->level[last], i >> (3 * last));

@@ -1,9 +1,9 @@
 /* Loop for runs with few discs and few walls: an event loop without cells and without a queue.
 
-   With few bodies, bounding the times of all impacts of a disc takes less time than finding the near bodies in cells,
-   because vector instructions bound several times at once, and no disc crosses an edge of a cell. Each disc has one
-   prediction: its first impact with any body. As in the other loop, a prediction is stale if the partner's path has
-   changed. The results are bit-identical to those of the other two loops.
+   With few bodies, it is faster to bound the times of all impacts of a disc than to find near bodies in cells. Vector
+   instructions compute several bounds at once, and no disc crosses an edge of a cell. Each disc has one prediction: its
+   first impact with any body. A prediction is stale if the partner's path has changed since the prediction was made.
+   The results are bit-identical to those of the event loop (event_loop.c) and of the all-pairs loop (all_pairs.h).
 
    The loop is only used if all discs move in straight lines and all walls are half-planes: see `has_few_bodies`. */
 
@@ -13,7 +13,7 @@
 
 /* ---- copies of rows ---- */
 
-/* Copy the row of disc `i` after its path has changed. */
+/* After the path of disc `i` has changed, copy its row. */
 static inline void copy_disc(State *s, Index i) {
     FewBodies *f = &s->few;
     const Disc *a = &s->discs[i];
@@ -41,12 +41,14 @@ static inline void fill_few_bodies(State *s) {
 
 /* ---- bounds ---- */
 
-/* Write lower bounds of the times at which disc `i` hits each disc; infinity for never.
+/* For each disc, write a lower bound of the time at which disc `i` hits this disc; infinity for never.
 
-   The bound is the root c / (-b + sqrt(D)) of pair_time.h, with a smaller c and a larger D. Let S = d.d + R^2, and let
-   e be CAROM_FEW_ERROR. The errors of c and D are less than e S and e a S, which are subtracted from c and added to D.
-   The addition increases sqrt(D) by more than e/4 of the root of a S. The error of b is less than e/32 of this root, so
-   it needs no term. If D is NaN because of an overflow, or may have an underflow, the bound is the start of the path. */
+   Let d and u be the relative position and velocity of the two discs, and R the sum of their radii. Let a = u.u, b =
+   d.u, c = d.d - R^2 and D = b^2 - a c. The bound is the root c / (-b + sqrt(D)) with a smaller c and a larger D. Let S
+   = d.d + R^2, and let e be CAROM_FEW_ERROR. The errors of c and D are less than e S and e a S, so e S is subtracted
+   from c, and e a S is added to D. The addition increases sqrt(D) by more than e/4 sqrt(a S). The error of b is less
+   than e/32 sqrt(a S), so the bound needs no term for this error. If D is NaN because of an overflow, or if an
+   underflow is possible, the bound is the start of the path. */
 static inline void bound_disc_times(const FewBodies *f, Index i, double *low) {
     double x = f->x[i], y = f->y[i], vx = f->vx[i], vy = f->vy[i], begin = f->start[i], radius = f->radius[i];
     for (Index block = 0; block < f->disc_places; block += LANES) {
@@ -75,8 +77,8 @@ static inline void bound_disc_times(const FewBodies *f, Index i, double *low) {
     }
 }
 
-/* Write lower bounds of the times at which disc `i` hits each wall; infinity for never. The error bounds are twice as
-   large as those of `wall_impact_wait`, so that they include the roundings of the quotient. */
+/* For each wall, write a lower bound of the time at which disc `i` hits this wall; infinity for never. The error bounds
+   are twice those of `wall_impact_wait`, so that they also cover the rounding of the quotient. */
 static inline void bound_wall_times(const FewBodies *f, Index i, double *low) {
     double x = f->x[i], y = f->y[i], vx = f->vx[i], vy = f->vy[i], radius = f->radius[i], start = f->start[i];
     for (Index block = 0; block < f->wall_places; block += LANES) {
@@ -98,17 +100,17 @@ typedef struct LeastTimes {
     Index place;   /* index of the least time; the first index if all times are infinite */
 } LeastTimes;
 
-/* Return the two least times of two arrays, of which each has its own least times. */
+/* From the two least times of each of two arrays, return the two least times of both arrays. */
 static inline LeastTimes merge_least_times(LeastTimes a, LeastTimes b) {
     return (LeastTimes){lesser(a.first, b.first), lesser(lesser(a.second, b.second), greater(a.first, b.first)),
                         b.first < a.first ? b.place : a.place};
 }
 
-/* Return the two least times of an array, whose length is a multiple of LANES. Each lane finds the least of its own
-   times, because a comparison of one time after the other would have to wait for each result. The function is always
-   inlined, because GCC then uses vector instructions, which halve its time. */
+/* Return the two least times of an array, whose length is a multiple of LANES. Each lane (place in a vector) finds its
+   own least times, because comparing all times one after the other would be slower. The function is always inlined,
+   because GCC then uses vector instructions, which halve the function's time. */
 static CAROM_ALWAYS_INLINE LeastTimes find_least_times(const double *times, Index count) {
-    /* places are floats, so that vector instructions select times and places alike */
+    /* indices are stored as floats, so that the same vector instructions select times and indices */
     double first[LANES], second[LANES], place[LANES], here[LANES];
     for (Index lane = 0; lane < LANES; lane++) {
         first[lane] = times[lane];
@@ -137,7 +139,7 @@ static inline void store_first_impact(State *s, Index i, FirstImpact first) {
     s->few.time[i] = first.time;
 }
 
-/* Predict the first impact of disc `i` from bounds. */
+/* Predict the first impact of disc `i` from lower bounds of the times of all its impacts. */
 static inline void predict_from_bounds(State *s, Index i) {
     const FewBodies *f = &s->few;
     double low[MOST_FEW_DISCS + MOST_FEW_WALLS];
@@ -163,8 +165,8 @@ static inline void predict_from_bounds(State *s, Index i) {
     store_first_impact(s, i, found);
 }
 
-/* Predict the first impact of disc `i` from the exact times of all its impacts, because bounds do not decide which one
-   is first. */
+/* Predict the first impact of disc `i` from the exact times of all its impacts, because bounds do not decide which
+   impact is first. */
 static CAROM_NOINLINE void predict_from_times(State *s, Index i) {
     NextEvent least = {NEVER, i, -1};
     for (Index k = 0; k < s->wall_count; k++)
@@ -186,7 +188,7 @@ static inline bool is_first_stale(const State *s, Index i) {
     return p->body >= 0 && s->discs[p->body].impacts != p->partner_impacts;
 }
 
-/* Replace the bound of the first impact of disc `i` by the exact time. */
+/* Replace the lower bound of the time of disc `i`'s first impact by the exact time. */
 static inline void solve_first_impact(State *s, Index i) {
     FirstImpact p = s->few.first[i];
     p.time = p.body >= 0 ? pair_event_time(s, i, p.body) : wall_meeting(s, i, -1 - p.body).high;
@@ -197,8 +199,8 @@ static inline void solve_first_impact(State *s, Index i) {
         store_first_impact(s, i, p);
 }
 
-/* Make the first impact of disc `i` more certain: predict it again if it is stale, or compute its exact time. Return
-   false if the impact was already exact. */
+/* Refine the prediction of disc `i`'s first impact: predict the impact again if the prediction is stale, otherwise
+   compute the exact time. Return false if the time was already exact. */
 static inline bool refine_first_impact(State *s, Index i) {
     if (is_first_stale(s, i)) {
         s->counts.stale += 1;
@@ -219,8 +221,8 @@ static inline Bodies first_bodies(const State *s, Index i) {
     return 0 <= body && body < i ? (Bodies){body, i} : (Bodies){i, body};
 }
 
-/* Return the disc whose impact is applied first if several discs have impacts at `time`. If one of these impacts is not
-   exact, refine it, and return NOBODY. */
+/* Several discs may have impacts at `time`. Return the disc whose impact is applied first. If the time of one of these
+   impacts is not exact, refine its prediction and return NOBODY. */
 static CAROM_NOINLINE Index first_disc_of_tie(State *s, double time) {
     Index first = NOBODY;
     NextEvent least = {NEVER, s->disc_count, 0};
@@ -239,8 +241,8 @@ static CAROM_NOINLINE Index first_disc_of_tie(State *s, double time) {
     return first;
 }
 
-/* Return the least time of all discs except `i`, whose first impact is exact, and except its partner if the partner's
-   first impact is the same. */
+/* The time of disc `i`'s first impact is exact. Return the least time of all other discs, but ignore the partner if its
+   first impact is the same impact. */
 static inline double least_other_time(State *s, Index i) {
     FewBodies *f = &s->few;
     const FirstImpact *p = &f->first[i];
@@ -258,8 +260,8 @@ static inline double least_other_time(State *s, Index i) {
     return least;
 }
 
-/* Return the disc whose impact is next, if disc `i` has the least time. If this is not certain yet, refine a
-   prediction, and return NOBODY. */
+/* Disc `i` has the least time. Return the disc whose impact is next. If that disc is not certain yet, refine a
+   prediction and return NOBODY. */
 static inline Index next_disc(State *s, Index i) {
     if (is_first_stale(s, i)) {
         refine_first_impact(s, i);
@@ -282,7 +284,7 @@ static inline void predict_few(State *s, Index i) {
         predict_from_bounds(s, i);
 }
 
-/* Predict all discs at the beginning of an epoch. */
+/* Predict all discs at the beginning of an epoch (part of a run). */
 static CAROM_NOINLINE void predict_all_few(State *s) {
     for (Index i = 0; i < s->disc_count; i++)
         copy_disc(s, i);
@@ -291,7 +293,7 @@ static CAROM_NOINLINE void predict_all_few(State *s) {
     s->counts.predicted = s->disc_count;
 }
 
-/* Apply the first impact of disc `i`, and predict its bodies again. */
+/* Apply the first impact of disc `i`, and predict the discs in this impact again. */
 static inline void apply_first_impact(State *s, Index i, bool is_wanted) {
     Bodies bodies = first_bodies(s, i);
     double time = s->few.time[i];
@@ -308,7 +310,7 @@ static inline void apply_first_impact(State *s, Index i, bool is_wanted) {
     }
 }
 
-/* Advance a run as `carom_advance` does. */
+/* Advance a run like `carom_advance`. */
 static CAROM_NOINLINE Ending advance_few(State *s, double until, Index impacts, Index events) {
     while (true) {
         if (s->counts.at_instant > s->standstill)

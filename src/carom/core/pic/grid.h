@@ -1,9 +1,8 @@
-/* Broad phase: a grid of square cells, with which a search (a scan) finds the discs near a given disc.
+/* Broad phase: a grid of square cells, in which a search (a scan) finds the discs near a given disc.
 
    A cell is wider than the largest sum of two radii, so discs whose cells are not neighbours do not touch. The
-   outermost cells extend outwards without limit, so every disc is in some cell. A ring of cells around them stays
-   empty, so that scans need no special cases at the rim. Cells decide when a pair is checked, and never change a
-   result. */
+   outermost cells extend outwards without limit, so every disc is in a cell. A ring of empty cells around the grid
+   makes special cases at its border unnecessary. Cells decide when two discs are checked, and never change a result. */
 
 #pragma once
 
@@ -11,8 +10,8 @@
 
 /* ---- choice of the cells ---- */
 
-/* Set the largest radius, the largest sum of two radii (for a single disc, twice its radius), and the factor for the
-   width of a cell. */
+/* Set the largest radius, the largest sum of two radii, and the factor for the width of a cell. For a single disc,
+   twice its radius is the sum. */
 static inline void set_sizes(Grid *g, const double *radius, Index discs, double factor) {
     double second = 0.0;
     g->radius = 0.0;
@@ -24,7 +23,6 @@ static inline void set_sizes(Grid *g, const double *radius, Index discs, double 
     g->factor = factor;
 }
 
-/* Extend a box to contain a point. */
 static inline void extend_box(Box *box, double x, double y) {
     box->left = lesser(box->left, x);
     box->right = greater(box->right, x);
@@ -32,7 +30,6 @@ static inline void extend_box(Box *box, double x, double y) {
     box->high = greater(box->high, y);
 }
 
-/* Return the smallest box that contains the centres of all discs. */
 static inline Box box_around(const double *position, Index discs) {
     Box box = {position[0], position[0], position[1], position[1]};
     for (Index i = 1; i < discs; i++)
@@ -40,13 +37,13 @@ static inline Box box_around(const double *position, Index discs) {
     return box;
 }
 
-/* Return an upper bound of the absolute coordinates of a feature's points. For a half-plane, whose line is infinite,
-   return the distance of the line from the origin. */
+/* Return an upper bound of the absolute values of all coordinates of a feature. For a half-plane, whose line is
+   infinite, return the distance of this line from the origin. */
 static inline double feature_extent(const Feature *f) {
     if (f->kind == PLANE)
         return fabs(f->x.high * f->nx + f->y.high * f->ny);
-    /* No point of a face is farther from its start than its length, and no point of an arc is farther from its centre
-       than its radius. */
+    /* A point of a face is no farther from the face's start than its length. A point of an arc is no farther from the
+       centre than the radius. */
     return greater(fabs(f->x.high), fabs(f->y.high)) + f->size.high + f->half_width;
 }
 
@@ -55,10 +52,10 @@ static inline double wall_extent(const Wall *w) {
     return fabs(w->x * w->nx + w->y * w->ny);
 }
 
-/* Choose the cells for discs that move in a box. An infinite `factor` makes a single cell.
+/* Choose the cells for discs that move in a box. If `factor` is infinite, choose a single cell.
 
-   The width of a cell includes rounding errors of coordinates that are as large as those of the box or as
-   `Grid.extent`, since a disc may come back from an obstacle outside the box. */
+   The width of a cell includes the rounding errors of coordinates in the box and of coordinates up to `Grid.extent`,
+   because a disc may come back from an obstacle outside the box. */
 static inline void choose_grid(Grid *g, const Box *box, Index discs, Index feature_count) {
     double width = box->right - box->left;
     double height = box->high - box->low;
@@ -79,7 +76,8 @@ static inline void choose_grid(Grid *g, const Box *box, Index discs, Index featu
         g->rows = (Index)greater(1.0, height / cell);
     }
     g->stride = g->columns + 2;
-    /* features have tiles of one cell, because a feature costs more to check than a half-plane */
+    /* if the obstacles are features, a tile is a single cell, because a feature costs more to check than a
+       half-plane */
     g->tile_bits = feature_count == 0;
     g->tiles = (g->columns >> g->tile_bits) + 1;
 }
@@ -92,14 +90,14 @@ static inline Index tile_count(const Grid *g) {
     return g->tiles * ((g->rows >> g->tile_bits) + 1);
 }
 
-/* Return the number of the tile that contains a cell. The ring is row 0 and column 0. */
+/* Return the number of the tile (block of cells) that contains a cell. Row 0 and column 0 are in the ring of empty
+   cells around the grid. */
 static inline Index tile_of(const Grid *g, Index row, Index column) {
     return (row >> g->tile_bits) * g->tiles + (column >> g->tile_bits);
 }
 
 /* ---- discs in cells ---- */
 
-/* Add disc `i` to a cell. The ring is row 0 and column 0. */
 static inline void add_to_cell(State *s, Index i, Index row, Index column) {
     Cell *cell = &s->grid.cells[row * s->grid.stride + column];
     Index used = 0;
@@ -111,7 +109,7 @@ static inline void add_to_cell(State *s, Index i, Index row, Index column) {
         return;
     }
     Index head = cell->disc[PLACES - 1];
-    if (head > NOBODY) /* the disc in the last place becomes the end of a new chain */
+    if (head > NOBODY) /* the disc in the last place becomes the end of a new chain (list of further discs) */
         s->grid.chain[head] = NOBODY;
     else
         head = CHAINED - head;
@@ -119,7 +117,6 @@ static inline void add_to_cell(State *s, Index i, Index row, Index column) {
     cell->disc[PLACES - 1] = (int)(CHAINED - i);
 }
 
-/* Remove disc `i` from a cell. */
 static inline void remove_from_cell(State *s, Index i, Index row, Index column) {
     Cell *cell = &s->grid.cells[row * s->grid.stride + column];
     int *chain = s->grid.chain;
@@ -149,21 +146,20 @@ static inline void remove_from_cell(State *s, Index i, Index row, Index column) 
     cell->disc[PLACES - 1] = head != NOBODY ? (int)(CHAINED - head) : NOBODY;
 }
 
-/* Remove disc `i` from its cell. */
 static inline void remove_disc(State *s, Index i) {
     Index cell = s->predictions[i].cell;
     remove_from_cell(s, i, cell >> COLUMN_BITS, cell & COLUMN_MASK);
 }
 
-/* Return the number of the row or column that contains a coordinate, which is given in widths of a cell. The result is
-   from 0 to `count` - 1. For NaN it is 0. */
+/* Return the number of the row or column that contains the coordinate `place`, which is given in widths of a cell. The
+   result is from 0 to `count` - 1, and 0 for NaN. */
 static inline Index clamp_to_cells(double place, Index count) {
     if (!(place > 0.0))
         return 0;
     return place < (double)count ? (Index)place : count - 1;
 }
 
-/* Put every disc into its present cell, except driven discs, which are in no cell. */
+/* Put every disc, except driven discs, into the cell that contains it now. */
 static inline void fill_cells(State *s) {
     Grid *g = &s->grid;
     for (Index i = 0; i < cell_count(g); i++) {
@@ -184,8 +180,7 @@ static inline void fill_cells(State *s) {
     }
 }
 
-/* Count, for each disc, the discs in its cell, including the disc itself. Return the mean of these counts over all
-   discs. */
+/* Return the mean number of discs that are in the same cell as a disc, including the disc itself. */
 static inline double mean_occupancy(const State *s) {
     double pairs = 0.0;
     for (Index i = 0; i < cell_count(&s->grid); i++) {
@@ -203,7 +198,6 @@ static inline double mean_occupancy(const State *s) {
     return pairs / (double)s->disc_count;
 }
 
-/* Move disc `i` to the cell beyond the edge that it has reached. */
 static inline void cross_edge(State *s, Index i) {
     Index cell = s->predictions[i].cell;
     Index edge = s->predictions[i].edge;
@@ -231,8 +225,8 @@ static inline Block new_neighbours(const State *s, Index i) {
     Index edge = s->predictions[i].edge;
     Index across = (Index)(edge == RIGHT) - (Index)(edge == LEFT);
     Index along = (Index)(edge == UP) - (Index)(edge == DOWN);
-    /* The three cells are in a line perpendicular to the crossing, one cell farther in the direction of the
-       crossing. */
+    /* The three cells are one cell farther in the direction of the crossing, in a line perpendicular to this
+       direction. */
     Index row = (cell >> COLUMN_BITS) + along - across * across;
     Index column = (cell & COLUMN_MASK) + across - along * along;
     return (Block){row * s->grid.stride + column, 1, 0, along == 0 ? s->grid.stride : 1};

@@ -1,9 +1,9 @@
 /* Motion of discs that gravity presses against a wall, and the instants at which this motion changes.
 
-   A disc in contact has a constant acceleration along the wall, so its path is a parabola. So the events of a disc in
-   contact are predicted by the same functions as those of discs in flight. The law makes some quantities 0: the gap and
-   the normal speed of a disc in contact, and the slip of a rolling disc. Quantities that the law makes 0 are set to
-   exactly 0 instead of being computed. docs/theory/contact.md derives the law. */
+   A disc in contact has a constant acceleration along the wall, so its path is a parabola. So the functions for discs
+   in flight also predict the events of discs in contact. The law makes some quantities 0: the gap and the normal speed
+   of a disc in contact, and the slip of a rolling disc. Quantities that the law makes 0 are set to exactly 0 and not
+   computed. The page docs/theory/contact.md derives the law. */
 
 #pragma once
 
@@ -21,7 +21,6 @@ static inline double rim_speed(const State *s, Index i) {
     return s->discs[i].radius * s->turning[i].spin;
 }
 
-/* Return the speed at which a disc approaches its ground. */
 static inline double ground_approach(const State *s, Index i, const Feature *ground) {
     return -wall_speed(s->discs[i].vx, s->discs[i].vy, ground->nx, ground->ny).high;
 }
@@ -34,7 +33,6 @@ static inline double ground_gap(const State *s, Index i, Index k) {
     return wall_gap(a->x, a->y, a->radius, g->x, g->y, f->nx, f->ny).high;
 }
 
-/* Return the resolution of the distance that `ground_gap` returns. */
 static inline double ground_gap_resolution(const State *s, Index i, Index k) {
     const Disc *a = &s->discs[i];
     const Ground *g = &s->accelerated.grounds[k];
@@ -58,8 +56,8 @@ static inline double coordinate_along_face(const State *s, Index i, Index k) {
     return (a->x - g->x) * f->ny - (a->y - g->y) * f->nx;
 }
 
-/* Return the seconds until a disc that slides or rolls on a face reaches an end of the face. The result is infinity if
-   the disc never reaches an end, or if its ground is a half-plane. */
+/* Return how many seconds a disc that slides or rolls on a face takes to reach an end of the face. If the disc never
+   reaches an end, or if its ground is a half-plane, return infinity. */
 static inline double time_to_face_end(const State *s, Index i, Index k, double speed, double rate) {
     const Feature *f = &s->features[k];
     if (f->kind != FACE) {
@@ -93,7 +91,8 @@ static inline Mode mode_of(double speed, double along, bool sticks, bool blocks)
     return blocks ? BLOCK : SLIDE;
 }
 
-/* Return the present motion of a disc as a row of the trace. `before` is the disc's mode before the change. */
+/* Return the present motion of a disc as a row of recorded changes of mode. `before` is the disc's mode before the
+   change. */
 static inline ModeRow mode_row(const State *s, Index i, Index wall, Mode before) {
     const Disc *a = &s->discs[i];
     const Parabola *p = &s->accelerated.paths[i];
@@ -110,8 +109,8 @@ static inline ModeRow mode_row(const State *s, Index i, Index wall, Mode before)
     };
 }
 
-/* Set the motion of a disc in contact with feature k from its slip and rim speed: mode, accelerations, and the instant
-   at which this motion ends. */
+/* From the slip and rim speed of a disc, set its motion in contact with feature k: mode, accelerations, and when the
+   motion ends. */
 static inline ModeRow continue_in_contact(State *s, Index i, Index k, Slips now) {
     Disc *a = &s->discs[i];
     Parabola *p = &s->accelerated.paths[i];
@@ -121,8 +120,8 @@ static inline ModeRow continue_in_contact(State *s, Index i, Index k, Slips now)
     Press press = pressing_on(s, i, f);
     double speed = a->vx * f->ny - a->vy * f->nx;
     bool resists = press.rolling_resistance > 0.0;
-    /* a disc without slip rolls: its speed along the wall and its rim speed have the sum 0, from which rounding may
-       deviate */
+    /* a disc without slip rolls: the sum of its speed along the wall and its rim speed is 0, apart from rounding
+       errors */
     if (resists && now.slip == 0.0) {
         speed = now.rim != 0.0 ? speed : 0.0;
         now.rim = 0.0 - speed;
@@ -150,8 +149,8 @@ static inline ModeRow continue_in_contact(State *s, Index i, Index k, Slips now)
     p->never_met = NEVER_ALL;
     p->ground = (int)k;
     p->mode = mode_of(speed, rates.along, rates.sticks, rates.blocks);
-    /* The speed and the spin of a rolling disc reach 0 at the same time. Without rolling resistance the motion does not
-       change at this time. */
+    /* The speed and the spin of a rolling disc reach 0 at the same time. Without rolling resistance, the motion does
+       not change when speed and spin reach 0. */
     double slip_wait = time_to_zero(now.slip, rates.along + rates.rim);
     double rim_wait = resists ? time_to_zero(now.rim, rates.rim) : CAROM_INF;
     double wait = rim_wait < slip_wait ? rim_wait : slip_wait;
@@ -165,9 +164,9 @@ static inline ModeRow continue_in_contact(State *s, Index i, Index k, Slips now)
     return mode_row(s, i, f->wall, before);
 }
 
-/* Begin the contact of a disc with feature k at the present instant. `approach` is the disc's normal speed. If it is
-   not 0, infinitely many bounces would follow, which are too short for the clock; only their effect on slip and spin is
-   computed. */
+/* Begin the contact of a disc with feature k at the present instant. `approach` is the speed at which the disc
+   approaches the feature. If `approach` is not 0, infinitely many bounces would follow, which are too short for the
+   clock. Only the effect of the bounces on slip and spin is computed. */
 static inline ModeRow land(State *s, Index i, Index k, double approach) {
     Disc *a = &s->discs[i];
     Parabola *p = &s->accelerated.paths[i];
@@ -178,11 +177,11 @@ static inline ModeRow land(State *s, Index i, Index k, double approach) {
     Slips now = {slip_on(s, i, f), rim_speed(s, i)};
     bool sticks = p->sticks && a->last < 0 && a->last != NO_BODY && s->features[-1 - a->last].wall == f->wall;
     /* If friction stopped the slip in the last bounce, the slip is 0, unless the tangential restitution has reversed
-       it. A slip that is not 0 changes in the remaining bounces: see `slip_after_bounces`. */
+       the slip. A slip that is not 0 changes in the remaining bounces: see `slip_after_bounces`. */
     sticks = sticks && law->wall_contact.restitution == 0.0;
-    /* If the remaining bounces stop the slip, their impulse of friction is applied below. If they only reduce the slip,
-       nothing is applied: in contact, friction reduces the slip by the same amount during the time that these bounces
-       would last. */
+    /* If the remaining bounces stop the slip, the impulse of their friction is applied below. If the remaining bounces
+       only reduce the slip, nothing is applied, because friction in contact has the same effect during the time of
+       these bounces. */
     double by = 0.0;
     if (press.rolling_resistance != 0.0 && approach > 0.0 && restitution < 1.0) {
         double speed = now.slip - now.rim;
@@ -207,8 +206,8 @@ static inline ModeRow land(State *s, Index i, Index k, double approach) {
     }
     a->last = NO_BODY;
     if (p->left_ground != NO_OBSTACLE && p->corner == -1 - k && is_same_instant(p->left, own_instant(a, p))) {
-        /* the disc was lifted off one ground and is now in contact with another one. The two grounds exchange their
-           roles in the corner */
+        /* an impact has lifted the disc off one ground, and the disc is now in contact with another ground. The two
+           grounds of the corner exchange their roles */
         p->corner = -1 - p->corner_ground;
         p->corner_ground = (int)k;
     } else if (p->corner_ground != k) {
@@ -217,7 +216,6 @@ static inline ModeRow land(State *s, Index i, Index k, double approach) {
     return continue_in_contact(s, i, k, now);
 }
 
-/* Make a disc leave the wall that it is in contact with. */
 static inline ModeRow take_off(State *s, Index i) {
     Parabola *p = &s->accelerated.paths[i];
     Mode before = p->mode;
@@ -232,10 +230,11 @@ static inline ModeRow take_off(State *s, Index i) {
     return mode_row(s, i, wall, before);
 }
 
-/* Make a disc at an end of its face fly off. Return false if the disc is too slow to fly off, because PIC does not
-   solve its motion around the end.
+/* Make a disc at an end of its face fly off. If the disc is too slow to fly off, return false, because PIC does not
+   solve the disc's motion around the end.
 
-   A disc that flies off touches the vertex at that end at first. The disc does not hit the face again on this path. */
+   At first, a disc that flies off touches the vertex at the end of the face. On its new path, the disc does not hit the
+   face again. */
 static inline bool leave_at_face_end(State *s, Index i, ModeRow *row) {
     Disc *a = &s->discs[i];
     Parabola *p = &s->accelerated.paths[i];
@@ -249,9 +248,10 @@ static inline bool leave_at_face_end(State *s, Index i, ModeRow *row) {
     if (vertex == NO_OBSTACLE) {
         return false;
     }
-    /* The disc flies off if u^2 >= P (R + half width), where u is its speed and P is gravity into the wall. Otherwise
-       it would hit the vertex at once. `arc_fall_time` tests the condition, because it also predicts impacts with the
-       vertex: both decisions then use the same rounded numbers. */
+    /* The disc flies off if u^2 >= P (R + h), where u is its speed, P the gravity into the wall, R its radius and h the
+       half width of the wall. A slower disc would hit the vertex at once. `arc_fall_time` tests the condition, because
+       it also predicts impacts with the vertex. So the take-off and later impacts are decided with the same rounded
+       numbers. */
     Mover disc = mover_of(a);
     if (!(arc_fall_time(&s->accelerated.exact, &disc, &s->features[vertex], s->accelerated.gx, s->accelerated.gy, true,
                         0.0) > 0.0)) {
@@ -266,12 +266,12 @@ static inline bool leave_at_face_end(State *s, Index i, ModeRow *row) {
     return true;
 }
 
-/* Continue the motion of a disc whose mode ends now: its slip, its spin or both are 0, or it is at an end of its face.
-   Return false if it is at an end of its face and too slow to fly off. */
+/* Continue the motion of a disc whose mode ends now because its slip or spin is 0, or because the disc is at an end of
+   its face. Return false if the disc is at an end and too slow to fly off. */
 static inline bool begin_next_mode(State *s, Index i, ModeRow *row) {
     Parabola *p = &s->accelerated.paths[i];
     const Index k = p->ground;
-    s->discs[i].last = NO_BODY; /* on its new path, the disc may hit the last body again */
+    s->discs[i].last = NO_BODY; /* on its new path, the disc may hit again the body that it hit last */
     if (p->ends_at_face_end) {
         return leave_at_face_end(s, i, row);
     }
@@ -283,7 +283,7 @@ static inline bool begin_next_mode(State *s, Index i, ModeRow *row) {
     return true;
 }
 
-/* Return a bound of the rounding error of the normal of a disc's contact with a body, in radians. For a straight
+/* Return a bound of the rounding error of the normal at which a disc touches a body, in radians. For a straight
    feature, whose normal is exact, return 0. */
 static inline double normal_resolution(const State *s, Index i, Index body) {
     const Disc *a = &s->discs[i];
@@ -301,21 +301,20 @@ static inline double normal_resolution(const State *s, Index i, Index body) {
     return gap_resolution(sizes) / fabs(reach_of(&disc, f).high);
 }
 
-/* Return whether a body never moves. Disc i has the number i, and feature k the number -1 - k. */
 static inline bool never_moves(const State *s, Index body) {
     return body < 0 ? !is_driven_wall(&s->driving, (Index)s->features[-1 - body].wall)
                     : s->discs[body].inverse_mass == 0.0 && driven_row(&s->driving, body) == NULL;
 }
 
-/* If disc `i` is in contact with a ground and has just hit another body, decide whether it stays in contact or leaves
-   the ground. `struck` is that body: disc j, or feature k as -1 - k. Return whether the disc's mode or accelerations
-   change.
+/* If disc `i` is in contact with a ground and has just hit another body, decide whether the disc stays in contact or
+   leaves the ground. `struck` is the number of the other body: j for disc j, -1 - k for feature k. Return whether the
+   disc's mode or accelerations change.
 
-   A speed is low if a hop at this speed is lower than the resolution of the gap. The disc stays in contact if its speed
-   along the ground's normal is low and rounding of the impact's normal can explain it. A larger speed makes the disc
-   hop, since low hops may follow each other. If the two walls are at a right angle, only friction can make the disc hop.
-   If the impact pushes the disc into its ground, the disc is put in flight and hits the ground at once. `normal` is the
-   normal of the impact. */
+   A speed is low if a hop (a short flight above the ground) at this speed is lower than the resolution of the gap. The
+   disc stays in contact if its speed along the ground's normal is low and the rounding error of the impact's normal
+   explains this speed. A disc also leaves the ground with a low hop that rounding errors do not explain, because low
+   hops may follow each other. If the other body is a wall at a right angle, only friction can make the disc hop. If the
+   impact pushes the disc into its ground, the disc begins a flight and hits the ground at once. */
 static inline bool update_contact_after_impact(State *s, Index i, Index struck, const double normal[2], ModeRow *row) {
     Parabola *p = &s->accelerated.paths[i];
     const Index k = p->ground;
@@ -344,8 +343,8 @@ static inline bool update_contact_after_impact(State *s, Index i, Index struck, 
         place_on_wall(s, i, k);
         *row = take_off(s, i);
     }
-    /* The times at which the disc returns to its ground or to a convex body at rest are computed from the instant
-       `left`, without a rounded gap. */
+    /* The instants at which the disc returns to its ground, or to a convex body at rest, are computed from the instant
+       `left` and not from a rounded gap. */
     p->left = own_instant(&s->discs[i], p);
     if (hops) {
         p->left_ground = (int)k;
@@ -380,7 +379,7 @@ static inline bool reserve_modes(State *s) {
     return true;
 }
 
-/* Record a change of mode at the reported time, if impacts at that time are recorded. */
+/* Record a change of mode at the reported time, if that time is recorded. */
 static inline void record_mode(State *s, const ModeRow *row) {
     Accelerated *run = &s->accelerated;
     if (is_recorded(&s->record, s->clock.reported)) {

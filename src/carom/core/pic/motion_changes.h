@@ -7,13 +7,13 @@
 /* ---- the end of a motion ---- */
 
 /* Continue the motion of a disc whose mode of contact has ended, or that has stopped on a table. If the disc is at the
-   end of a face and is too slow to fly off, PIC cannot continue: set `State.stopped` and return false. */
+   end of a face and too slow to fly off, set `State.stopped` and return false, because PIC cannot continue. */
 static inline bool apply_motion_end(State *s, Index i, Instant at) {
     ModeRow row;
     set_instant(s, at);
     move_on_parabola(s, i, now_instant(s));
     if (s->accelerated.deceleration > 0.0) {
-        s->discs[i].last = NO_BODY; /* the disc's new path begins here, where it rests */
+        s->discs[i].last = NO_BODY; /* the disc rests here, and its new path begins here */
         change_motion(s, i);
         return true;
     }
@@ -30,9 +30,9 @@ static inline bool apply_motion_end(State *s, Index i, Instant at) {
 
 /* ---- the start ---- */
 
-/* At the start of the run, begin the contact of each disc that touches a half-plane or a face within the resolution of
-   the gap, if gravity presses the disc against it. Return false if there is not enough memory to record the
-   contacts. */
+/* At the start of the run, begin contacts of discs with half-planes and faces. A contact begins if the gap is within
+   its resolution and gravity presses the disc against the surface. Return false if there is not enough memory to record
+   the contacts. */
 static inline bool begin_contacts(State *s) {
     s->counts.has_begun = true;
     for (Index i = 0; i < s->disc_count; i++) {
@@ -49,7 +49,7 @@ static inline bool begin_contacts(State *s) {
             }
             double pull = -pressing_on(s, i, f).normal, resolution = ground_gap_resolution(s, i, k);
             double approach = ground_approach(s, i, f), gap = ground_gap(s, i, k);
-            /* If the gap is below -radius, the disc's centre is behind the face, and the disc is on the other side of
+            /* If the gap is below -radius, the disc's centre is behind the face, so the disc is on the other side of
                the edge. */
             bool is_slow = approach * approach <= -2.0 * pull * resolution;
             if (-a->radius < gap && gap <= resolution && pull < 0.0 && is_slow) {

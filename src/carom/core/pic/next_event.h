@@ -1,35 +1,33 @@
-/* Events: the next event of a disc, and the next event of all discs.
+/* The next event of each disc, and of all discs.
 
    Each disc has two predictions: its earliest known impact with another disc, and the time at which it leaves its cell.
-   For any two discs A and B, whichever of the two was predicted last was predicted from the present paths of both. The
-   smaller of the times predicted for A and for B is therefore never later than the impact of A on B, and no impact is
-   missed. Only `event_of` decides which event of a disc is next. */
+   The file carom_core.h explains why no impact is missed. Only `event_of` decides which event of a disc is next. */
 
 #pragma once
 
 #include "carom/core/pic/event_queue.h"
 #include "carom/core/pic/straight_partner.h"
 
-typedef struct Bodies { /* the two bodies of an impact */
+typedef struct Bodies {
     Index first;
     Index second;
 } Bodies;
 
 /* ---- the event of a disc ---- */
 
-/* Return whether the path of disc `i`'s partner has changed since their impact was predicted. */
+/* Return whether the path of disc `i`'s partner has changed since the impact of the two was predicted. */
 static inline bool is_stale(const State *s, Index i) {
     const Prediction *p = &s->predictions[i];
     return p->partner != NOBODY && s->discs[p->partner].impacts != p->partner_impacts;
 }
 
-/* Return the time of a disc's next event in seconds since the epoch, or a lower bound of that time. */
+/* Return the time of a disc's next event, or a lower bound of that time, in seconds since the present epoch. */
 static inline double event_time(const Prediction *p) {
     return lesser(p->impact_time, p->exit_time);
 }
 
-/* Compare the times of a disc's two predictions. The result is negative if the event at `exit_time` is first, positive
-   if the impact at `impact_time` is first, and 0 in a tie. */
+/* Compare the times of a disc's two predictions. Return a negative number if the event at `exit_time` is first, a
+   positive number if the impact at `impact_time` is first, and 0 in a tie. */
 static CAROM_ALWAYS_INLINE int compare_predictions(const State *s, Index i) {
     const Prediction *p = &s->predictions[i];
     if (CAROM_LIKELY(p->exit_time != p->impact_time || s->accelerated.paths == NULL))
@@ -38,7 +36,6 @@ static CAROM_ALWAYS_INLINE int compare_predictions(const State *s, Index i) {
     return (path->exit_low > path->impact_low) - (path->exit_low < path->impact_low);
 }
 
-/* Return the kind of disc `i`'s next event. */
 static CAROM_ALWAYS_INLINE EventKind event_of(const State *s, Index i) {
     const Prediction *p = &s->predictions[i];
     int order = compare_predictions(s, i);
@@ -50,13 +47,13 @@ static CAROM_ALWAYS_INLINE EventKind event_of(const State *s, Index i) {
         return STALE;
     if (!p->exact)
         return BOUNDED;
-    /* In a tie, the impact with the smaller (first, second) is first: (partner, i) if the partner has a lower number
-       than i, otherwise (i, wall). */
+    /* In a tie, impacts are in the order of body numbers: the impact on the partner is first if the partner's number is
+       less than i, otherwise the impact on the wall. */
     return order == 0 && i < p->partner ? WALL_IMPACT : PAIR_IMPACT;
 }
 
-/* Return the low part of the instant of a disc's next event. The low part is 0 if discs do not accelerate: see
-   arithmetic/double_double.h. */
+/* Return the low part of the instant of a disc's next event, which is the sum of a high and a low part. If discs do not
+   accelerate, the low part is 0. */
 static inline double event_low(const State *s, Event event) {
     if (s->accelerated.paths == NULL)
         return 0.0;
@@ -70,11 +67,12 @@ static inline Bodies pair_of(const State *s, Index i) {
     return (Bodies){i < j ? i : j, i < j ? j : i};
 }
 
-/* Return the two bodies of an impact as (first, second). Among simultaneous impacts, the one with the smallest (first,
-   second) is applied first.
+/* Return the two bodies of an impact as (first, second). If several impacts are simultaneous, the impact with the
+   smallest pair (first, second) is applied first.
 
-   Obstacle k is body -1 - k here. Obstacles are in the order of their walls, and a prediction stores only the first
-   obstacle that the disc hits. So comparing obstacles gives the same order as comparing walls. */
+   In the pair (first, second), obstacle k has the number -1 - k. Obstacles are sorted by walls, and a prediction stores
+   only the first obstacle that the disc hits. So comparing the numbers of obstacles gives the same order as comparing
+   the numbers of walls. */
 static inline Bodies bodies_of(const State *s, Event impact) {
     if (impact.kind == WALL_IMPACT)
         return (Bodies){impact.disc, -1 - (Index)s->predictions[impact.disc].obstacle};
@@ -84,7 +82,6 @@ static inline Bodies bodies_of(const State *s, Event impact) {
     return pair_of(s, impact.disc);
 }
 
-/* Compute the exact instant of the predicted impact of disc `i`, which accelerates. */
 static CAROM_NOINLINE void solve_parabola_impact(State *s, Index i) {
     Prediction *p = &s->predictions[i];
     Index j = p->partner;
@@ -93,8 +90,8 @@ static CAROM_NOINLINE void solve_parabola_impact(State *s, Index i) {
     s->accelerated.paths[i].impact_low = at.low;
 }
 
-/* Replace the lower bound of the time of disc `i`'s impact by the exact time. The exact time is later, so a different
-   event of the disc may now be first. */
+/* Replace the lower bound of the time of disc `i`'s predicted impact by the exact time. The exact time is later than
+   the bound, so a different event of the disc may now be first. */
 static CAROM_ALWAYS_INLINE void solve_impact(State *s, Index i) {
     Prediction *p = &s->predictions[i];
     if (CAROM_UNLIKELY(s->accelerated.paths != NULL))
@@ -106,7 +103,8 @@ static CAROM_ALWAYS_INLINE void solve_impact(State *s, Index i) {
 
 /* ---- the event of all discs ---- */
 
-/* If the next event of disc `i`'s partner is the same impact at `time`, return the partner. Otherwise return `i`. */
+/* Disc `i` is predicted to hit its partner at `time`. Return the partner if its next event is the same impact.
+   Otherwise return `i`. */
 static inline Index other_holder(const State *s, Index i, double time) {
     const Prediction *p = &s->predictions[i];
     if (p->partner == NOBODY || p->impact_time != time)
@@ -119,9 +117,9 @@ static inline Index other_holder(const State *s, Index i, double time) {
 
 /* Return the event to process first if several discs have events at `time`.
 
-   Events that only change predictions come first. If there is no such event, return the impact with the smallest
-   (first, second). A disc's prediction contains only the first of its simultaneous impacts, so the first of all impacts
-   is among the predicted impacts. */
+   Events that only change predictions come first. If no event changes only predictions, return the impact with the
+   smallest pair (first, second) of body numbers. The prediction of each disc contains the first of its simultaneous
+   impacts, so the first of all impacts is among the predictions. */
 static inline Event first_of_tie(State *s, double time) {
     Event event;
     Event first = {POSTPONED, NOBODY};
@@ -149,21 +147,21 @@ static inline Event first_of_tie(State *s, double time) {
     return first;
 }
 
-/* Return the next event of all discs. Disc `i` is the earliest one in the queue. */
+/* Return the next event of all discs. Disc `i` must have the earliest time in the queue. */
 static inline Event next_event(State *s, Index i) {
     EventKind kind = event_of(s, i);
     if (kind == BOUNDED) {
         solve_impact(s, i);
         kind = event_of(s, i);
-        /* the crossing is before the impact, but an event of another disc may be before the crossing */
+        /* the disc leaves its cell before the impact, but another disc may have an even earlier event */
         if (kind == CROSSING)
             return (Event){POSTPONED, i};
     }
     if (kind == CROSSING || kind == STALE)
         return (Event){kind, i};
     double time = event_time(&s->predictions[i]);
-    /* In most cases this impact is far earlier than all other events. The impact changes the disc's path, so its exact
-       time need not be stored in the queue. */
+    /* In most cases the impact at `time` is far earlier than all other events. The impact will change the disc's path,
+       so the queue does not need the exact time. */
     if (time < earliest_except(&s->queue, i, other_holder(s, i, time)))
         return (Event){kind, i};
     if (CAROM_UNLIKELY(s->queue.time[i] == time))

@@ -1,14 +1,14 @@
 /* Lists of obstacles: for each cell, all obstacles that a disc in the cell may hit, and few others.
 
-   A tile is a block of 2 by 2 cells, or one cell if the obstacles are features. Each tile has a list. To build the
-   lists, the grid is halved recursively. Each half is compared only with the obstacles near the part that was halved.
-   So an obstacle causes work only for the tiles near it. All lists are in one array, and each tile has the index at
-   which its list begins. Each list contains numbers in ascending order and ends with NO_OBSTACLE. Tiles far from all
-   obstacles share the first list in the array, which is empty.
+   A tile is a block of 2 by 2 cells, or one cell if the obstacles are features. Each tile has one list. To build the
+   lists, the grid is halved recursively. Each half is compared only with the obstacles near the block that was halved,
+   so that an obstacle causes work only for the tiles near it. All lists are in one array, and each tile has the index
+   at which its list begins. Tiles far from all obstacles share the first list in the array, which is empty.
 
-   No disc can be in a tile that is completely behind a wall. A tile behind a wall has the list of all obstacles, which
-   is correct for any disc. A tile at the rim extends outwards without limit, but its list is valid only up to OUTWARD
-   cell widths beyond the grid. A disc outside this area checks all obstacles. */
+   No disc can be in a tile (block of cells) that is completely behind a wall. A tile behind a wall has the list of all
+   obstacles, which is correct for any disc. A tile at the border of the grid extends outwards without limit, but its
+   list is valid only up to OUTWARD cell widths outside the grid. A disc farther outside is checked against all
+   obstacles. */
 
 #pragma once
 
@@ -18,28 +18,28 @@
 
 /* ---- tiles and an obstacle ---- */
 
-typedef enum Side { /* position of a box of tiles relative to an obstacle */
+typedef enum Side { /* position of a box (block of tiles) relative to an obstacle */
     CLEAR = 0,      /* the obstacle is so far from the box that no disc with its centre in the box touches it */
     NEARBY = 1,
-    BEHIND = 2, /* the box is completely behind the wall, so no disc can be in it */
+    BEHIND = 2, /* the box is completely behind the wall, so no disc can be in the box */
 } Side;
 
-typedef struct Tiles { /* a block of tiles; tiles at the rim include the ring of cells */
+/* a block of tiles (blocks of cells); tiles at the border of the grid include the ring of empty cells */
+typedef struct Tiles {
     Index left;
-    Index right; /* one more than the last column */
+    Index right; /* number of the last column plus 1 */
     Index low;
     Index high;
 } Tiles;
 
-/* Return the coordinate at which row or column `k` of `count` begins. The first row begins, and the last row ends,
-   OUTWARD cell widths beyond the grid. */
+/* Return the coordinate at which row or column number `k` of the `count` rows or columns begins. The first row or
+   column begins OUTWARD cell widths before the grid, and the last ends OUTWARD cell widths after the grid. */
 static inline double line_between(double begin, double width, Index count, Index k) {
     if (k <= 1)
         return begin - OUTWARD * width;
     return begin + (double)(k <= count ? k - 1 : count + OUTWARD) * width;
 }
 
-/* Return the box that a block of tiles covers. */
 static inline Box box_of(const Grid *g, const Tiles *tiles) {
     return (Box){
         line_between(g->x0, g->width, g->columns, tiles->left << g->tile_bits),
@@ -49,11 +49,11 @@ static inline Box box_of(const Grid *g, const Tiles *tiles) {
     };
 }
 
-/* Return the position of a box of tiles relative to a wall. The result is NEARBY if the distance between the middle of
-   the box and the wall is at most the largest radius plus half a diagonal of the box.
+/* Return the position of a box of tiles relative to a wall. The result is NEARBY if the distance between the box's
+   middle and the wall is at most the largest radius plus half a diagonal of the box.
 
-   The code uses half the sum of the sides instead of half the diagonal. For a tile this adds .29 of its width to the
-   distance, which is more than the rounding errors of a path. */
+   Instead of half the diagonal, the code uses half the sum of the sides. For a tile of width w, half the sum is .29 w
+   longer, which is more than the rounding errors of a path. */
 static inline Side side_of_wall(const Grid *g, const Wall *wall, const Box *box) {
     double reach = g->radius + 0.5 * ((box->right - box->left) + (box->high - box->low));
     double dx = 0.5 * (box->left + box->right) - wall->x;
@@ -64,8 +64,8 @@ static inline Side side_of_wall(const Grid *g, const Wall *wall, const Box *box)
     return distance.value - distance.error >= reach ? CLEAR : NEARBY;
 }
 
-/* Return whether a position, relative to an arc's centre, is in the arc's sector. If rounding errors leave this
-   undecided, return true. */
+/* Return whether the point (x, y), relative to an arc's centre, is in the sector of the arc. If rounding errors make
+   the answer uncertain, return true. */
 static inline bool may_be_in_sector(const Feature *arc, double x, double y) {
     double open = 4.0 * CAROM_ERROR * arc->size.high * (fabs(x) + fabs(y));
     bool after_first = arc->ex.high * y - arc->ey.high * x >= -open;
@@ -75,9 +75,9 @@ static inline bool may_be_in_sector(const Feature *arc, double x, double y) {
 
 /* Return the distance of a point from a feature that is not a half-plane.
 
-   The error bound is larger than the sum of all roundings, about twenty. If it is undecided because of rounding whether
-   the point is in an arc's sector, the arc's circle and its end have nearly the same distance from the point, so either
-   distance may be used. */
+   The error bound is larger than the sum of all rounding errors, of which there are about twenty. Rounding may make it
+   uncertain whether the point is in an arc's sector. If so, the arc's circle and an end of the arc have nearly the same
+   distance from the point, so either may be used. */
 static inline Bounded distance_to(const Feature *f, double x, double y) {
     double dx = x - f->x.high;
     double dy = y - f->y.high;
@@ -102,7 +102,7 @@ static inline Bounded distance_to(const Feature *f, double x, double y) {
     return found;
 }
 
-/* Return the position of a box of tiles relative to a feature. `side_of_wall` does the same for a wall. */
+/* Return the position of a box of tiles relative to a feature, as `side_of_wall` does for a wall. */
 static inline Side side_of_feature(const Grid *g, const Feature *f, const Box *box) {
     if (f->kind == PLANE) {
         Wall plane = {f->x.high, f->y.high, f->nx, f->ny};
@@ -151,10 +151,10 @@ static inline void assign_list(Grid *g, const Tiles *tiles, Index place) {
     }
 }
 
-/* Assign lists to a block of tiles. `known` contains the numbers of the obstacles that are near a larger block, of
-   which this block is a part. Return false if there is not enough memory.
+/* Assign lists to a block of tiles. `known` contains the numbers of the obstacles near a larger block, which contains
+   this block.
 
-   The array `known` must have room for `count` more numbers at this call and at each recursive call. */
+   The array `known` must have room for another `count` numbers at this call and at each recursive call. */
 static inline bool list_for_tiles(State *s, Tiles tiles, int *known, Index count) {
     Grid *g = &s->grid;
     int *kept = known + count;
@@ -188,8 +188,8 @@ static inline bool list_for_tiles(State *s, Tiles tiles, int *known, Index count
     return list_for_tiles(s, half, kept, kept_count) && list_for_tiles(s, tiles, kept, kept_count);
 }
 
-/* Assign to every tile the list of obstacles that a disc in it may hit, except driven walls. Return false if there is
-   no memory. */
+/* Assign to every tile the list of obstacles, except driven walls, that a disc in the tile may hit. Return false if
+   there is not enough memory. */
 static inline bool list_obstacles(State *s) {
     Grid *g = &s->grid;
     bool has_features = s->feature_count > 0;
@@ -199,7 +199,7 @@ static inline bool list_obstacles(State *s) {
     g->area.right = line_between(g->x0, g->width, g->columns, g->columns + 1);
     g->area.low = line_between(g->y0, g->width, g->rows, 1);
     g->area.high = line_between(g->y0, g->width, g->rows, g->rows + 1);
-    /* The array has room for the numbers of all obstacles once for the whole grid and once for each of at most
+    /* The array has room for all obstacles once for the whole grid, and once more for each halving. There are at most
        COLUMN_BITS halvings in each direction. */
     int *numbers = s->resize(NULL, 0, (2 * COLUMN_BITS + 2) * (size_t)(count + 1) * sizeof(int));
     if (numbers == NULL)

@@ -1,5 +1,5 @@
-/* When a disc that accelerates leaves its cell, hits a feature of a wall, or begins another motion without an
-   impact. */
+/* Prediction of when a disc that accelerates leaves its cell, hits a feature of a wall, or changes its motion without
+   an impact. */
 
 #pragma once
 
@@ -8,17 +8,17 @@
 
 /* ---- edges of the cell ---- */
 
-typedef struct AxisExit { /* when one coordinate of a disc leaves its cell */
+typedef struct AxisExit { /* when a coordinate (x or y) of a disc leaves the disc's cell */
     double wait;          /* seconds after the start of the disc's path; INF for never */
-    bool is_upper;        /* whether the coordinate leaves the cell over the edge with the larger coordinate */
+    bool is_upper;        /* whether the coordinate leaves the cell at the upper limit */
 } AxisExit;
 
-/* Return the later root of `v t + a t^2/2 = d`. The edge is at the signed distance d from the disc, and the
-   acceleration a points towards the edge. */
+/* Return the later root t of v t + a t^2 / 2 = d. Here d is the signed distance from the disc to an edge, v the
+   velocity, and a the acceleration, which points towards the edge. */
 static inline double later_edge_root(double d, double v, double a) {
     double sign = a > 0.0 ? 1.0 : -1.0;
     double square = v * v + 2.0 * a * d;
-    /* negative only because of rounding, if the disc reverses at the edge */
+    /* if the disc reverses at the edge, rounding may make the square negative */
     double root = sqrt(square > 0.0 ? square : 0.0);
     double outwards = v * sign;
     if (outwards >= 0.0) {
@@ -27,11 +27,12 @@ static inline double later_edge_root(double d, double v, double a) {
     return (root - outwards) / fabs(a);
 }
 
-/* Return when a coordinate leaves a cell. `place` is the coordinate's distance from the lower edge. The result and
-   `since`, the time at which the disc entered the cell, are in seconds after the start of the disc's path.
+/* Return when a coordinate (x or y) of a disc leaves the disc's cell. `place` is the coordinate's distance from the
+   lower edge. The disc entered the cell at the time `since`. `since` and the result are in seconds after the start of
+   the disc's path.
 
-   The velocity reverses once, at -v/a. Before that, the disc can cross only the edge towards which it moves, and after
-   that only the other edge. So rounding never makes a disc cross one edge repeatedly. */
+   The velocity v reverses once, at the time -v/a. Before the reversal, the disc can cross only the edge towards which
+   it moves, and afterwards only the other edge. So rounding never makes a disc cross an edge repeatedly. */
 static inline AxisExit axis_exit(double place, double v, double a, double width, double since) {
     if (a == 0.0) {
         bool is_upper = v > 0.0;
@@ -50,11 +51,11 @@ static inline AxisExit axis_exit(double place, double v, double a, double width,
     return (AxisExit){greater(later_edge_root(falls_up ? width - place : -place, v, a), since), falls_up};
 }
 
-/* Return when a coordinate leaves a cell, as `axis_exit` does. `cell` is the number of the cell in a row or column of
+/* Return when a coordinate leaves a cell, like `axis_exit`. `cell` is the number of the cell in a row or column of
    `cells` cells.
 
-   A cell at the rim of the grid extends outwards without limit, so it has no outer edge. A disc that moves outwards may
-   reverse and leave such a cell over the opposite edge. */
+   A disc that moves outwards in a cell at the border of the grid may reverse and leave the cell over the opposite
+   edge. */
 static inline AxisExit grid_axis_exit(double place, double v, double a, double width, double since, Index cell,
                                       Index cells) {
     AxisExit exit = axis_exit(place, v, a, width, since);
@@ -68,8 +69,8 @@ static inline AxisExit grid_axis_exit(double place, double v, double a, double w
     return exit;
 }
 
-/* Return the edge of its cell that a disc crosses first, and when. `row` and `column` of the cell are counted without
-   the ring of empty cells. */
+/* Return the edge of its cell that a disc crosses first, and when. `row` and `column` do not count the ring of empty
+   cells around the grid. */
 static inline CellExit parabola_cell_exit(const State *s, Index i, Index row, Index column) {
     const Grid *g = &s->grid;
     const Disc *a = &s->discs[i];
@@ -87,7 +88,7 @@ static inline bool stays_between(double low, double high, double x, double v, do
         return low <= x && x <= high;
     }
     double end = x + wait * (v + 0.5 * a * wait);
-    /* false for NaN, which results from an infinite wait */
+    /* false if the end is NaN because of an infinite wait */
     bool stays = low <= x && x <= high && low <= end && end <= high;
     double turn = a != 0.0 ? -v / a : -1.0;
     if (stays && turn > 0.0 && turn < wait) {
@@ -97,8 +98,8 @@ static inline bool stays_between(double low, double high, double x, double v, do
     return stays;
 }
 
-/* Return whether a disc stays in the area in which the lists of obstacles are valid, for `wait` seconds after the start
-   of its path. */
+/* Return whether a disc stays in the area in which lists of obstacles are valid, for `wait` seconds after the start of
+   its path. */
 static inline bool parabola_stays_in_area(const State *s, Index i, double wait) {
     const Disc *a = &s->discs[i];
     const Parabola *p = &s->accelerated.paths[i];
@@ -109,8 +110,8 @@ static inline bool parabola_stays_in_area(const State *s, Index i, double wait) 
 
 /* ---- features ---- */
 
-/* Return whether the disc's present or last contact implies that the disc does not hit feature k on its present path,
-   regardless of rounding: see `NeverMet`. */
+/* Return whether the disc's present or last contact excludes an impact on feature k on the present path: see
+   `NeverMet`. */
 static inline bool is_never_met(const State *s, Index i, Index k) {
     const Parabola *p = &s->accelerated.paths[i];
     if (p->never_met == NEVER_NOTHING) {
@@ -133,7 +134,8 @@ static inline bool is_never_met(const State *s, Index i, Index k) {
 }
 
 /* Return whether a disc touches a straight feature without normal speed, and nothing pulls it towards the feature. For
-   a driven wall, `time` is the time since the start of the run at which the wall's present leg begins. */
+   a driven wall, `time` is the start of the present straight part (leg) of the wall's path, in seconds since the start
+   of the run. */
 static inline bool keeps_touching(const State *s, Index i, Index k, double time) {
     if (s->touched == NULL || find_touched(&s->touched[i], -1 - k, time) == NULL) {
         return false;
@@ -143,24 +145,23 @@ static inline bool keeps_touching(const State *s, Index i, Index k, double time)
     return s->accelerated.deceleration > 0.0 || wall_speed(p->ax, p->ay, f->nx, f->ny).high == 0.0;
 }
 
-/* Return how long a disc takes to reach feature k; infinity for never. `disc`, `has_just_left` and `touches` are
-   explained at `parabola_feature_wait`. */
+/* Return how many seconds a disc takes to reach feature k; infinity for never. */
 static CAROM_NOINLINE double solve_parabola_feature(const State *s, Index i, Index k, const Mover *disc,
                                                     bool has_just_left, bool touches) {
     const Accelerated *run = &s->accelerated;
     const Parabola *p = &run->paths[i];
     const Feature *f = &s->features[k];
-    /* On a decelerating table the path is straight, so it does not return to a flat feature. */
+    /* On a decelerating table the path is straight, so the disc does not return to a flat feature. */
     if (f->kind <= FACE && (touches || (has_just_left && run->deceleration > 0.0))) {
         return CAROM_INF;
     }
     return feature_fall_time(&run->exact, disc, f, p->ax, p->ay, has_just_left, p->leaving);
 }
 
-/* Return how long disc `i` takes to reach feature k. `disc` is the disc relative to the feature's wall. The result is
-   infinity if the disc never reaches the feature, or certainly takes longer than `within`. `has_just_left` is true if
-   the disc's path begins with an impact on this feature, and `touches` if the disc touches the feature without normal
-   speed. */
+/* Return how many seconds disc `i` takes to reach feature k. `disc` is the disc's motion relative to the feature's
+   wall. If the disc never reaches the feature, or certainly takes longer than `within`, return infinity.
+   `has_just_left` is true if the disc's path begins with an impact on feature k. `touches` is true if the disc touches
+   feature k without normal speed. */
 static inline double parabola_feature_wait(const State *s, Index i, Index k, const Mover *disc, bool has_just_left,
                                            bool touches, double within) {
     const Parabola *p = &s->accelerated.paths[i];
@@ -170,8 +171,7 @@ static inline double parabola_feature_wait(const State *s, Index i, Index k, con
     return solve_parabola_feature(s, i, k, disc, has_just_left, touches);
 }
 
-/* Return when a disc returns to the ground from which an impact on another body has lifted it: see
-   `Parabola.left_ground`. */
+/* Return when a disc returns to `Parabola.left_ground`, from which an impact on another body has lifted the disc. */
 static inline Instant return_to_left_ground(const State *s, Index i) {
     const Disc *a = &s->discs[i];
     const Parabola *p = &s->accelerated.paths[i];
@@ -207,14 +207,14 @@ static inline Instant parabola_feature_meeting(const State *s, Index i, Index k,
 
 typedef struct NextObstacle {
     Instant time;
-    Index feature; /* number of the feature that is hit at `time`; NO_OBSTACLE if none is hit before `time` */
+    Index feature; /* the feature that is hit at `time`, or NO_OBSTACLE if no feature is hit before `time` */
 } NextObstacle;
 
 /* Return the first of the listed features that a disc hits, or `next` if no feature is hit before `next`.
 
-   If two features of one wall are hit at the same instant, the feature earlier in the list is first. If they belong to
-   two walls, the feature later in the list is first: it belongs to the wall with the higher number k, which is the
-   lower body number -1 - k. */
+   If two features of one wall are hit at the same instant, the first one in the list is returned. If features of two
+   walls are hit at the same instant, the last one in the list is returned. The last one belongs to the wall with the
+   higher number k, which is the lower body number -1 - k. */
 static inline NextObstacle first_of_features(const State *s, Index i, const int *numbers, NextObstacle next) {
     const Mover disc = mover_of(&s->discs[i]);
     for (; *numbers != NO_OBSTACLE; numbers++) {
@@ -222,7 +222,7 @@ static inline NextObstacle first_of_features(const State *s, Index i, const int 
         if (is_never_met(s, i, k)) {
             continue;
         }
-        /* `within` is enlarged so that it includes instants after `next` that round to the same time. */
+        /* `within` is enlarged, because instants after `next` may round to the same time. */
         double within = next.time.high - s->discs[i].time + CAROM_TIME_ERROR * next.time.high;
         Instant met = parabola_feature_meeting(s, i, k, &disc, within);
         bool is_tie = next.feature != NO_OBSTACLE && s->features[next.feature].wall != s->features[k].wall &&
@@ -276,8 +276,8 @@ static inline NextObstacle first_of_driven_wall(const State *s, Index i, const D
     return next;
 }
 
-/* Predict the first of these events of disc `i`: it crosses an edge of its cell, it hits a feature, or its motion ends
-   without an impact. */
+/* Predict which of three events of disc `i` is first: it crosses an edge of its cell, it hits a feature, or its motion
+   ends without an impact. */
 static inline void predict_parabola_exit(State *s, Index i) {
     const Grid *g = &s->grid;
     Prediction *p = &s->predictions[i];

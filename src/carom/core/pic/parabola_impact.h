@@ -1,8 +1,8 @@
 /* Impacts of discs that accelerate, contacts that begin at an impact, and contacts that end a run.
 
-   A disc that leaves a flat feature may return to it without another event in between. The normal speed of such a disc
-   at its return is set to exactly the speed at which it left. docs/theory/contact.md explains why a ball on a slope
-   would otherwise never come to rest. */
+   A disc that leaves a flat feature may return to the feature without another event in between. The normal speed at the
+   disc's return is set to exactly the speed at which the disc left. The page docs/theory/contact.md explains why a ball
+   on a slope would otherwise never come to rest. */
 
 #pragma once
 
@@ -14,8 +14,8 @@
 
 typedef struct Encountered { /* motion of two colliding bodies along their normal */
     double approach;         /* speed at which the bodies approach, in metres per second */
-    double pull;             /* acceleration of the gap between them; negative if it pulls them together */
-    double resolution;       /* resolution of the gap (see impact_record.h), in metres */
+    double pull; /* acceleration of the gap between the bodies; negative if the acceleration closes the gap */
+    double resolution;       /* resolution (bound of the rounding error) of the gap, in metres */
 } Encountered;
 
 static inline void set_instant(State *s, Instant at) {
@@ -24,18 +24,19 @@ static inline void set_instant(State *s, Instant at) {
     s->clock.now_low = later_of(now, at).low;
 }
 
-/* Count a change of a disc's motion without an impact, so that predictions of impacts with the disc are stale. */
+/* Count a change of a disc's motion without an impact, so that earlier predictions of impacts with the disc become
+   stale. */
 static inline void change_motion(State *s, Index i) {
     s->discs[i].impacts += 1;
     s->accelerated.paths[i].changes += 1;
 }
 
-/* Return whether the disc rests on the other body, so that a predicted impact of the two must not be applied.
+/* Return whether a disc rests on another body, so that the predicted impact of the two must not be applied.
 
-   `pull` must be below 0, and one of three conditions must be true. First, the disc does not approach. Second, the disc
-   returns to the body that it left at `last`, after a flight too short for the clock to resolve. Third, `last` is NULL,
-   because the disc's path began elsewhere, and a hop at the speed of approach would be lower than the resolution of the
-   gap. */
+   The result is true if `pull` is below 0 and one of three conditions is true. The first condition is that the disc
+   does not approach the other body. The second condition is that the disc left the same body at the instant `last`, and
+   has flown too briefly for the clock to resolve. The third condition is that `last` is NULL (the disc's path began
+   elsewhere), and a hop at the speed of approach would be lower than the resolution of the gap. */
 static inline bool is_at_rest(const State *s, const Encountered *met, const Instant *last) {
     if (!(met->pull < 0.0) || !(met->approach > 0.0)) {
         return met->pull < 0.0;
@@ -57,8 +58,8 @@ static inline void end_in_contact(State *s, Index i, Index other, Index obstacle
     }
 }
 
-/* Complete an impact: record it if `is_wanted`, and update the contacts of both bodies with the ground. Return false if
-   the run ends with `STANDSTILL`, because too many successive impacts have been too close in time. */
+/* Complete an impact: record the impact if `is_wanted`, and update the contacts of both bodies with the ground. Return
+   false if the run ends with `STANDSTILL`, because too many successive impacts were too close in time. */
 static inline bool finish_impact(State *s, bool is_wanted, const Impact *impact, const Spins *spins, Point place,
                                  Index feature, const Ambiguity *ambiguity) {
     Record *r = &s->record;
@@ -78,8 +79,8 @@ static inline bool finish_impact(State *s, bool is_wanted, const Impact *impact,
             record_mode(s, &row);
         }
     }
-    /* If other bodies press two bodies together, these two collide infinitely often, at intervals that soon become too
-       short to resolve. */
+    /* Two bodies that other bodies press together collide infinitely often, at intervals that soon become too short to
+       resolve. */
     s->counts.ambiguous_in_row = is_ambiguous ? s->counts.ambiguous_in_row + 1 : 0;
     if (s->counts.at_instant > s->standstill || s->counts.ambiguous_in_row > s->standstill) {
         s->stopped = STANDSTILL;
@@ -90,8 +91,8 @@ static inline bool finish_impact(State *s, bool is_wanted, const Impact *impact,
 
 /* ---- two discs ---- */
 
-/* Return the motion of disc `i` relative to disc `j` along their normal. Disc `i` is movable, and both discs have been
-   moved to the present instant. */
+/* Return the motion of disc `i` relative to disc `j` along their normal. Disc `i` is movable, and both discs are at
+   their positions at the present instant. */
 static inline Encountered encounter_disc(const State *s, Index i, Index j) {
     const Disc *a = &s->discs[i], *b = &s->discs[j];
     const Parabola *p = &s->accelerated.paths[i], *q = &s->accelerated.paths[j];
@@ -105,8 +106,9 @@ static inline Encountered encounter_disc(const State *s, Index i, Index j) {
         -opening, pull, gap_resolution(size_of(a->x, a->y, a->radius) + size_of(b->x, b->y, b->radius))};
 }
 
-/* Remove the rounding error of the gap between a disc and the immovable disc that it has just hit. For large radii the
-   difference of two distances would have a large rounding error, so the difference of their squares is used. */
+/* Remove the rounding error of the gap between a disc and the immovable disc that it has hit now. The gap is computed
+   from a difference of squared distances, because for large radii a difference of distances would have a large rounding
+   error. */
 static inline void set_on_rim(State *s, Index i, Index fixed) {
     Disc *a = &s->discs[i];
     const Disc *b = &s->discs[fixed];
@@ -193,9 +195,9 @@ static inline bool apply_parabola_pair_impact(State *s, Index i, Index j, Instan
 
 /* ---- a disc and a wall ---- */
 
-/* Return whether disc `i`, which hits feature k at a time, returns to it with the speed at which it left it. The result
-   is true if the disc's last impact was on this feature, the feature is flat, and the wall has not begun another leg
-   since. */
+/* Disc `i` hits feature k at a time. Return whether the disc's speed is exactly the speed at which it left the feature.
+   Feature k must be flat, and the disc's last impact must have been on feature k. The wall must not have begun another
+   leg (straight part of its path) since that impact. */
 static inline bool returns_to(const State *s, Index i, Index k, double time) {
     const Disc *a = &s->discs[i];
     const Feature *f = &s->features[k];
@@ -206,8 +208,8 @@ static inline bool returns_to(const State *s, Index i, Index k, double time) {
     return row == NULL || row->leg_count == 0 || s->driving.legs[leg_at(&s->driving, row, a->time)].end > time;
 }
 
-/* Return the motion of disc `i` along the normal `n` of feature k. The disc has been moved to the present instant, and
-   `seen` is the disc relative to the wall. */
+/* Return the motion of disc `i` along the normal `n` of feature k. The disc is at its position at the present instant,
+   and `seen` is its motion relative to the wall. */
 static inline Encountered encounter_feature(const State *s, Index i, Index k, const Motion *seen, Direction n) {
     const Disc *a = &s->discs[i];
     const Parabola *p = &s->accelerated.paths[i];
@@ -216,7 +218,7 @@ static inline Encountered encounter_feature(const State *s, Index i, Index k, co
     double size = size_of(a->x, a->y, a->radius);
     if (f->kind == PLANE) {
         /* On a decelerating table, the acceleration along the normal of a flat feature is set to 0, because the table
-           cannot press a disc against a wall. */
+           does not press discs against walls. */
         double pull = s->accelerated.deceleration > 0.0 ? 0.0 : wall_speed(p->ax, p->ay, n.x, n.y).high;
         return (Encountered){approach, pull, gap_resolution(size + size_of(f->x.high, f->y.high, 0.0))};
     }
@@ -227,7 +229,7 @@ static inline Encountered encounter_feature(const State *s, Index i, Index k, co
     } else {
         double x = seen->x - f->x.high, y = seen->y - f->y.high, away = sqrt(x * x + y * y);
         bend = f->kind == INNER_ARC ? -1.0 / away : 1.0 / away;
-        if (f->size.high != 0.0) { /* centre and radius of an arc are pairs of floats */
+        if (f->size.high != 0.0) { /* an arc's centre and radius are pairs of floats */
             sizes = f->half_width + CAROM_ULP * sizes;
         }
     }
@@ -249,7 +251,8 @@ static inline void leave_wall(State *s, Index i, Index k, Direction n, double sp
     s->accelerated.paths[i].leaving = speed;
 }
 
-/* Apply friction and rolling resistance to a disc in an impact on a wall. `seen` is its motion relative to the wall. */
+/* Apply friction and rolling resistance in an impact of a disc on a wall. `seen` is the disc's motion relative to the
+   wall. */
 static inline void slide_on_wall(State *s, Index i, const Law *law, double belt, Direction n, const Motion *seen,
                                  double pressed) {
     Body body = body_of(s, i, true);
@@ -259,8 +262,8 @@ static inline void slide_on_wall(State *s, Index i, const Law *law, double belt,
     s->accelerated.paths[i].rubs = by.friction != 0.0;
 }
 
-/* If disc `i` is in flight and PIC solves lasting contact with feature k, begin this contact. Otherwise set
-   `State.stopped` and return false, because the run ends. */
+/* Begin the contact of disc `i` with feature k, if the disc is in flight and PIC solves lasting contact with this
+   feature. If one condition is false, the run ends: set `State.stopped` and return false. */
 static inline bool begin_contact(State *s, Index i, Index k, Direction n, double approach) {
     Parabola *p = &s->accelerated.paths[i];
     const Law *law = &s->wall_laws[s->features[k].wall];
@@ -275,10 +278,10 @@ static inline bool begin_contact(State *s, Index i, Index k, Direction n, double
     return true;
 }
 
-/* Apply the impact of disc `i` on feature k. Return false and set `State.stopped` if the run ends.
+/* Apply the impact of disc `i` on feature k.
 
-   The gap between the disc and the feature should be exactly 0 at the impact. The rounding error of the gap is removed,
-   so that errors do not accumulate over many bounces. */
+   At the impact, the gap between the disc and the feature should be exactly 0. The rounding error of the gap is
+   removed, so that errors do not accumulate over many bounces. */
 static inline bool apply_parabola_feature_impact(State *s, Index i, Index k, Instant at, bool is_wanted) {
     Disc *a = &s->discs[i];
     Parabola *p = &s->accelerated.paths[i];
@@ -327,8 +330,8 @@ static inline bool apply_parabola_feature_impact(State *s, Index i, Index k, Ins
     a->y -= gap * n.y;
     p->sticks = p->rubs = false;
     double restitution = law->wall_restitution;
-    /* if rounding turns a very weak graze into a separation, there is no impulse, because an impact never pulls bodies
-       together */
+    /* rounding can turn a very weak impact into a separation, which has no impulse, because an impact never pulls
+       bodies together */
     if (met.approach > 0.0) {
         leave_wall(s, i, k, n, restitution * met.approach);
         if (law->wall_contact.friction > 0.0 || s->accelerated.rolling_resistance > 0.0) {
@@ -340,8 +343,7 @@ static inline bool apply_parabola_feature_impact(State *s, Index i, Index k, Ins
     impact.first_after[0] = a->vx;
     impact.first_after[1] = a->vy;
     double ux = impact.first_before[0] - surface.vx, uy = impact.first_before[1] - surface.vy;
-    /* if a disc returns to a feature that it has left, the time of this impact is computed without a rounded gap, so
-       its resolution is 0 */
+    /* the time of a return to the same feature is computed without a rounded gap, so its resolution is 0 */
     double resolution = 0.0;
     if (!returns && !is_in_corner) {
         double speed = ux * impact.normal[0] + uy * impact.normal[1];

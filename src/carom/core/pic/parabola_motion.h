@@ -1,9 +1,9 @@
 /* Motion of a disc that accelerates: its state at an instant, and when it reaches another disc or a feature of a wall.
 
    Two discs with the same acceleration move in a straight line relative to each other, so pair_time.h predicts their
-   impact as it does without gravity. Two discs with different accelerations collide at a root of a quartic, which
-   fall_time.h solves. To compute a time of impact, both discs are moved to the later of the two instants at which their
-   paths began. So the computed time depends on the two paths only, and not on when it is computed. */
+   impact. Two discs with different accelerations collide at a root of a quartic, which fall_time.h solves. To compute
+   the time of impact of two discs, both discs are moved to the later of the two instants at which their paths began. So
+   the computed time depends only on the two paths, and not on when the code runs. */
 
 #pragma once
 
@@ -12,7 +12,7 @@
 #include "carom/core/parabola/fall_bounds.h"
 #include "carom/core/pic/driven_path.h"
 
-typedef struct Motion { /* position and velocity of a disc at an instant */
+typedef struct Motion {
     double x;
     double y;
     double vx;
@@ -29,7 +29,7 @@ static inline Instant now_instant(const State *s) {
 
 /* ---- state ---- */
 
-/* Return the position and velocity of a disc that no impact moves, at a time. */
+/* Return the position and velocity, at a time, of a disc that impacts do not move. */
 static inline Motion immovable_state(const State *s, Index i, double time) {
     const Disc *a = &s->discs[i];
     const Driven *row = driven_row(&s->driving, i);
@@ -40,7 +40,8 @@ static inline Motion immovable_state(const State *s, Index i, double time) {
     return (Motion){seen.x, seen.y, seen.vx, seen.vy};
 }
 
-/* Return the state of a disc at an instant, on its present parabola, or where it has stopped on a table. */
+/* Return the state of a disc at an instant: on its present parabola, or at the point where it has stopped on a
+   table. */
 static inline Motion motion_at(const State *s, Index i, Instant at) {
     const Disc *a = &s->discs[i];
     if (a->inverse_mass == 0.0) {
@@ -49,8 +50,8 @@ static inline Motion motion_at(const State *s, Index i, Instant at) {
     const Parabola *p = &s->accelerated.paths[i];
     Instant own = own_instant(a, p);
     if (s->accelerated.deceleration > 0.0 && !is_before(at, p->ends)) {
-        /* The distance to the point at which the disc stops is computed from the mean speed. The usual formula would be
-           a difference of two large distances. */
+        /* The distance to the point at which the disc stops is computed from the mean speed. The usual formula would
+           subtract two large distances. */
         double lasts = seconds_between(own, p->ends);
         return (Motion){a->x + 0.5 * lasts * a->vx, a->y + 0.5 * lasts * a->vy, 0.0, 0.0};
     }
@@ -97,11 +98,11 @@ static inline double spin_at(const State *s, Index i, Instant at) {
     return p->spin_rate != 0.0 ? spin + p->spin_rate * seconds_between(own_instant(&s->discs[i], p), at) : spin;
 }
 
-/* For a disc with a new velocity, set its deceleration by the table and the instant at which it stops. */
+/* After a disc's velocity has changed, set its deceleration by the table and the instant at which it stops. */
 static inline void slow_down(State *s, Index i) {
     Disc *a = &s->discs[i];
     Parabola *p = &s->accelerated.paths[i];
-    bool is_movable = a->inverse_mass > 0.0; /* a driven disc is not slowed */
+    bool is_movable = a->inverse_mass > 0.0; /* the table does not slow a driven disc */
     double vx = is_movable ? a->vx : 0.0, vy = is_movable ? a->vy : 0.0;
     Slowing slowing = slowing_by(s->accelerated.deceleration, vx, vy, own_instant(a, p));
     p->ax = slowing.ax;
@@ -114,7 +115,7 @@ static inline double along_ground(const Feature *ground, double x, double y) {
     return x * ground->ny - y * ground->nx;
 }
 
-/* Move a disc along its path to an instant, at which its path then begins. */
+/* Move a disc along its path to an instant. The disc's next path begins at that instant. */
 static inline void move_on_parabola(State *s, Index i, Instant at) {
     Disc *a = &s->discs[i];
     Motion there = motion_at(s, i, at);
@@ -144,10 +145,10 @@ static inline void move_on_parabola(State *s, Index i, Instant at) {
     a->vy = there.vy;
 }
 
-/* Return when a disc that slides or rolls on a ground hits again the other body of its corner: see `Parabola.corner`.
-   The vector (x, y) points along the ground from the corner to the side where the disc is.
+/* For a disc that slides or rolls on a ground, return when it hits the other body of its corner again: see
+   `Parabola.corner`. The vector (x, y) points along the ground from the corner to the side where the disc is.
 
-   The disc moves straight to the corner and the other body is convex. So the disc does not touch that body earlier. */
+   The disc moves straight to the corner, and the other body is convex, so the disc does not touch that body earlier. */
 static inline Instant return_to_corner(const State *s, Index i, double x, double y) {
     const Disc *a = &s->discs[i];
     const Parabola *p = &s->accelerated.paths[i];
@@ -160,14 +161,14 @@ static inline Instant return_to_corner(const State *s, Index i, double x, double
 }
 
 /* A corner is a position at which a disc touches both a ground and another body. Return whether a disc is in contact
-   with the ground of its corner, and `body` is the other body of this corner. Feature k has the body number -1 - k. */
+   with the ground of its corner and `body` is the other body of the corner. Feature k has the body number -1 - k. */
 static inline bool is_in_corner_with(const Parabola *p, Index body) {
     return p->corner == body && p->ground == p->corner_ground;
 }
 
-/* Return whether a disc has just hit the ground of its corner without leaving it again, and `body` is the other body of
-   that corner. Such a disc does not hit `body` before its contact with the ground has begun, although the rounded gap
-   to `body` may be 0. */
+/* Return whether a disc has just hit the ground of its corner without leaving the ground again, and `body` is the other
+   body of the corner. The disc cannot hit `body` before the contact with the ground begins, although the rounded gap to
+   `body` may be 0. */
 static inline bool lands_at_corner_of(const State *s, Index i, Index body) {
     const Parabola *p = &s->accelerated.paths[i];
     return p->corner == body && p->ground == NO_OBSTACLE && s->discs[i].last == -1 - p->corner_ground &&
@@ -181,7 +182,8 @@ static inline bool accelerate_alike(const State *s, Index i, Index j) {
     return p->ax == q->ax && p->ay == q->ay;
 }
 
-/* Return when disc `i` hits a disc that no impact moves; NEVER if it does not on its present path. */
+/* Return when disc `i` hits a disc that impacts do not move. If the two discs do not collide on their present paths,
+   return NEVER. */
 static inline Instant immovable_impact_time(const State *s, Index i, Index fixed) {
     const Disc *a = &s->discs[i], *b = &s->discs[fixed];
     const Parabola *p = &s->accelerated.paths[i];
@@ -215,7 +217,7 @@ static inline Instant immovable_impact_time(const State *s, Index i, Index fixed
     return NEVER;
 }
 
-/* Return when discs i < j collide on their present paths; NEVER if they do not. */
+/* Return when discs i < j collide on their present paths; NEVER if they do not collide. */
 static inline Instant parabola_pair_time(const State *s, Index i, Index j) {
     const Disc *a = &s->discs[i], *b = &s->discs[j];
     if (a->inverse_mass == 0.0 || b->inverse_mass == 0.0) {
@@ -242,7 +244,6 @@ static inline Instant parabola_pair_time(const State *s, Index i, Index j) {
     return instant_after(start, wait);
 }
 
-/* Return the greatest speed of a driven body. */
 static inline double fastest_leg(const Driving *d, const Driven *row) {
     double fastest = 0.0;
     for (Index n = row->first_leg; n < row->first_leg + row->leg_count; n++) {
@@ -254,8 +255,8 @@ static inline double fastest_leg(const Driving *d, const Driven *row) {
 
 /* Return an instant before which two discs with different accelerations cannot collide.
 
-   The exact instant is a root of a quartic, which is expensive to compute. In most cases the disc hits something else
-   first, so the exact instant is not needed. */
+   The exact instant is a root of a quartic, and computing this root is expensive. In most cases the disc hits something
+   else first, so the exact instant is not needed. */
 static inline Instant earliest_meeting(const State *s, Index i, Index j) {
     if (s->discs[i].inverse_mass == 0.0) {
         return earliest_meeting(s, j, i);
@@ -274,7 +275,7 @@ static inline Instant earliest_meeting(const State *s, Index i, Index j) {
         double ax = p->ax - q->ax, ay = p->ay - q->ay;
         return instant_after(start, fall_pair_lower_bound(&disc, other.x, other.y, b->radius, ax, ay));
     }
-    /* On any of its legs, a driven disc approaches no faster than its greatest speed. */
+    /* A driven disc approaches no faster than its greatest speed on any leg (straight part) of its path. */
     double dx = one.x - other.x, dy = one.y - other.y;
     double gap = sqrt(dx * dx + dy * dy) - (a->radius + b->radius);
     gap -= 2.0 * gap_resolution(size_of(one.x, one.y, a->radius) + size_of(other.x, other.y, b->radius));

@@ -1,20 +1,21 @@
 /* Narrow phase for discs that accelerate: finds the disc with which a given disc collides next.
 
-   Two discs with the same acceleration move straight relative to each other. For such pairs, the search (a scan) has
-   the rounds that straight_partner.h describes. For any other pair, a scan first computes only a lower bound of the
-   time of impact (`earliest_meeting`). The scan computes the exact time of the pair only if no other candidate is
-   earlier than this bound. */
+   Two discs with the same acceleration move in a straight line relative to each other. For two discs with the same
+   acceleration, the search (a scan) has the rounds that straight_partner.h describes. For other pairs of discs, a scan
+   first computes only a lower bound of the time of impact (`earliest_meeting`). The scan computes the exact time only
+   if no other candidate is earlier than the lower bound. */
 
 #pragma once
 
 #include "carom/core/pic/separation.h"
 #include "carom/core/pic/straight_partner.h"
 
-typedef struct Meeting { /* a candidate: a possible next impact with a disc */
-    /* the exact instant of the impact if `is_exact`, otherwise a lower bound of its high part; NEVER if the discs do
-       not collide */
+/* a candidate: a possible next impact with another disc */
+typedef struct Meeting {
+    /* the instant of the impact if `is_exact`, otherwise a lower bound of its high part; NEVER if the discs do not
+       collide */
     Instant time;
-    double latest;       /* upper bound of the high part of the instant */
+    double latest;       /* upper bound of the high part of the instant of impact */
     Index partner;
     bool is_exact;
 } Meeting;
@@ -26,16 +27,16 @@ static inline bool moves_straight(const State *s, Index i, Index j) {
     return s->discs[j].inverse_mass > 0.0 && accelerate_alike(s, i, j);
 }
 
-/* Return a lower bound of the time at which disc `i` collides with disc `j`. The path of disc `j` relative to disc `i`
-   is not straight. */
+/* Return a lower bound of the time at which discs `i` and `j` collide. The path of one disc relative to the other is
+   not straight. */
 static inline Meeting bound_bent(const State *s, Index i, Index j) {
     Instant earliest = earliest_meeting(s, i, j);
     return (Meeting){{earliest.high, 0.0}, CAROM_INF, j, !(earliest.high < CAROM_INF)};
 }
 
-/* Round 2 of straight_partner.h: keep the discs that move straight relative to disc `i` and approach it. The relative
-   motion of these discs is computed as in `parabola_pair_time`. Return the number of discs kept. For discs that do not
-   move straight relative to disc `i`, lower bounds are appended to `bent`. */
+/* Round 2 of straight_partner.h: keep the discs that approach disc `i` and have the same acceleration. The relative
+   motion of two discs is computed as in `parabola_pair_time`. For all other discs, append lower bounds of the times of
+   impact to `bent`. */
 static inline Index keep_approaching_alike(State *s, Index i, Index count, Meeting *bent, Index *bent_count) {
     Candidates *c = &s->candidates;
     const Parabola *p = &s->accelerated.paths[i];
@@ -54,7 +55,7 @@ static inline Index keep_approaching_alike(State *s, Index i, Index count, Meeti
         }
         int is_later = (b->time > a.time) | ((b->time == a.time) & (q->time_low > low));
         Instant start = {is_later ? b->time : a.time, is_later ? q->time_low : low};
-        /* One of the two waits is 0: the disc whose path began later is already at its position at `start`. */
+        /* At `start`, the disc whose path began later is at its position, so one of the two waits is 0. */
         double wait = (start.high - a.time) + (start.low - low);
         double its_wait = (start.high - b->time) + (start.low - q->time_low);
         Motion from = {a.x + wait * (a.vx + half_x * wait), a.y + wait * (a.vy + half_y * wait), a.vx + p->ax * wait,
@@ -89,9 +90,9 @@ static inline void solve_meeting(const State *s, Index i, Meeting *m) {
     m->is_exact = true;
 }
 
-/* Return whether candidate `a` precedes candidate `b`. The candidate with the earlier time is first. At the same time,
-   a lower bound precedes an exact time. If that does not decide, the candidate whose partner has the lower number is
-   first. */
+/* Return whether candidate `a` comes before candidate `b`. The candidate with the earlier time is first. If the times
+   are equal, a lower bound comes before an exact time. If both times are exact and equal, the candidate whose partner
+   has the lower number is first. */
 static inline bool is_preceding(const Meeting *a, const Meeting *b) {
     if (a->time.high != b->time.high) {
         return a->time.high < b->time.high;
@@ -102,7 +103,7 @@ static inline bool is_preceding(const Meeting *a, const Meeting *b) {
     return a->time.low != b->time.low ? a->time.low < b->time.low : a->partner < b->partner;
 }
 
-/* Return the earliest candidate. Exact times are computed for as few candidates as possible. */
+/* Return the earliest of the candidates. */
 static inline Meeting earliest_meeting_of(const State *s, Index i, Meeting *candidates, Index count) {
     while (true) {
         Index first = 0;
@@ -116,7 +117,8 @@ static inline Meeting earliest_meeting_of(const State *s, Index i, Meeting *cand
             }
         }
         Meeting *best = &candidates[first];
-        /* If the first candidate is exact, no bound has the same time, because a bound would precede it. */
+        /* If the first candidate's time is exact, all lower bounds are later, because an equal lower bound would come
+           first. */
         if (best->is_exact || second > best->latest) {
             return best->time.high < CAROM_INF ? *best : NO_MEETING;
         }
@@ -124,8 +126,8 @@ static inline Meeting earliest_meeting_of(const State *s, Index i, Meeting *cand
     }
 }
 
-/* Return the predicted impact of a disc as a candidate. If its time is a lower bound, an upper bound is computed from
-   it. */
+/* Return the predicted next impact of a disc as a candidate. If the predicted time is a lower bound, compute an upper
+   bound from it. */
 static inline Meeting predicted_meeting(const State *s, Index i) {
     const Prediction *p = &s->predictions[i];
     if (p->partner == NOBODY) {
@@ -134,14 +136,14 @@ static inline Meeting predicted_meeting(const State *s, Index i) {
     if (p->exact) {
         return (Meeting){{p->impact_time, s->accelerated.paths[i].impact_low}, p->impact_time, p->partner, true};
     }
-    /* A nonnegative lower bound of a pair with the same acceleration comes from `bound_times`, so the exact time
-       exceeds it by less than 4 CAROM_ROOT_ERROR of the wait. For other bounds there is no upper bound. */
+    /* If both discs have the same acceleration, a lower bound of 0 or more comes from `bound_times`. The exact time is
+       at most (1 + 4 CAROM_ROOT_ERROR) times this lower bound. Other lower bounds give no upper bound. */
     bool is_straight = moves_straight(s, i, p->partner) && p->impact_time >= 0.0;
     double latest = is_straight ? p->impact_time * (1.0 + 4.0 * CAROM_ROOT_ERROR) : CAROM_INF;
     return (Meeting){{p->impact_time, 0.0}, latest, p->partner, false};
 }
 
-/* Predict the next impact of disc `i` with another disc, as `predict_partner` does. */
+/* Predict the next impact of disc `i` with another disc, like `predict_partner`. */
 static inline void predict_parabola_partner(State *s, Index i, Change change) {
     Candidates *c = &s->candidates;
     Meeting meetings[BATCH + 1];
@@ -152,7 +154,7 @@ static inline void predict_parabola_partner(State *s, Index i, Change change) {
     if (change == OF_CELL) {
         best = predicted_meeting(s, i);
     } else {
-        for (Index k = 0; k < s->driving.count; k++) { /* driven discs are in no cell */
+        for (Index k = 0; k < s->driving.count; k++) { /* driven discs are not in any cell */
             if (s->driving.rows[k].body >= 0) {
                 meetings[0] = best;
                 meetings[1] = bound_bent(s, i, s->driving.rows[k].body);

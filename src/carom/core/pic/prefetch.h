@@ -1,15 +1,16 @@
-/* Prefetching: memory for the next event is loaded while the present one is processed. No result depends on it.
+/* Prefetching: the memory that the next event needs is loaded while the present event is processed. Prefetching changes
+   no result.
 
-   A row in memory often contains the number of another row that is needed soon. The rows of a disc contain its partner
-   and its cell, and the cells contain other discs. */
+   A row in memory often contains the number of another row that is needed soon. The rows of a disc contain the numbers
+   of its partner and its cell, and a cell contains the numbers of discs. */
 
 #pragma once
 
 #include "carom/core/pic/grid.h"
 
 #if defined(__GNUC__)
-/* GCC assumes that a function that only prefetches has no effect, and removes its calls. The empty assembler statement
-   prevents the removal. */
+/* GCC assumes that a function that only prefetches has no effect, and removes its calls. An empty assembler statement
+   keeps these calls. */
 #define CAROM_PREFETCH(place)      \
     do {                           \
         __builtin_prefetch(place); \
@@ -20,14 +21,14 @@
 #endif
 
 enum {
-    /* In runs with at least this many discs, memory is prefetched, because the rows of the discs do not fit into a
+    /* smallest number of discs for which memory is prefetched, because the rows of all discs no longer fit into a
        cache. Prefetching multiplies the time of a run of 8,000 discs by 1.01, of 16,000 discs by .91, and of 30,000
-       discs by .78. These factors were measured on a processor with 1 MB of cache per core. */
+       discs by .78. The factors were measured on a processor with 1 MB of cache per core. */
     PREFETCH_FROM = 10000
 };
 
-/* Prefetch the row of a disc. For a negative number `i`, this prefetches an address before the first row, which is
-   harmless. The processor could not predict a branch that excludes negative numbers. */
+/* Prefetch the row of a disc. If `i` is negative, the function prefetches an address before the first row, which is
+   harmless. A branch that excludes negative numbers would be slow, because the processor could not predict it. */
 static inline void prefetch_row(const State *s, Index i) {
     CAROM_PREFETCH((const void *)((uintptr_t)s->discs + (uintptr_t)i * sizeof(Disc)));
 }
@@ -54,7 +55,6 @@ static inline void prefetch_cells(const State *s, Index i) {
     CAROM_PREFETCH(s->grid.list_of + tile_of(&s->grid, cell >> COLUMN_BITS, cell & COLUMN_MASK));
 }
 
-/* Prefetch the rows of disc `i`'s partner, and the cells around disc `i`. */
 static inline void prefetch_surroundings(const State *s, Index i) {
     Index partner = s->predictions[i].partner;
     if (partner != NOBODY) {

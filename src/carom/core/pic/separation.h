@@ -1,16 +1,16 @@
-/* Separation: the bodies that a disc does not approach on its present path, regardless of rounding. These are the disc
-   that it hit last, and the bodies that it touches without normal speed (touched_bodies.h). */
+/* Separation: the bodies that a disc does not approach on its present path, regardless of rounding. A disc does not
+   approach the disc that it hit last, or bodies that it touches without normal speed (touched_bodies.h). */
 
 #pragma once
 
 #include "carom/core/pic/driven_path.h"
 
-/* Return the disc that disc `i` hit last, if both are still on the paths that began at that impact. Otherwise return
+/* Return the disc that disc `i` hit last, if the present paths of both discs began at their impact. Otherwise return
    NOBODY.
 
-   Such a pair never collides again on these paths. Rounding can leave a small speed of approach (with restitution 0,
-   the whole remaining normal speed is a rounding error). This speed must not cause another impact, which would be
-   followed by further impacts without end. The path of a disc that never moves is always the same. */
+   The two discs never collide again on paths that began at their impact. Rounding can leave a small speed of approach:
+   with restitution 0, the whole remaining normal speed is a rounding error. A speed due to rounding must not cause an
+   impact, because further impacts would follow without end. A disc that never moves always has the same path. */
 static inline Index last_partner(const State *s, Index i) {
     Index last = s->discs[i].last;
     if (last < 0)
@@ -18,20 +18,19 @@ static inline Index last_partner(const State *s, Index i) {
     return s->discs[last].inverse_mass == 0.0 || s->discs[last].last == i ? last : NOBODY;
 }
 
-/* Return whether disc `i` does not approach a body on its present path, because its last impact was with that body, or
-   because it touches that body without normal speed. */
+/* Return whether disc `i` does not approach a body on its present path. Either the disc's last impact was with that
+   body, or the two touch without normal speed. */
 static inline bool is_parting_from(const State *s, Index i, Index body) {
     return s->discs[i].inverse_mass == 0.0 || s->discs[i].last == body || is_touched(&s->touched[i], body);
 }
 
-/* Return whether two discs touch without normal speed, or are still on the paths that began at the impact of these two
-   discs. */
+/* Return whether two discs touch without normal speed, or whether the present paths of both began at their impact. */
 static inline bool are_parting(const State *s, Index i, Index j) {
     return is_parting_from(s, i, j) && is_parting_from(s, j, i);
 }
 
-/* Return up to which times a contact of disc `i` and a body lasts. Feature k is the body -1 - k. `NewContact` explains
-   `speed`. */
+/* Return the times until which a contact of disc `i` and a body lasts. Feature k has the body number -1 - k. `speed` is
+   `NewContact.speed`. */
 static inline TouchEnd touch_end(const State *s, Index i, Index body, double nx, double ny, double speed) {
     const Feature *f = body < 0 && s->feature_count > 0 ? &s->features[-1 - body] : NULL;
     const Driven *row = driven_row(&s->driving, f != NULL ? -1 - (Index)f->wall : body);
@@ -57,32 +56,32 @@ static inline TouchEnd touch_end(const State *s, Index i, Index body, double nx,
     return contact_end(&t, leg);
 }
 
-/* Return whether disc `i` touches feature `k` without normal speed at a time since the start. If the feature's wall is
-   not driven, the time does not matter. */
+/* Return whether disc `i` touches feature `k` without normal speed at `time`, in seconds since the start. If the
+   feature's wall is not driven, the time does not matter. */
 static inline bool touches_feature(const State *s, Index i, Index k, double time) {
     return CAROM_UNLIKELY(s->touched != NULL) && find_touched(&s->touched[i], -1 - k, time) != NULL;
 }
 
-/* Return whether disc `i` does not hit feature `k` on its present path, because it touches the feature without normal
-   speed. The inside of an arc is an exception: a disc that moves along it is pressed against it. */
+/* Return whether disc `i` does not hit feature `k` on its present path, because the two touch without normal speed. The
+   inside of an arc is an exception, because a disc that moves along an arc is pressed against its inside. */
 static inline bool is_left_for_good(const State *s, Index i, Index k, double time) {
     return touches_feature(s, i, k, time) && s->features[k].kind != INNER_ARC;
 }
 
-/* Return where the path of disc `i` begins, relative to feature `k`. `last` is the body or feature that the disc hit
-   last. */
+/* Return whether the path of disc `i` begins at feature `k`, and if so, whether the disc stopped there or left it.
+   `last` is the body or feature that the disc hit last. */
 static inline PathStart path_start(const State *s, Index i, Index k, Index last) {
     if (last != -1 - k)
         return ELSEWHERE;
     return touches_feature(s, i, k, 0.0) ? JUST_STOPPED : JUST_LEFT;
 }
 
-/* Return a contact of disc `i` with a flat wall that disc `j` also touches, or NULL if there is none. Both discs must
-   have the same radius.
+/* For discs `i` and `j` with the same radius, return a contact of disc `i` with a flat wall that disc `j` also touches,
+   or NULL if there is none.
 
-   Their centres are then at the same distance from the wall. So the normal of the impact of the two discs is exactly
-   along the wall, although the roundings of the centres tilt the computed normal. Between impacts, only straight motion
-   keeps that distance: gravity and friction may change the velocity along the wall's normal. */
+   The centres of both discs are at the same distance from the wall. So the normal of the impact of the two discs is
+   exactly parallel to the wall, although rounded centres give a slightly different normal. Only straight motion keeps
+   that distance between impacts: gravity and friction may change the velocity along the wall's normal. */
 static inline const Touched *find_common_wall(const State *s, Index i, Index j) {
     const TouchedBodies *t = &s->touched[i];
     if (s->accelerated.paths != NULL || s->discs[i].radius != s->discs[j].radius)
@@ -96,17 +95,17 @@ static inline const Touched *find_common_wall(const State *s, Index i, Index j) 
     return NULL;
 }
 
-/* A disc's velocity has changed from `before`. Undo the part of the change along n. */
+/* Undo the change of a disc's velocity along the unit vector n, since the velocity was `before`. */
 static inline void keep_speed_along(Disc *a, const double *before, double nx, double ny) {
     double change = (a->vx - before[0]) * nx + (a->vy - before[1]) * ny;
     a->vx -= change * nx;
     a->vy -= change * ny;
 }
 
-/* Store an impact of two discs that was just applied. The normal is the unit vector from one disc to the other.
-   `before` contains the velocities of both discs before the impact.
+/* After an impact of two discs, update the lists of bodies that they touch. The normal is the unit vector from one disc
+   to the other. `before` contains the velocities of both discs before the impact.
 
-   Without friction, an impact along a wall does not change speeds along the wall's normal. */
+   If both discs touch a flat wall and there is no friction, their velocities along the wall's normal do not change. */
 static CAROM_NOINLINE void note_touching_discs(State *s, Index i, Index j, double nx, double ny, const double *before,
                                                bool is_elastic) {
     bool slides = can_rub(&s->law.contact) && !is_elastic, stops = s->law.restitution == 0.0 && !is_elastic;
@@ -126,8 +125,8 @@ static CAROM_NOINLINE void note_touching_discs(State *s, Index i, Index j, doubl
     }
 }
 
-/* Store an impact on wall or feature `k` that was just applied. n is the unit normal. `speed` is explained in
-   `NewContact`. */
+/* After an impact of disc `i` on wall or feature `k`, update the list of bodies that the disc touches. The unit normal
+   is n. `speed` is `NewContact.speed`. */
 static CAROM_NOINLINE void note_touching_wall(State *s, Index i, Index k, double nx, double ny, double speed,
                                               bool is_elastic) {
     const Law *law = s->feature_count > 0 ? &s->wall_laws[s->features[k].wall] : &s->law;
@@ -137,7 +136,8 @@ static CAROM_NOINLINE void note_touching_wall(State *s, Index i, Index k, double
     note_touched(&s->touched[i], touched, s->clock.reported, slides, stops);
 }
 
-/* Remove from a scan the discs that disc `i` does not approach. Return how many discs remain. */
+/* From the candidates of a scan, remove the discs that disc `i` does not approach. Return the number of remaining
+   candidates. */
 static CAROM_NOINLINE Index remove_touching(State *s, Index i, Index count) {
     Index kept = 0;
     for (Index k = 0; k < count; k++) {

@@ -1,5 +1,4 @@
-/* Set-up of a run of PIC: the layout of its memory, and functions that fill this memory from the arrays of a
-   `RunInput`. */
+/* Set-up of a run of PIC: memory layout, and functions that fill the memory from a `RunInput`. */
 
 #pragma once
 
@@ -9,11 +8,11 @@
 /* ---- sizes ---- */
 
 /* Set the addresses of all arrays of a run in the block `memory`, and return their total size in bytes. If `memory` is
-   NULL, only the size is meaningful. */
+   NULL, only the returned size is meaningful. */
 static inline size_t lay_out(State *s, void *memory) {
     Arena arena = {memory, 0};
     Index discs = s->disc_count;
-    Index times_below = s->queue.level[1]; /* number of times on level 0, for which the queue stores no holders */
+    Index times_below = s->queue.level[1]; /* number of times on level 0, whose discs the queue does not store */
     bool has_paths = s->driving.leg_count > 0;
     s->discs = RESERVE_ROWS(&arena, Disc, discs);
     s->predictions = RESERVE_ROWS(&arena, Prediction, discs);
@@ -38,7 +37,8 @@ static inline size_t lay_out(State *s, void *memory) {
     s->touched = s->has_touched ? RESERVE_ROWS(&arena, TouchedBodies, discs) : NULL;
     s->turning = s->record.has_spins || accelerates ? RESERVE_ROWS(&arena, Turning, discs) : NULL;
     if (memory != NULL)
-        /* level 0 has no holders; after this shift, a time and its holder have the same index */
+        /* the array of holders begins with level 1; after this shift, a time and its holder (a disc) have the same
+           index */
         s->queue.holder -= times_below;
     return arena.used;
 }
@@ -74,7 +74,6 @@ static inline void set_acceleration(State *s, const RunInput *input) {
 
 /* ---- rows ---- */
 
-/* Fill the rows of discs. */
 static inline void fill_discs(State *s, const RunInput *input) {
     for (Index i = 0; i < s->disc_count; i++) {
         s->discs[i] = (Disc){
@@ -96,7 +95,7 @@ static inline void fill_discs(State *s, const RunInput *input) {
     }
 }
 
-/* Fill the rows for acceleration. Discs, features and driven bodies have been filled before. */
+/* The rows of discs, features and driven bodies must have been filled before. */
 static inline void fill_acceleration(State *s, const RunInput *input) {
     Accelerated *run = &s->accelerated;
     for (Index i = 0; i < s->disc_count; i++) {
@@ -136,7 +135,6 @@ static inline void fill_acceleration(State *s, const RunInput *input) {
         run->never_lists[k] = (int)input->never_lists[k];
 }
 
-/* Fill the rows of walls and features. */
 static inline void fill_obstacles(State *s, const RunInput *input) {
     for (Index k = 0; k < s->wall_count && input->walls != NULL; k++) {
         const double *row = input->walls + WALL_NUMBERS * k;
@@ -148,7 +146,6 @@ static inline void fill_obstacles(State *s, const RunInput *input) {
         write_wall_laws(s->wall_laws, input);
 }
 
-/* Fill the rows of driven bodies and of their legs. */
 static inline void fill_driving(State *s, const RunInput *input) {
     Index first_leg = 0;
     for (Index i = 0; i < s->driving.count; i++) {

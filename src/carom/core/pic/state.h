@@ -1,15 +1,14 @@
-/* State of an event-driven run: discs, predictions, cells, queue, driven bodies and counts. Read this file before the
-   other headers of PIC.
+/* State of an event-driven run. Read this file before the other headers of PIC.
 
-   Units are metres, metres per second and kilograms. A `time` is in seconds since the present epoch, unless its comment
-   states "since the start"; see `Clock`. Obstacles are what a disc can hit, except other discs. The obstacles are the
-   walls if all walls are half-planes with the same coefficients, no body is driven and no disc accelerates. Otherwise
-   the obstacles are the features of the walls (half-planes, faces, vertices and arcs).
+   Units are metres, metres per second and kilograms. Times are in seconds since the present epoch (a part of the run,
+   see `Clock`), unless a comment says "since the start". An obstacle is a wall, or a part of a wall, that a disc can
+   hit. If all walls are half-planes with the same coefficients, no body is driven and no disc accelerates, the
+   obstacles are whole walls. In all other runs, the obstacles are the features (parts) of walls: half-planes, faces,
+   vertices and arcs.
 
-   `event_loop.c` contains the loop. The loop takes the next event from the queue (`next_event.h`) and applies it
-   (`straight_impact.h`, `pic/grid.h`). Then the loop predicts the events of the changed discs again
-   (`straight_partner.h`, `obstacle_lists.h`, `driven_impact.h`). `straight_motion.h` and `parabola_motion.h` contain
-   the functions for the two shapes of a path. `few_bodies.h` contains a faster loop for few discs and walls.
+   The loop in `event_loop.c` takes the next event from a queue (`next_event.h`), applies it, and predicts the next
+   events of the changed discs. `straight_motion.h` is for straight paths, and `parabola_motion.h` for parabolas.
+   `few_bodies.h` contains a faster loop for few discs and walls.
  */
 
 #pragma once
@@ -20,80 +19,101 @@
 
 enum {
     NO_OBSTACLE = -1,
-    NO_BODY = INT32_MIN, /* the disc has hit nothing yet */
+    /* the disc has hit nothing yet */
+    NO_BODY = INT32_MIN,
 
-    /* number of discs that a cell stores itself; further discs are in a linked list, its chain: see `Cell` */
+    /* number of discs that a cell stores itself; a linked list (its chain) contains any further discs */
     PLACES = 2,
-    /* largest number of columns and of rows of a grid. The number of a column or row has 16 bits, and the ring of empty
-       cells around the grid adds two columns and two rows */
+    /* largest number of columns, and of rows, in a grid. The number of a column or row has 16 bits, and the ring of
+       empty cells around the grid takes two columns and two rows */
     MOST_COLUMNS = 32766,
     COLUMN_BITS = 16,
     COLUMN_MASK = 0xFFFF,
-    MOST_OBSTACLES = 67108863, /* obstacle numbers have 26 bits, see `Prediction.obstacle` */
-    /* the lists of obstacles of tiles at the rim are also valid up to this number of cell widths beyond the grid */
+    /* obstacle numbers have at most 26 bits, so that they fit into `Prediction.obstacle` */
+    MOST_OBSTACLES = 67108863,
+    /* lists of obstacles at the border of the grid are valid up to this number of cell widths outside the grid */
     OUTWARD = 2,
     EMPTY_LIST = 0, /* `EMPTY_LIST` and `FULL_LIST` are indices in `Grid.lists` */
     FULL_LIST = 1,
 
-    SIBLINGS = 8, /* number of times that a match of the event queue compares: they fill one cache line */
-    LEVELS = 11,  /* number of levels of the event queue: enough for 8^10 (about 10^9) discs */
-    /* number of discs that a search for the next impact (a scan) processes at once. Without chains, the nine cells of a
-       search contain at most 18 discs */
+    /* number of event times that the event queue compares together; they fill one cache line */
+    SIBLINGS = 8,
+    /* number of levels of the event queue: enough for 8^10 (about 10^9) discs */
+    LEVELS = 11,
+    /* largest number of discs that one pass of a search for a disc's next impact processes. Nine cells contain at most
+       18 discs, apart from discs in chains */
     BATCH = 64,
-    LANES = 4,    /* number of candidates whose times of impact are bounded together by vector instructions */
-    /* largest numbers of discs and walls for which the loop of few_bodies.h is used, multiples of LANES. The loop takes
-       .65 times as long as the other one for 16 discs, and 1.2 times as long for 25 discs */
+    /* number of candidates for which vector instructions compute bounds of the time of impact at once */
+    LANES = 4,
+    /* largest numbers of discs and of walls for which the loop of few_bodies.h is used; both are multiples of LANES.
+       For 16 discs, the loop takes .65 times as long as the event loop; for 25 discs, 1.2 times as long */
     MOST_FEW_DISCS = 16,
     MOST_FEW_WALLS = 8,
 };
 
 /* ---- events ---- */
 
-typedef enum Edge { /* edge of a cell */
+typedef enum Edge {
     NO_EDGE = -1,
     LEFT = 0,
     RIGHT = 1,
     DOWN = 2,
     UP = 3,
-    MOTION_END = 4, /* no edge: the motion of an accelerating disc ends before the disc reaches an edge */
+    MOTION_END = 4, /* not an edge: the motion of an accelerating disc ends before the disc reaches an edge */
 } Edge;
 
-typedef enum EventKind { /* kind of a disc's next event */
-    START = 0,           /* the disc needs its first prediction in this epoch */
-    CROSSING = 1,        /* the disc leaves its cell */
-    STALE = 2,           /* impact with a disc whose path has changed since the prediction */
-    BOUNDED = 3,         /* impact with a disc; only a lower bound of its time is known */
-    PAIR_IMPACT = 4,     /* impact with a disc at a known time */
-    WALL_IMPACT = 5,     /* impact with an obstacle at a known time */
-    /* no event to process now: the disc's next event is later than its time in the queue, which was a lower bound */
+typedef enum EventKind {
+    /* the disc has no prediction yet in this epoch (part of the run) */
+    START = 0,
+    /* the disc leaves its cell */
+    CROSSING = 1,
+    /* impact with a disc whose path has changed since the impact was predicted */
+    STALE = 2,
+    /* impact with a disc; only a lower bound of its time is known */
+    BOUNDED = 3,
+    /* impact with a disc at a known time */
+    PAIR_IMPACT = 4,
+    /* impact with an obstacle at a known time */
+    WALL_IMPACT = 5,
+    /* no event to process now: the disc's time in the queue was only a lower bound of the time of its next event */
     POSTPONED = 6,
-    MOTION_ENDS = 7,     /* the disc's mode of contact ends, or the disc stops on a table */
+    MOTION_ENDS = 7,     /* a mode of contact (such as sliding) ends, or the disc stops on a table */
 } EventKind;
 
-typedef enum Change { /* which predictions of a disc must be computed again after an event */
-    OF_PATH = 0,      /* all predictions, because the disc's path has changed */
-    OF_PARTNER = 1,   /* only its next impact with a disc, because the partner's path has changed */
-    /* the time at which it leaves its cell, and impacts with discs in three more cells, because it has entered another
-       cell */
+/* which predictions of a disc must be computed again after an event */
+typedef enum Change {
+    /* all predictions, because the disc's path has changed */
+    OF_PATH = 0,
+    /* only the disc's next impact with another disc, whose path has changed */
+    OF_PARTNER = 1,
+    /* when the disc leaves its cell, and impacts with discs in three new neighbour cells, because the disc has entered
+       another cell */
     OF_CELL = 2,
     OF_TIME = 3,      /* no prediction; only the disc's time in the queue must be updated */
 } Change;
 
-typedef enum Ending { /* how a call of the loop ends; solvers/event_driven/run.py uses the same numbers */
+typedef enum Ending { /* how a call of the event loop ends; solvers/event_driven/run.py uses the same numbers */
     NOT_ENDED = -1,
-    DONE = 0,         /* no impact remains up to the requested time */
-    LIMIT = 1,        /* an impact remains, but the requested number of impacts is reached */
-    STANDSTILL = 2,   /* too many impacts occur while time does not advance */
-    PAUSE = 3,        /* the requested number of events has been processed */
-    NO_MEMORY = 4,    /* there is not enough memory for recorded impacts or for cells */
-    GLIDES = 5,       /* a disc begins to glide along an arc: contact without an impact */
-    CRUSHED = 6,      /* a disc has no space left before the requested end */
-    /* discs have moved outside the grid of cells, so a larger grid may be better: see `choose_cells_again` */
+    /* no impact remains up to the requested time */
+    DONE = 0,
+    /* an impact remains, but the requested number of impacts is reached */
+    LIMIT = 1,
+    /* too many impacts occur while time does not advance */
+    STANDSTILL = 2,
+    /* the requested number of events has been processed */
+    PAUSE = 3,
+    /* there is not enough memory for recorded impacts or for cells */
+    NO_MEMORY = 4,
+    /* a disc begins to glide: it moves along an arc in contact, without an impact */
+    GLIDES = 5,
+    /* two approaching bodies crush a disc before the requested end of the run */
+    CRUSHED = 6,
+    /* discs have moved outside the grid of cells, so a larger grid may be better */
     OUTGROWN = 7,
-    /* a disc rests on a body that does not move. This ending and the next three are due to contacts that PIC does not
-       solve */
+    /* a disc rests on a body that does not move. PIC does not solve contacts that cause AT_REST, PRESSED, CORNER or
+       EDGE */
     AT_REST = 8,
-    PRESSED = 9,      /* two discs stay in contact, pressed together */
+    PRESSED = 9,      /* two discs stay pressed together */
     CORNER = 10,      /* a disc is wedged between two walls */
     EDGE = 11,        /* a disc reaches the end of a face too slowly to fly off */
 } Ending;
@@ -105,30 +125,34 @@ typedef struct Event {
 
 /* ---- discs ---- */
 
-typedef struct Disc { /* 64 bytes, one cache line, with all data of the disc that predictions of other discs read */
+typedef struct Disc { /* 64 bytes, one cache line, with all data of a disc that predictions of other discs read */
     double x;         /* centre at `time`, in metres */
     double y;
     double vx; /* velocity */
     double vy;
-    /* time at which the disc's present path began: its last impact in this epoch, or 0 if there was none. For a disc
-       that never moves, `time` is always 0 */
+    /* time at which the disc's present path began: the time of its last impact in this epoch, or 0 if it had none. For
+       a disc that never moves, `time` is always 0 */
     double time;
     double radius;
-    double inverse_mass; /* 0 for a disc that never moves */
-    /* number of the disc's impacts so far; another disc's predicted impact with it is stale if this number has changed
-       since */
+    /* 0 for a disc that never moves */
+    double inverse_mass;
+    /* number of impacts so far; a change of this number makes earlier predictions of impacts with this disc stale */
     int impacts;
-    int last;            /* the last body hit: the number of a disc, -1 - k for obstacle k, or NO_BODY */
+    int last;            /* the body that the disc hit last: the number of a disc, -1 - k for obstacle k, or NO_BODY */
 } Disc;
 
-/* the predicted next impact of a disc with another disc, and when the disc leaves its cell; 32 bytes */
+/* the predicted next impact of a disc with another disc, and the time when it will leave its cell; 32 bytes */
 typedef struct Prediction {
-    /* time at which the disc hits `partner`: exact, or a lower bound if `exact` is false; INF for never */
+    /* time at which the disc hits `partner`; only a lower bound if `exact` is false; INF for never */
     double impact_time;
-    double exit_time;       /* time at which the disc crosses `edge` of its cell, or hits `obstacle` before that */
-    int partner;            /* the disc that it hits next, or NOBODY */
-    int partner_impacts;    /* the partner's `impacts` at the time of the prediction */
-    /* the disc's cell: row << COLUMN_BITS | column. The ring of empty cells is row 0 and column 0 */
+    /* time at which the disc crosses `edge` of its cell, or hits `obstacle` before that */
+    double exit_time;
+    /* the disc that this disc hits next, or NOBODY */
+    int partner;
+    /* value of the partner's `Disc.impacts` when the impact was predicted */
+    int partner_impacts;
+    /* the disc's cell: row << COLUMN_BITS | column. Row 0 and column 0 are in the ring of empty cells around the
+       grid */
     int cell;
     signed int obstacle : 27; /* obstacle hit at `exit_time`; NO_OBSTACLE if the disc crosses an edge then */
     signed int edge : 4;      /* edge crossed at `exit_time`; NO_EDGE if the disc hits an obstacle then */
@@ -139,7 +163,7 @@ typedef struct Prediction {
 
 typedef struct Driven { /* a driven body, or a wall with a moving surface */
     Index body;         /* number of the body: i for disc i, -1 - k for wall k */
-    Index first_leg;    /* index of the first leg of its path in `Driving.legs` */
+    Index first_leg;    /* index in `Driving.legs` of the first leg (part with constant velocity) of its path */
     Index leg_count;    /* 0 if only the surface moves */
     Index first_feature; /* of a wall */
     Index feature_count;
@@ -149,35 +173,36 @@ typedef struct Driven { /* a driven body, or a wall with a moving surface */
 } Driven;
 
 typedef struct Driving {
-    Driven *rows; /* one row per driven body: walls, then discs, both in ascending order */
+    Driven *rows; /* one row per driven body: first walls, then discs, each in ascending order of their numbers */
     Leg *legs;
-    Index count; /* number of entries in `rows` */
+    Index count;
     Index leg_count;
 } Driving;
 
-/* a disc that bounces to and fro: how many times in succession it has hit two exactly opposite bodies alternately */
+/* data of a disc that bounces to and fro between two exactly opposite bodies */
 typedef struct ToAndFro {
     int last;             /* body that the disc hit last, or NO_BODY */
     int last_obstacle;    /* obstacle of the body `last`; NO_OBSTACLE if that body is a disc */
-    int across;           /* the same two numbers for the body on the opposite side */
+    int across; /* `across`, `across_obstacle`: like `last` and `last_obstacle`, for the body on the opposite side */
     int across_obstacle;
     double nx; /* unit vector from the last body to the disc */
     double ny;
-    Index row; /* number of successive impacts on the two bodies */
+    Index row; /* number of successive impacts, alternately on one and the other of the two bodies */
 } ToAndFro;
 
 typedef struct Crush { /* a disc that two approaching bodies crush */
     Index disc;
-    /* numbers of the two bodies that approach each other, with the disc, or a row of touching discs, between them */
+    /* two bodies that approach each other, with the disc or a row of touching discs between them */
     Index between[2];
     double time;      /* time at which no space is left between the two bodies */
 } Crush;
 
 /* ---- cells ---- */
 
-typedef struct Cell { /* 8 bytes */
-    /* numbers of discs; NOBODY in an empty place. If the cell also has a chain of further discs, the last place
-       contains CHAINED - i, where i is the first disc of the chain */
+/* 8 bytes */
+typedef struct Cell {
+    /* numbers of discs; NOBODY in an empty place. If there are further discs, the last place contains CHAINED - i,
+       where i is the first disc of a linked list (chain) of these discs */
     int disc[PLACES];
 } Cell;
 
@@ -190,62 +215,64 @@ typedef struct Box {
     double high;
 } Box;
 
-typedef struct Grid { /* a grid of square cells, surrounded by a ring of cells that stay empty */
-    Cell *cells;      /* all cells, row by row, including the ring of empty cells */
-    int *chain;       /* for each disc, the next disc in the chain of its cell, or NOBODY. */
-    /* A tile is a block of cells with a common list of obstacles. Entry of each tile: 2 i, or 2 i + 1 for a tile at the
-       rim, where i is the index in `lists` at which its list begins. 0 if the tile is far from all obstacles */
+/* a grid of square cells, surrounded by a ring of cells that stay empty */
+typedef struct Grid {
+    /* all cells, row by row, including the ring of empty cells */
+    Cell *cells;
+    /* for each disc, the next disc in its cell's chain (list of further discs), or NOBODY */
+    int *chain;
+    /* for each tile (block of cells with a common list of obstacles): twice the index in `lists` at which the tile's
+       list begins, plus 1 if the tile is at the border of the grid */
     unsigned int *list_of;
-    /* the lists of all tiles, one after the other. A list contains the numbers of obstacles in ascending order and ends
-       with NO_OBSTACLE: see obstacle_lists.h */
+    /* the lists of all tiles, one after the other. Each list contains numbers of obstacles in ascending order and ends
+       with NO_OBSTACLE */
     int *lists;
-    Index listed;          /* count of numbers in `lists` */
+    Index listed;
     Index list_capacity;
-    /* memory of the present cells, if they were chosen during the run; NULL for the first cells, which are in the
-       arena */
+    /* memory of cells that were chosen during the run; NULL for the first cells, which are in the arena */
     void *own_memory;
     size_t own_size;
-    Box area;  /* box in which the lists are valid */
+    Box area;  /* box in which the lists of obstacles are valid */
     double x0; /* lower left corner of the first cell inside the ring */
     double y0;
     double width;      /* of a cell */
     double radius;     /* radius of the largest disc, in metres */
-    double reach;      /* the largest sum of two radii */
-    double factor;     /* the width of a cell is multiplied by this factor */
+    double reach;      /* largest sum of the radii of two discs */
+    double factor;     /* factor by which the width of a cell is multiplied */
     double extent;     /* upper bound of the absolute coordinates of all obstacles, in metres */
     Index predictions; /* value of `Counts.predictions` when the present cells were chosen */
     Index beyond;      /* value of `Counts.beyond` when the present cells were chosen */
-    Index beyond_limit; /* if `Counts.beyond` has increased by more than this, new cells are chosen */
+    Index beyond_limit; /* new cells are chosen when `Counts.beyond` has increased by more than this */
     Index columns;      /* number of columns, without the ring of empty cells */
     Index rows;
-    Index stride; /* step of the index from a cell to the cell above it */
-    Index tiles;  /* number of tiles in a row of tiles; see `tile_of` in pic/grid.h */
+    Index stride; /* difference of the indices of a cell and of the cell above it */
+    Index tiles;  /* number of tiles (blocks of cells) in a row of tiles */
     int tile_bits; /* a tile is 2^tile_bits cells wide */
 } Grid;
 
-typedef struct Block { /* cells in which a scan searches for discs: lines of three cells */
+typedef struct Block { /* cells that a search for a disc's next impact covers: lines of three cells */
     Index first;
     Index lines;
-    Index to_line; /* step of the index from a line to the next line */
-    Index to_cell; /* step of the index from a cell of a line to the next cell */
+    Index to_line; /* difference of the indices of two neighbouring lines */
+    Index to_cell; /* difference of the indices of two neighbouring cells in a line */
 } Block;
 
 /* ---- scan for a disc's next impact ---- */
 
 typedef struct Candidate { /* possible next impact of a disc with `partner` */
-    double low;            /* lower and upper bound of the impact's time; equal if the time is exact; INF for never */
+    double low;            /* lower and upper bound of the time of impact; equal if the time is exact; INF for never */
     double high;
     Index partner;
 } Candidate;
 
-/* candidates of a scan: entry k of all arrays belongs to candidate k. The entry after the last candidate may be
-   overwritten */
+/* candidates in a search for a disc's next impact: entry k of each array belongs to candidate k. The entry after the
+   last candidate may be overwritten */
 typedef struct Candidates {
     int disc[BATCH + LANES];
-    /* centre of the candidate relative to the disc whose next impact is searched, at `start` */
+    /* centre of the candidate relative to the disc of the search, at the time `start` */
     double dx[BATCH + LANES];
     double dy[BATCH + LANES];
-    double ux[BATCH + LANES]; /* velocity of the candidate relative to that disc */
+    double ux[BATCH + LANES]; /* velocity of the candidate relative to the disc of the search */
     double uy[BATCH + LANES];
     double reach[BATCH + LANES]; /* sum of the radii */
     double start[BATCH + LANES]; /* the later of the two times at which the paths of the two discs began */
@@ -256,14 +283,14 @@ typedef struct Candidates {
 
 /* ---- event queue ---- */
 
-/* tournament tree of the times of next events: level 0 has one time per disc, and the top level has the earliest
+/* tournament tree of the times of all discs' next events: level 0 has one time per disc, the top level has the earliest
    time */
 typedef struct Queue {
     double *time;
-    /* for each time on level 1 or higher, the disc to which it belongs, at the same index as in `time` */
+    /* for each time on level 1 or higher: the disc to which the time belongs */
     int *holder;
     Index level[LEVELS]; /* index in `time` and `holder` at which each level begins */
-    Index top;           /* number of the top level */
+    Index top;
     Index discs;
 } Queue;
 
@@ -271,14 +298,14 @@ typedef struct Queue {
 
 typedef struct FirstImpact { /* the predicted first impact of a disc: see few_bodies.h */
     double time;         /* exact, or a lower bound if `is_exact` is false; INF for never */
-    double second;       /* lower bound of the times of the disc's other impacts */
+    double second;       /* lower bound of the times of the disc's impacts with all other bodies */
     int body;            /* number of a disc, or -1 - k for wall k */
-    int partner_impacts; /* if the body is a disc: its `impacts` at the time of the prediction */
+    int partner_impacts; /* if the body is a disc: value of its `Disc.impacts` when the impact was predicted */
     bool is_exact;
 } FirstImpact;
 
-/* copies of the rows of a run with few bodies. Each component has its own array, because vector instructions read
-   several components at once */
+/* copies of data of discs and walls, in a run with few bodies. Each field has its own array, because vector
+   instructions read the same field of several bodies at once */
 typedef struct FewBodies {
     double x[MOST_FEW_DISCS];
     double y[MOST_FEW_DISCS];
@@ -290,7 +317,8 @@ typedef struct FewBodies {
     double wall_y[MOST_FEW_WALLS];
     double wall_nx[MOST_FEW_WALLS];
     double wall_ny[MOST_FEW_WALLS];
-    double time[MOST_FEW_DISCS]; /* `FirstImpact.time`; INF in an unused place and for a disc that never moves */
+    /* copy of `FirstImpact.time`; INF in an unused place and for a disc that never moves */
+    double time[MOST_FEW_DISCS];
     FirstImpact first[MOST_FEW_DISCS];
     Index disc_places; /* number of discs, rounded up to a multiple of LANES */
     Index wall_places;
@@ -298,62 +326,72 @@ typedef struct FewBodies {
 
 /* ---- the run ---- */
 
-/* a time t since the present epoch is the time epoch + (epoch_rest + t) since the start of the run */
+/* An epoch is a part of a run, in which PIC counts time from 0. The time t of the present epoch is the time epoch +
+   (epoch_rest + t) since the start of the run */
 typedef struct Clock {
     double now;        /* time of the last impact, in seconds since the present epoch */
     double now_low;    /* if discs accelerate: low part of the instant `now`; see arithmetic/double_double.h */
     double epoch;
     double epoch_rest;
-    double reported; /* time of the last impact in seconds since the start, which never decreases */
+    double reported; /* last reported time of an impact, in seconds since the start; the value never decreases */
 } Clock;
 
 typedef struct Counts {
     Index impacts; /* number of impacts since the start of the run */
     Index wall_impacts;
-    /* number of predictions that impacts have made necessary: one for each movable disc in an impact */
+    /* number of predictions that impacts have made necessary: one for each movable disc of each impact */
     Index predictions;
     Index stale;
     Index crossings;
-    /* how often a prediction had to check all features, because the disc leaves the area in which the lists are
+    /* number of predictions that checked all features, because the disc leaves the area in which lists of obstacles are
        valid */
     Index beyond;
-    Index choices;       /* how often new cells were chosen during the run */
-    Index epochs;        /* number of epochs that have begun during the run */
-    Index epoch_impacts; /* number of impacts in this epoch */
-    Index at_instant;    /* number of impacts since time last advanced */
-    Index still_impacts; /* number of impacts in the last successive epochs in which no disc has moved */
-    Index ambiguous_in_row; /* if discs accelerate: number of ambiguous impacts in succession */
-    /* if discs accelerate: 1 after the contacts of discs that touch walls at the start have begun, otherwise 0 */
+    Index choices;       /* how often new cells were chosen */
+    Index epochs;
+    Index epoch_impacts;
+    /* number of impacts since the clock last advanced */
+    Index at_instant;
+    /* number of impacts in the latest epochs (parts of the run), during which no disc has moved */
+    Index still_impacts;
+    /* if discs accelerate: number of successive ambiguous impacts */
+    Index ambiguous_in_row;
+    /* if discs accelerate: 1 after contacts at the start of the run have begun, otherwise 0 */
     Index has_begun;
-    Index predicted;     /* number of discs that have a prediction in this epoch */
-    /* number of impacts so far from the origin that the normal cannot be computed (see `are_distinguishable`). If there
-       is one, callers raise an error */
+    /* number of discs that have a prediction in this epoch */
+    Index predicted;
+    /* number of impacts so far from the origin that their normals cannot be computed; if not 0, callers raise an
+       error */
     Index too_far;
 } Counts;
 
-typedef struct State { /* all data of a run */
+typedef struct State {
     Disc *discs;
     Prediction *predictions;
-    Wall *walls; /* the obstacles if there are no features: half-planes with the coefficients of `law` */
-    Feature *features;   /* otherwise the obstacles: the features of all walls, wall by wall */
+    Wall *walls; /* obstacles of a run without features: half-planes with the coefficients of `law` */
+    Feature *features;   /* obstacles of a run with features: the features of all walls, wall by wall */
     Law *wall_laws;      /* the law of each wall, if there are features */
     double *last_impact; /* time of each disc's last impact; used only for the TC model (`Law.contact_duration`) */
     Turning *turning;    /* rotation of each disc; NULL if no disc spins and no disc accelerates */
     Index disc_count;
     Index wall_count;
     Index feature_count;
-    Index gliding;            /* if a run ends with `GLIDES`: the disc that glides along an arc */
-    /* largest number of impacts at one instant. More of them end the run with `STANDSTILL`, because time no longer
-       advances */
+    /* the disc that glides along an arc, if the run ends with `GLIDES` */
+    Index gliding;
+    /* largest allowed number of impacts at one instant. More impacts end the run with `STANDSTILL` */
     Index standstill;
-    bool has_acceleration;    /* whether there is gravity or a decelerating table: see `Accelerated` */
-    bool has_touched;         /* whether impacts between some bodies have restitution 0: see touched_bodies.h */
-    bool needs_prefetch;      /* whether the run is so large that prefetching saves time: see prefetch.h */
-    /* whether there are features or driven bodies, so that `predict_special` must predict events */
+    /* whether there is gravity or a decelerating table: see `Accelerated` */
+    bool has_acceleration;
+    /* whether impacts between some bodies have restitution 0: see touched_bodies.h */
+    bool has_touched;
+    /* whether the run is so large that prefetching saves time: see prefetch.h */
+    bool needs_prefetch;
+    /* whether `predict_special` must predict events, because there are features or driven bodies */
     bool has_special_paths;
-    bool solves_all_pairs;    /* whether the all-pairs loop (all_pairs.h) advances the run */
-    bool has_few_bodies;      /* whether the loop for few bodies (few_bodies.h) advances the run */
-    /* whether there are spins, features or driven bodies, so that `apply_special_impact` must apply impacts */
+    /* whether the all-pairs loop (all_pairs.h) advances the run */
+    bool solves_all_pairs;
+    /* whether the loop for few bodies (few_bodies.h) advances the run */
+    bool has_few_bodies;
+    /* whether `apply_special_impact` must apply impacts, because there are spins, features or driven bodies */
     bool has_special_impacts;
     Clock clock;
     Law law;
@@ -363,53 +401,54 @@ typedef struct State { /* all data of a run */
     Candidates candidates;
     FewBodies few;
     Record record;
-    Box visited; /* box around the start positions and around all impacts on features */
+    Box visited; /* box that contains the start positions of discs and their positions at impacts on features */
     Driving driving;
-    ToAndFro *to_and_fro; /* successive impacts of each disc; NULL if no body is driven */
-    TouchedBodies *touched; /* of each disc; NULL unless some impact has restitution 0 */
+    ToAndFro *to_and_fro; /* data on bouncing to and fro, for each disc; NULL if no body is driven */
+    TouchedBodies *touched; /* bodies that each disc touches; NULL if no impact has restitution 0 */
     Accelerated accelerated;
-    Resize resize;  /* the caller's function that allocates `Grid.lists` and `Grid.own_memory` */
-    Ending stopped; /* if an impact or a contact ends the run: how the run ends */
-    /* latest end that a caller has requested, in seconds since the start. A crush after this end does not end the
+    /* the caller's function that allocates `Grid.lists` and `Grid.own_memory` */
+    Resize resize;
+    /* how the run ends, if an impact or a contact ends it */
+    Ending stopped;
+    /* latest end of the run that a caller has requested, in seconds since the start; a later crush does not end the
        run */
     double until;
-    Crush crush;    /* if a run ends with `CRUSHED`: the crush, whose `time` is in seconds since the start */
+    Crush crush;    /* the crush that ends the run with `CRUSHED`; its `time` is in seconds since the start */
 } State;
 
 /* ---- functions for bindings ---- */
 
-/* Set the sizes of a run. Return the number of bytes that it needs, or 0 if there are too many discs or obstacles. */
+/* Set the sizes of a run. Return the required number of bytes, or 0 if there are too many discs or obstacles. */
 size_t carom_set_up(State *s, const RunInput *input);
 
-/* Fill the memory of a run, which must begin at a cache line. Return false if there is no memory for the lists of
-   obstacles. */
+/* Fill the memory of a run, which must begin at a cache line. Return false if there is not enough memory for the lists
+   of obstacles. */
 bool carom_begin(State *s, const RunInput *input, void *memory);
 
-/* Apply impacts until one of three limits is reached: the time `until`, in seconds since the start; `impacts` impacts
-   in the whole run; or about `events` events in this call. Impacts exactly at `until` are applied. Return the `Ending`,
-   which is never NOT_ENDED or OUTGROWN. */
+/* Apply impacts until one of three limits is reached: the time `until` (in seconds since the start), a total of
+   `impacts` impacts in the run, or about `events` events in this call. Impacts exactly at `until` are applied. Return
+   the `Ending`, which is never NOT_ENDED or OUTGROWN. */
 Ending carom_advance(State *s, double until, Index impacts, Index events);
 
-/* From now on, record all impacts whose reported times are from `begin` to `end` (since the start). `recent` is memory
-   for one row per disc. */
+/* Record all later impacts whose reported times are from `begin` to `end`, in seconds since the start. `recent` must
+   have room for one row per disc. */
 void carom_record(State *s, Recent *recent, double begin, double end);
 
 /* Prepare to continue an earlier run, after the caller has copied its discs, clock and counts into `s`. All predictions
-   are made again. */
+   are computed again. */
 void carom_resume(State *s);
 
-/* Write x, y, vx and vy of each disc at a time since the present epoch. If discs accelerate, the time is `time` +
-   `time_low`. */
+/* Write x, y, vx and vy of each disc at `time`, in seconds since the present epoch. If discs accelerate, `time_low` is
+   added to `time`. */
 void carom_states(const State *s, double time, double time_low, double *states);
 
-/* Write the spin of each disc at a time since the present epoch. The function must be called only if discs spin or
-   accelerate. */
+/* Write the spin of each disc at `time` + `time_low`, in seconds since the present epoch. Call this function only if
+   discs spin or accelerate. */
 void carom_spins(const State *s, double time, double time_low, double *spins);
 
-/* Write the number of impacts of each disc. */
 void carom_impact_counts(const State *s, int64_t *counts);
 
-/* Return the wall along which a disc glides, after `GLIDES`. */
+/* After the ending `GLIDES`, return the wall along which a disc glides. */
 Index carom_gliding_wall(const State *s);
 
 /* Return the number of bytes allocated outside of the arena and of the record. */

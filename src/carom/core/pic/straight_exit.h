@@ -1,4 +1,4 @@
-/* When a disc in straight motion leaves its cell, or hits an obstacle before that. */
+/* Prediction of when a disc in straight motion leaves its cell, or hits an obstacle before that. */
 
 #pragma once
 
@@ -12,10 +12,10 @@ typedef struct CellExit {
     Edge edge;
 } CellExit;
 
-/* Return which edge of its cell a disc crosses first, and how long it takes to reach this edge. `row` and `column` of
-   the cell are counted without the ring of empty cells.
+/* Return which edge of its cell a disc crosses first, and how long it takes to reach this edge. `row` and `column` do
+   not count the ring of empty cells around the grid.
 
-   A cell at the rim of the grid extends outwards without limit, so it has no outer edge. */
+   A cell at the border of the grid extends outwards without limit, so it has no outer edge. */
 static inline CellExit cell_exit(const Grid *g, const Disc *a, Index row, Index column) {
     Index right = a->vx > 0.0;
     Index up = a->vy > 0.0;
@@ -27,8 +27,7 @@ static inline CellExit cell_exit(const Grid *g, const Disc *a, Index row, Index 
     return (CellExit){lesser(along, across), (Edge)(LEFT + right + is_vertical * (DOWN + up - LEFT - right))};
 }
 
-/* Return whether a disc is in the area in which the lists of obstacles are valid, now and after a wait, and therefore
-   also in between. */
+/* Return whether a disc is in the area in which lists of obstacles are valid, from now until the end of a wait. */
 static inline bool stays_in_area(const Grid *g, const Disc *a, double wait) {
     /* if the wait is infinite, a coordinate is NaN, and the comparisons below are false */
     Point end = position_after(a, wait);
@@ -42,9 +41,9 @@ static inline bool stays_in_area(const Grid *g, const Disc *a, double wait) {
 /* Find the first wall in a list that a disc hits within `wait` seconds. Return how long the disc takes to reach the
    wall, and set `obstacle` to the wall's number.
 
-   If there is no such wall, return `wait` and set `obstacle` to NO_OBSTACLE. The time of an impact is `Disc.time` plus
-   the wait, and different waits can round to the same time. If several walls are hit at the same time, the wall with
-   the highest number is first, because wall k is body -1 - k. */
+   If the disc hits no wall within `wait`, return `wait` and set `obstacle` to NO_OBSTACLE. The time of an impact is
+   `Disc.time` plus the wait, so different waits can round to the same time. If several walls are hit at the same time,
+   the wall with the highest number k is first, because its body number -1 - k is the lowest. */
 static inline double find_first_wall(const State *s, Index i, const Disc *a, const int *numbers, double wait,
                                      Index *obstacle) {
     *obstacle = NO_OBSTACLE;
@@ -62,10 +61,10 @@ static inline double find_first_wall(const State *s, Index i, const Disc *a, con
     return wait;
 }
 
-/* Find the first feature in a list that a disc hits within `wait` seconds; arguments and results are like those of
+/* Find the first feature in a list that a disc hits within `wait` seconds. Arguments and results are like those of
    `find_first_wall`.
 
-   If two features of one wall are hit at the same time, the feature with the shorter wait is first. If their waits are
+   If two features of one wall are hit at the same time, the feature with the shorter wait is first. If both waits are
    also equal, the feature with the lower number is first. If features of two walls are hit at the same time, the wall
    with the higher number is first. */
 static inline double find_first_feature(const State *s, Index i, const Disc *a, const int *numbers, double wait,
@@ -93,7 +92,7 @@ static inline double find_first_feature(const State *s, Index i, const Disc *a, 
 
 /* Predict when disc `i` crosses an edge of its cell, or hits an obstacle (a feature or a wall) before that.
 
-   If both times are equal, predict the crossing: the list of the next cell also contains the obstacle. */
+   If both times are equal, predict the crossing, because the list of the next cell also contains the obstacle. */
 static inline void predict_exit(State *s, Index i, bool has_features) {
     const Grid *g = &s->grid;
     Prediction *p = &s->predictions[i];
@@ -107,8 +106,8 @@ static inline void predict_exit(State *s, Index i, bool has_features) {
     bool has_list = list != 0;
     bool is_at_rim = list & 1;
     double wait = crossing.wait;
-    /* at most two iterations: the second one checks all obstacles, if the disc may leave the area in which the list is
-       valid. Each function is called in only one place, so that compilers inline it */
+    /* the loop has at most two iterations: the second one checks all obstacles, because the disc may leave the area in
+       which the list is valid. Each function has a single call, so that compilers inline it */
     while (has_list) {
         wait = has_features ? find_first_feature(s, i, &a, numbers, crossing.wait, &obstacle)
                             : find_first_wall(s, i, &a, numbers, crossing.wait, &obstacle);

@@ -1,4 +1,5 @@
-/* Impacts in straight motion: set the clock, move the discs to that time, apply the law, and record the impact. */
+/* Impacts in straight motion: set the clock, move the discs to the time of the impact, apply the impact law, and record
+   the impact. */
 
 #pragma once
 
@@ -6,8 +7,8 @@
 #include "carom/core/pic/clock.h"
 #include "carom/core/pic/separation.h"
 
-/* Return whether the present impact of disc `i` follows the disc's last impact within the contact duration of the TC
-   model. If so, the impact loses no energy. */
+/* Return whether less than the contact duration (of the TC model) has passed since the last impact of disc `i`. If the
+   result is true, the present impact loses no energy. */
 static inline bool is_one_contact(State *s, Index i) {
     bool found = false;
     if (s->law.contact_duration > 0.0 && s->discs[i].inverse_mass > 0.0) {
@@ -17,7 +18,6 @@ static inline bool is_one_contact(State *s, Index i) {
     return found;
 }
 
-/* Return the data of disc `i` for the impact law. */
 static inline Body body_of(State *s, Index i, bool has_spins) {
     Disc *a = &s->discs[i];
     return (Body){&a->vx, a->inverse_mass, a->radius, has_spins ? &s->turning[i] : NULL};
@@ -25,7 +25,7 @@ static inline Body body_of(State *s, Index i, bool has_spins) {
 
 /* ---- two discs ---- */
 
-/* Apply the impact of discs `i` < `j`. Record it if `is_wanted`. */
+/* Apply the impact of discs `i` < `j`. Record the impact if `is_wanted`. */
 static inline void apply_pair_impact(State *s, Index i, Index j, double time, bool is_wanted, bool has_spins) {
     Disc *a = &s->discs[i];
     Disc *b = &s->discs[j];
@@ -51,7 +51,7 @@ static inline void apply_pair_impact(State *s, Index i, Index j, double time, bo
     if (CAROM_UNLIKELY(s->touched != NULL))
         note_touching_discs(s, i, j, dx / sqrt(distance2), dy / sqrt(distance2), (double[]){avx, avy, bvx, bvy},
                             is_elastic);
-    /* marked as unlikely, so that compilers place this code apart from the code that runs without a record */
+    /* marked as unlikely, so that compilers place this code apart from the code of runs that record no impacts */
     if (CAROM_UNLIKELY(is_wanted)) {
         double distance = sqrt(distance2);
         double nx = dx / distance;
@@ -70,7 +70,7 @@ static inline void apply_pair_impact(State *s, Index i, Index j, double time, bo
 
 /* ---- a disc and a wall ---- */
 
-/* Apply the impact of disc `i`, which moves, on wall `k`. Record it if `is_wanted`. */
+/* Apply the impact of disc `i`, which moves, on wall `k`. */
 static inline void apply_wall_impact(State *s, Index i, Index k, double time, bool is_wanted, bool has_spins) {
     Disc *a = &s->discs[i];
     Wall w = s->walls[k];
@@ -98,11 +98,13 @@ static inline void apply_wall_impact(State *s, Index i, Index k, double time, bo
 
 /* ---- a disc and a feature ---- */
 
-/* Return the resolution, in seconds, of the time at which a disc with the relative velocity u hits a feature.
+/* Return the resolution (bound of the rounding error), in seconds, of the time at which a disc with the relative
+   velocity u hits a feature.
 
-   The disc is at its position at impact, whose coordinates are rounded. `speed` is the normal speed. `returns` is true
-   if the disc's last impact was on the same feature, which is then the inside of an arc. The time between the two
-   impacts is that of one chord of the arc. So this time does not depend on a rounded gap, and the resolution is 0. */
+   Disc `a` is at its position at the impact, whose coordinates are rounded. `speed` is the relative speed along the
+   normal. `returns` is true if the disc's last impact was on the same feature, which is then the inside of an arc. The
+   time between two impacts on the inside of an arc is the time for one chord of the arc. A rounded gap does not affect
+   the time for a chord, so its resolution is 0. */
 static inline double feature_resolution(const Feature *f, const Disc *a, double ux, double uy, double speed,
                                         bool returns) {
     Mover disc = mover_of(a);
@@ -121,9 +123,9 @@ static inline double feature_resolution(const Feature *f, const Disc *a, double 
     return pair_resolution(sizes, reach_of(&disc, f).high, ux, uy, speed);
 }
 
-/* If the velocity of a disc after an impact differs from that of the surface only by rounding errors, make the two
-   velocities equal. `speed` is the relative speed before the impact. Otherwise the disc would glide along an arc
-   although the impact has stopped it. */
+/* If the velocity of a disc after an impact differs from the velocity of the surface only by rounding errors, make the
+   two velocities equal. `speed` is the relative speed before the impact. If the velocities differed, the disc would
+   glide along an arc although the impact has stopped it. */
 static inline void remove_rounding_of_rest(Disc *a, const Surface *surface, double speed) {
     double sizes = speed + fabs(surface->vx) + fabs(surface->vy);
     if (fabs(a->vx - surface->vx) + fabs(a->vy - surface->vy) <= CAROM_ERROR * sizes) {
@@ -132,7 +134,7 @@ static inline void remove_rounding_of_rest(Disc *a, const Surface *surface, doub
     }
 }
 
-/* Apply the impact of disc `i`, which moves, on feature `k`. Record it if `is_wanted`. Return the normal. */
+/* Apply the impact of disc `i`, which moves, on feature `k`. Return the normal. */
 static inline Direction apply_feature_impact(State *s, Index i, Index k, double time, bool is_wanted) {
     Disc *a = &s->discs[i];
     const Feature *f = &s->features[k];

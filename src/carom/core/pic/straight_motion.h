@@ -1,8 +1,8 @@
 /* Straight motion of a disc: its position on its path, and when it reaches another disc or an obstacle.
 
-   A disc's path begins at the time `Disc.time`. From then until its next impact, the disc moves in a straight line at
-   constant velocity. Most functions that rely on this are in this file. parabola_motion.h contains the same functions
-   for discs that accelerate. Exact times are computed by pair_time.h and feature_time.h. */
+   The path of a disc begins at the time `Disc.time`. From the start of its path until its next impact, a disc moves in
+   a straight line at constant velocity. For discs that accelerate, parabola_motion.h contains the same functions. Exact
+   times are computed by pair_time.h and feature_time.h. */
 
 #pragma once
 
@@ -15,13 +15,12 @@ static inline Point position_after(const Disc *a, double wait) {
     return (Point){a->x + a->vx * wait, a->y + a->vy * wait};
 }
 
-/* Return a disc's centre at a time. */
 static inline Point position_at(const Disc *a, double time) {
     return position_after(a, time - a->time);
 }
 
-/* Move a disc along its path to a time, at which its path then begins. For a disc that never moves, `Disc.time` stays
-   0. */
+/* Move a disc along its path to a time. The disc's next path begins at that time. For a disc that never moves,
+   `Disc.time` stays 0. */
 static inline void move_to(Disc *a, double time) {
     if (a->inverse_mass > 0.0) {
         Point centre = position_at(a, time);
@@ -31,7 +30,7 @@ static inline void move_to(Disc *a, double time) {
     }
 }
 
-/* Return a disc at the start of its path as a `Mover`, which functions for walls require. */
+/* Return a disc at the start of its path as a `Mover`, the type that functions for walls require. */
 static inline Mover mover_of(const Disc *a) {
     return mover_at(a->x, a->y, a->vx, a->vy, a->radius);
 }
@@ -39,14 +38,13 @@ static inline Mover mover_of(const Disc *a) {
 /* ---- two discs ---- */
 
 typedef struct RelativeMotion { /* motion of disc b relative to disc a */
-    double start;               /* the later of the two times at which their paths began */
-    double dx;                  /* centre of b relative to that of a at the time `start` */
+    double start;               /* the later of the two times at which the paths of the discs began */
+    double dx;                  /* centre of b minus centre of a, at the time `start` */
     double dy;
     double ux; /* velocity */
     double uy;
 } RelativeMotion;
 
-/* Return the motion of disc b relative to disc a. */
 static inline RelativeMotion relative_motion(const Disc *a, const Disc *b) {
     double start = greater(a->time, b->time);
     Point from = position_at(a, start);
@@ -56,7 +54,7 @@ static inline RelativeMotion relative_motion(const Disc *a, const Disc *b) {
 
 /* Return when two discs collide on their present paths; infinity for never.
 
-   The disc with the lower number must be first, because the order of the discs affects rounding. */
+   Disc a must have the lower number, because the order of the discs affects rounding. */
 static inline double pair_impact_time(const Disc *a, const Disc *b) {
     double start = greater(a->time, b->time);
     Point first = position_at(a, start);
@@ -66,11 +64,10 @@ static inline double pair_impact_time(const Disc *a, const Disc *b) {
 
 /* ---- a disc and an obstacle ---- */
 
-/* Return how long a disc takes to reach a wall, in seconds. The result is infinity if the disc never reaches the wall,
-   or certainly takes longer than `wait`.
+/* Return how many seconds a disc takes to reach a wall. If the disc never reaches the wall, or certainly takes longer
+   than `wait`, return infinity.
 
-   An impact that may round to the same time as another impact after `wait` is not excluded, even in the worst case of
-   all roundings. */
+   An impact after `wait` is not excluded if rounding could make it simultaneous with an impact at `wait`. */
 static inline double wall_impact_wait(const Disc *a, const Wall *w, double wait) {
     Bounded toward = approach(a->vx, a->vy, w->nx, w->ny);
     Bounded rim = approach(a->x - w->x, a->y - w->y, w->nx, w->ny);
@@ -81,10 +78,10 @@ static inline double wall_impact_wait(const Disc *a, const Wall *w, double wait)
     return wall_time(a->x, a->y, a->vx, a->vy, a->radius, w->x, w->y, w->nx, w->ny);
 }
 
-/* Return whether a disc certainly does not reach a feature within `wait` seconds, in spite of rounding errors.
+/* Return whether a disc certainly does not reach a feature within `wait` seconds. The bounds include rounding errors.
 
-   The result is also true if the centre is behind the line of a face, because the disc can then hit only the other side
-   of the edge. The error bounds are larger than eight roundings of a term, or sixteen roundings of a distance. */
+   The result is also true if the disc's centre is behind a face, because the disc can then hit only the other side of
+   the edge. Each error bound is larger than eight roundings of a term, or sixteen roundings of a distance. */
 static inline bool is_out_of_reach(const Disc *a, const Mover *mover, const Feature *f, double wait) {
     double reach = a->radius + f->half_width;
     if (f->kind <= FACE) {
@@ -103,14 +100,14 @@ static inline bool is_out_of_reach(const Disc *a, const Mover *mover, const Feat
         return is_passed(dx, dy, a->vx, a->vy, f->size.high + reach, wait);
     double touch = f->size.high - reach;
     if (touch < 0.0)
-        return false; /* the disc may be too wide for the arc, which is rare; the caller then computes the exact time */
+        return false; /* the disc may be too wide for the arc; in this rare case the caller computes the exact time */
     double away = sqrt(dx * dx + dy * dy);
     double gap = fabs(away - touch) - 2.0 * CAROM_ERROR * (away + f->size.high + reach);
     return gap > (fabs(a->vx) + fabs(a->vy)) * wait;
 }
 
-/* Return how long a disc takes to reach a feature, in seconds. The result is infinity if the disc never reaches the
-   feature, or certainly takes longer than `wait`.
+/* Return how many seconds a disc takes to reach a feature. If the disc never reaches the feature, or certainly takes
+   longer than `wait`, return infinity.
 
    `mover` must be the result of `mover_of` for the disc. */
 static inline double feature_impact_wait(const Disc *a, const Mover *mover, const Feature *f, PathStart start,

@@ -1,12 +1,12 @@
 /* Narrow phase: finds the disc with which a given disc collides next.
 
-   A scan is the search for the next impact of one disc. The scan computes bounds of the times at which the disc would
-   hit each disc near it (a candidate), with the plain form of pair_time.h. The scan computes exact times only if the
-   bounds do not decide which candidate is first. The exact time of the first candidate is computed when its impact may
-   be the next event of all discs.
+   A scan is the search for the next impact of one disc. For each near disc (a candidate), the scan computes bounds of
+   the time of impact in ordinary floats, with the plain form of pair_time.h. The scan computes exact times only if the
+   bounds do not decide which candidate is first. The exact time of the first candidate is computed only when its impact
+   may be the next event of all discs.
 
    A scan has four rounds. Each round processes the discs that the previous round has kept, with as few branches as
-   possible. A processor cannot predict which discs are near and which of them approach, and a misprediction costs as
+   possible. A processor cannot predict which discs are near and which of them approach, and a wrong prediction costs as
    much as the arithmetic of a pair. */
 
 #pragma once
@@ -14,8 +14,9 @@
 #include "carom/core/pic/grid.h"
 #include "carom/core/pic/separation.h"
 
-typedef struct Chains { /* the chains of a block of cells whose discs have not been processed */
-    Index left;         /* number of chains, including the present one */
+/* chains (lists of further discs) in a block of cells */
+typedef struct Chains {
+    Index left;         /* number of chains that are not completely processed */
     Index disc;         /* the next unprocessed disc of the present chain, or NOBODY */
 } Chains;
 
@@ -24,7 +25,7 @@ static inline double pair_event_time(const State *s, Index i, Index j) {
     return pair_impact_time(&s->discs[i < j ? i : j], &s->discs[i < j ? j : i]);
 }
 
-/* Round 1: find the discs in a block of cells, except those in chains. Return the number of discs found. */
+/* Round 1: find the discs in a block of cells, except those in chains (lists of further discs). */
 static inline Index gather_discs(State *s, Block block, Chains *chains) {
     Index count = 0;
     Index left = 0;
@@ -44,8 +45,8 @@ static inline Index gather_discs(State *s, Block block, Chains *chains) {
     return count;
 }
 
-/* Add discs from chains (lists of discs in the same cell) to the `count` discs already found, until there are BATCH
-   discs. Return the new number of discs. */
+/* Add discs from chains (lists of discs in the same cell) to the `count` discs already found, up to a total of BATCH
+   discs. */
 static CAROM_NOINLINE Index gather_chained_discs(State *s, Block block, Chains *chains, Index count) {
     while (chains->left > 0 && count < BATCH) {
         Index chain = chains->left;
@@ -68,8 +69,8 @@ static CAROM_NOINLINE Index gather_chained_discs(State *s, Block block, Chains *
     return count;
 }
 
-/* Round 2: keep the discs that approach disc `i`, and store their motion relative to disc `i`. Return the number of
-   discs kept. Disc `met` is excluded: it does not approach, because it collided with disc `i` last. */
+/* Round 2: keep the discs that approach disc `i`, and store their motion relative to disc `i`. Disc `met` is excluded,
+   because it collided with disc `i` last and therefore does not approach. */
 static inline Index keep_approaching(State *s, Index i, Index met, Index count) {
     Candidates *c = &s->candidates;
     Disc a = s->discs[i];
@@ -86,8 +87,8 @@ static inline Index keep_approaching(State *s, Index i, Index met, Index count) 
         c->reach[kept] = a.radius + b->radius;
         c->start[kept] = r.start;
         Bounded along = approach(r.dx, r.dy, r.ux, r.uy);
-        /* if products overflow, `along` is NaN. The disc is then kept, and the error-free form decides whether the
-           discs collide */
+        /* if a product overflows, `along` may be NaN. If `along` is NaN, the disc is kept, and the error-free form of
+           pair_time.h decides whether the two discs collide */
         int comes = !(along.value > along.error);
         int is_other = j != i;
         int is_free = j != met;
@@ -96,8 +97,8 @@ static inline Index keep_approaching(State *s, Index i, Index met, Index count) 
     return kept;
 }
 
-/* Round 3: compute bounds of the time at which disc `i` hits each candidate; infinity for never. `has_low` tells
-   whether `start_low` contains low parts of instants. */
+/* Round 3: for each candidate, compute bounds of the time at which disc `i` hits the candidate; infinity for never. If
+   `has_low` is true, each start time is the sum of `start` and `start_low`. */
 static CAROM_ALWAYS_INLINE void bound_times(Candidates *c, Index count, bool has_low) {
     for (Index block = 0; block < (count + LANES - 1) / LANES; block++) {
         for (Index lane = 0; lane < LANES; lane++) { /* compilers turn this loop into vector instructions */
@@ -131,8 +132,8 @@ static CAROM_ALWAYS_INLINE void bound_times(Candidates *c, Index count, bool has
     }
 }
 
-/* Return whichever of the candidates and `best` disc `i` hits first, with its exact time. In a tie the partner with the
-   lower number is first. */
+/* Return the first disc that disc `i` hits, of all candidates and `best`, with the exact time. In a tie the partner
+   with the lower number is first. */
 static inline Candidate solve_earliest(const State *s, Index i, Index count, Candidate best) {
     const Candidates *c = &s->candidates;
     double latest = best.high;
@@ -152,7 +153,7 @@ static inline Candidate solve_earliest(const State *s, Index i, Index count, Can
     return (Candidate){best.low, best.low, best.partner};
 }
 
-/* Round 4: return whichever of the candidates and `best` disc `i` hits first. */
+/* Round 4: return the first disc that disc `i` hits, of all candidates and `best`. */
 static inline Candidate earliest_of(const State *s, Index i, Index count, Candidate best) {
     const Candidates *c = &s->candidates;
     Index at = -1;
@@ -175,18 +176,18 @@ static inline Candidate earliest_of(const State *s, Index i, Index count, Candid
     return found;
 }
 
-/* Return the predicted impact of a disc with another disc as a candidate. */
+/* Return the predicted next impact of a disc with another disc, as a candidate. */
 static inline Candidate predicted_impact(const Prediction *p) {
     double high = p->impact_time;
-    /* a nonnegative lower bound comes from `bound_times`, so the exact time exceeds it by less than 4 CAROM_ROOT_ERROR
-       of the wait; for a negative bound there is no upper bound */
+    /* a lower bound of 0 or more comes from `bound_times`, so the exact time is at most (1 + 4 CAROM_ROOT_ERROR) times
+       this bound. A negative lower bound gives no upper bound */
     if (!p->exact)
         high = p->impact_time >= 0.0 ? p->impact_time * (1.0 + 4.0 * CAROM_ROOT_ERROR) : CAROM_INF;
     return (Candidate){p->impact_time, high, p->partner};
 }
 
 /* Predict the next impact of disc `i` with another disc. The candidates are all discs near disc `i`. If `change` is
-   OF_CELL, they are only the predicted partner and the discs in cells that have become neighbours. */
+   OF_CELL, the candidates are only the predicted partner and the discs in cells that have become neighbours. */
 static inline void predict_partner(State *s, Index i, Change change) {
     Candidate best = {CAROM_INF, CAROM_INF, NOBODY};
     Index met = last_partner(s, i);

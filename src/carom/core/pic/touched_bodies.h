@@ -1,13 +1,14 @@
 /* Bodies that a disc touches without normal speed.
 
-   An impact with restitution 0 leaves two bodies without relative velocity along the normal. In floats a rounding error
-   of this velocity remains, and it must not cause another impact. So the contact is stored as a fact: the disc does not
-   hit that body again until an impact on the disc changes the velocity along that normal. An impact with an orthogonal
-   normal does not change this velocity. Any other impact changes it, and so does friction.
+   After an impact with restitution 0, two bodies have no relative velocity along the normal. In floats, a rounding
+   error of the normal velocity remains, which must not cause another impact. So the contact is stored: the disc does
+   not hit that body again until an impact changes the disc's velocity along that normal. An impact with an orthogonal
+   normal does not change the velocity along the first normal. Any other impact, and friction, change the velocity along
+   the normal.
 
-   Each component of a unit normal has two roundings. If two such normals are orthogonal, their computed scalar product
-   is therefore at most CAROM_ERROR. If the velocity along a normal changes by less than this fraction, the change is
-   smaller than the rounding of the velocity itself. The same is true when a driven wall begins another leg of its path.
+   Each component of a unit normal has two rounding errors. So the computed scalar product of two orthogonal normals is
+   at most CAROM_ERROR. A change of a velocity by less than CAROM_ERROR times the velocity is smaller than its rounding
+   error. The limit CAROM_ERROR also applies when a driven wall begins another leg (straight part of its path).
    See docs/theory/pic.md, section "Contacts after restitution 0". */
 
 #pragma once
@@ -16,19 +17,20 @@
 #include "carom/core/constants.h"
 
 enum {
-    /* In the plane, two normals that are not parallel fix a velocity. A third entry is needed for a wall that is stored
-       twice. */
+    /* In the plane, the components along two normals that are not parallel determine a velocity. A third entry is
+       needed if a wall is stored twice. */
     MOST_TOUCHED = 3
 };
 
-typedef struct TouchEnd { /* times since the start up to which a contact lasts; infinity for a body at rest */
-    double until; /* if no other impact changes the velocity of the disc */
-    double sure;  /* even if another impact changes the velocity of the disc along the tangent */
+/* times until which a contact lasts, in seconds since the start; infinity for a body at rest */
+typedef struct TouchEnd {
+    double until; /* end of the contact if no other impact changes the velocity of the disc */
+    double sure;  /* end of the contact even if another impact changes the velocity of the disc along the tangent */
 } TouchEnd;
 
 typedef struct Touched {
-    int body; /* disc i as i; obstacle or wall k as -1 - k */
-    double nx; /* unit normal of the impact; its sense does not matter */
+    int body; /* i for disc i; -1 - k for obstacle or wall k */
+    double nx; /* unit normal of the impact, in either direction */
     double ny;
     TouchEnd end;
 } Touched;
@@ -38,7 +40,7 @@ typedef struct TouchedBodies {
     Touched bodies[MOST_TOUCHED]; /* oldest first */
 } TouchedBodies;
 
-/* Return the contact with a body if it still lasts at `time`, counted from the start of the run; otherwise NULL. */
+/* Return the contact with a body if the contact lasts beyond `time`, in seconds since the start; otherwise NULL. */
 static inline const Touched *find_touched(const TouchedBodies *t, ptrdiff_t body, double time) {
     for (int k = 0; k < t->count; k++) {
         if (t->bodies[k].body == body) {
@@ -48,36 +50,38 @@ static inline const Touched *find_touched(const TouchedBodies *t, ptrdiff_t body
     return NULL;
 }
 
-/* Return whether a disc touches a body. The body must not be driven, since the end of the contact is ignored. */
+/* Return whether a disc touches a body. The body must not be driven, because the end of the contact is ignored. */
 static inline bool is_touched(const TouchedBodies *t, ptrdiff_t body) {
     return find_touched(t, body, 0.0) != NULL;
 }
 
-typedef enum Shape { /* of a driven body where a disc touches it */
+typedef enum Shape { /* shape of a driven body at the point where a disc touches it */
     FLAT,
     CONVEX,
-    OTHER_SHAPE, /* concave, or of any shape if the disc accelerates */
+    OTHER_SHAPE, /* concave, or any shape if the disc accelerates */
 } Shape;
 
-typedef struct NewContact { /* contact of a disc and a driven body, which an impact has caused */
+typedef struct NewContact { /* contact that an impact of a disc on a driven body has caused */
     Shape shape;
-    double nx;         /* unit normal of the contact */
+    double nx;
     double ny;
-    double vx;         /* velocity of the disc */
+    double vx;
     double vy;
-    double speed;      /* sum of the absolute values of the disc's velocity components before the impact */
-    double time;       /* of the impact, in seconds since the start */
+    double speed;      /* |vx| + |vy| of the disc's velocity before the impact */
+    double time;       /* time of the impact, in seconds since the start */
     double reach;      /* distance from the disc's centre to the centre of the body's curvature */
-    double resolution; /* of that distance, in metres; 0 for a flat body */
+    double resolution; /* resolution of `reach`, in metres; 0 for a flat body */
 } NewContact;
 
-/* Return up to which times a contact with a driven body lasts. The body is on the given leg.
+/* Return the times until which a contact with a driven body lasts. The body is on the given leg (straight part) of its
+   path.
 
-   The contact ends when a leg begins on which the body's speed along the normal is different. For a convex body it also
-   ends when the body begins to move back past the disc: until then the two only separate, along the tangent of the
-   contact. Rounding errors of the impact add to a displacement as time passes, so they count with the elapsed time. */
+   The contact ends when the body begins a leg (straight part of its path) with another speed along the normal. A
+   contact with a convex body also ends when the body begins to move back past the disc. Until a convex body moves back,
+   it only separates from the disc, along the tangent of the contact. Rounding errors of velocities are multiplied by
+   the time since the impact, because they change a displacement more and more. */
 static inline TouchEnd contact_end(const NewContact *t, const Leg *leg) {
-    double error = t->resolution / t->reach, moved = 0.0; /* `moved`: to the left of the normal */
+    double error = t->resolution / t->reach, moved = 0.0; /* `moved`: displacement to the left of the normal */
     TouchEnd end = {leg->ends, leg->ends};
     if (t->shape == OTHER_SHAPE || error > CAROM_COARSEST_NORMAL)
         return end;
@@ -99,13 +103,15 @@ static inline TouchEnd contact_end(const NewContact *t, const Leg *leg) {
     return end;
 }
 
-/* Return whether impacts can have a tangential impulse. With the tangential restitution -1 they have none. */
+/* Return whether impacts can have a tangential impulse. If the tangential restitution is -1, impacts have no tangential
+   impulse. */
 static inline bool can_rub(const ContactFriction *contact) {
     return contact->friction > 0.0 && contact->restitution > -1.0;
 }
 
-/* Store an impact of a disc on a body at a time since the start. `slides` is true if friction may have acted. `stops`
-   is true if the impact leaves no relative velocity along the normal. */
+/* After an impact of a disc on a body at `time` (since the start), update the list of bodies that the disc touches.
+   `slides` is true if friction may have acted. `stops` is true if the impact leaves no relative velocity along the
+   normal. */
 static inline void note_touched(TouchedBodies *t, Touched body, double time, bool slides, bool stops) {
     int kept = 0;
     for (int k = 0; k < t->count; k++) {

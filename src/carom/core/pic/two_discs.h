@@ -1,4 +1,4 @@
-/* Two discs without walls: they collide at most once, and the impact has a closed form.
+/* Two discs without walls: they collide at most once, and a formula gives the time of this impact.
 
    `solve_two_discs` solves such a scene without the event loop, but with the same floating-point operations. Tests
    check that both give bit-identical results. */
@@ -41,15 +41,14 @@ static inline void move_disc(FreeDisc *a, double wait) {
     }
 }
 
-/* Write the position and the velocity of a disc after a wait. */
 static inline void write_disc(const FreeDisc *a, double wait, double *position, double *velocity) {
     position[0] = a->x + a->vx * wait;
     position[1] = a->y + a->vy * wait;
     write_velocity(velocity, a->vx, a->vy);
 }
 
-/* Apply and record the impact of two discs in contact. Return whether the discs are near enough to the origin to
-   compute the normal of their impact. */
+/* Apply and record the impact of two discs that touch. Return false if the discs are too far from the origin to compute
+   the normal of their impact. */
 static inline bool apply_impact(FreeDisc *a, FreeDisc *b, double time, double restitution, Impact *row) {
     double dx = b->x - a->x;
     double dy = b->y - a->y;
@@ -68,10 +67,10 @@ static inline bool apply_impact(FreeDisc *a, FreeDisc *b, double time, double re
     return are_distinguishable(a->x, a->y, b->x, b->y, a->radius + b->radius);
 }
 
-/* Solve a scene of two discs up to `end`, in seconds.
+/* Solve a scene of two discs up to the time `end`, in seconds.
 
-   Return false, so that the caller uses the event loop, if a number is not of ordinary size (`carom.support.limits`) or
-   if the discs meet too far from the origin. */
+   Return false if a number is not of ordinary size (`carom.support.limits`), or if the discs meet too far from the
+   origin. The caller then uses the event loop. */
 static inline bool solve_two_discs(FreeDisc first, FreeDisc second, double restitution, double end,
                                    TwoDiscsResult *result) {
     FreeDisc *a = &first;

@@ -1,6 +1,6 @@
-/* Distance from a chain in PIT: the point of a finite wall's centre line that is nearest to a disc's centre.
+/* Distance from a chain (finite wall) in PIT: the point of the chain's centre line that is nearest to a disc's centre.
 
-   The functions have the same floating-point operations, in the same order, as `carom.model.chain_geometry`. */
+   The functions use the same floating-point operations, in the same order, as `carom.model.chain_geometry`. */
 
 #pragma once
 
@@ -18,7 +18,7 @@ typedef struct ChainEdge { /* an edge of a chain, or a circle */
     double radius;
     bool is_arc;
     bool is_whole; /* whether the edge is a whole circle or a point */
-    double mx;     /* `mx`, `my` and `extent`: centre and radius of a circle that encloses the edge */
+    double mx;     /* `mx`, `my`, `extent`: centre and radius of a circle that encloses the edge */
     double my;
     double extent;
 } ChainEdge;
@@ -45,19 +45,19 @@ typedef enum ChainPart { /* the part of an edge that is nearest to a point */
 
 enum {
     CHAIN_PARTS = 4,
-    EDGE_KINDS = 4, /* capacity for the values of `carom.model.trace.EdgeKind` */
+    EDGE_KINDS = 4, /* upper bound of the number of values of `carom.model.trace.EdgeKind` */
 };
 
-/* Return the power of a point with respect to an arc's circle: its squared distance from the centre minus the squared
-   radius. */
+/* Return the power of a point with respect to an arc's circle. The power is d^2 - r^2, where d is the distance from the
+   centre and r the radius. */
 static inline double power_of(const ChainEdge *e, double x, double y) {
     double across = (e->bx - e->ax) * (y - e->ay) - (e->by - e->ay) * (x - e->ax);
     double chord = (x - e->ax) * (x - e->bx) + (y - e->ay) * (y - e->by);
     return chord - across * (0.5 * (1.0 / e->bulge - e->bulge));
 }
 
-/* Return whether a point is in the sector of an arc. Each position is taken relative to an end of the arc, because the
-   centre of a flat arc is far away and would cause large rounding errors. */
+/* Positions are relative to an end of the arc, because the centre of a flat arc is far away. Positions relative to the
+   centre would have large rounding errors. */
 static inline bool is_in_sector(const ChainEdge *e, double x, double y) {
     bool begun = ((e->ax - e->cx) * (y - e->ay) - (e->ay - e->cy) * (x - e->ax)) * e->bulge > 0.0;
     bool not_ended = ((e->bx - e->cx) * (y - e->by) - (e->by - e->cy) * (x - e->bx)) * e->bulge < 0.0;
@@ -103,7 +103,6 @@ static inline Point find_nearest_on_segment(const ChainEdge *e, double x, double
     return part <= 0.0 ? (Point){e->ax, e->ay} : (Point){e->bx, e->by};
 }
 
-/* Compute the circle that encloses an edge: `mx`, `my` and `extent`. */
 static inline void enclose_edge(ChainEdge *e) {
     double ex = e->bx - e->ax;
     double ey = e->by - e->ay;
@@ -127,13 +126,12 @@ static inline double distance_slack(const Chain *chain, double x, double y) {
     return CAROM_REACH_SLACK * (fabs(x) + fabs(y) + chain->size);
 }
 
-/* Return the point of an edge that is nearest to a given point. */
 static inline Point find_nearest_on_edge(const ChainEdge *e, double x, double y) {
     return e->is_arc ? find_nearest_on_arc(e, x, y) : find_nearest_on_segment(e, x, y);
 }
 
-/* Return the point of a chain's line that is nearest to a given point. In a tie, return the point of the edge with the
-   lowest number.
+/* Return the point of a chain's line that is nearest to a given point. If several edges are equally near, return the
+   point of the edge with the lowest number.
 
    `hint` is the number of an edge that is probably near the point. The nearer this edge is to the point, the more other
    edges are skipped. */
@@ -160,7 +158,6 @@ static inline Nearest find_nearest(const Chain *chain, double x, double y, Index
     return best;
 }
 
-/* Return the part of an edge that is nearest to a point. */
 static inline ChainPart find_part(const ChainEdge *e, double x, double y) {
     if (e->is_arc) {
         double dx = x - e->cx;
@@ -177,8 +174,8 @@ static inline ChainPart find_part(const ChainEdge *e, double x, double y) {
     return (e->bx - e->ax) * (y - e->ay) - (e->by - e->ay) * (x - e->ax) > 0.0 ? ON_LEFT : ON_RIGHT;
 }
 
-/* Return a lower bound of the distance of a point from an edge, except for rounding errors. For an arc the bound is the
-   distance from its circle. */
+/* Return a lower bound of the distance of a point from an edge, apart from rounding errors. For an arc, the bound is
+   the point's distance from the whole circle. */
 static inline double bound_edge_distance(const ChainEdge *e, double x, double y) {
     if (e->is_arc) {
         double dx = x - e->cx;
@@ -191,8 +188,8 @@ static inline double bound_edge_distance(const ChainEdge *e, double x, double y)
     return sqrt(dx * dx + dy * dy);
 }
 
-/* Return a lower bound of the distance of a point from a chain's line, except for rounding errors. `edge` is the number
-   of an edge that is probably near. `edge` is set to the edge with the smallest bound. */
+/* Return a lower bound of the distance of a point from a chain's line, apart from rounding errors. `edge` is the number
+   of an edge that is probably near the point. The function sets `edge` to the edge with the smallest bound. */
 static inline double bound_distance(const Chain *chain, double x, double y, Index *edge) {
     double slack = distance_slack(chain, x, y);
     double least = bound_edge_distance(&chain->edges[*edge], x, y);

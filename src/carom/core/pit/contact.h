@@ -1,97 +1,104 @@
 /* Contacts after impacts with restitution 0, and approaches that are only rounding errors.
 
-   An impact with restitution 0 makes the normal speed 0. In floats a rounding error remains. It must not cause another
-   impact, not even if a driven body begins a leg along the contact. So PIT stores the impact (`Stop`). From then on the
-   two bodies have another impact only if they approach faster than rounding explains (`is_rounding`):
+   An impact with restitution 0 makes the normal speed 0. In floats, a rounding error of the normal speed remains. The
+   error must not cause another impact, even if a driven body begins a leg (straight part of its path) along the
+   contact. So PIT stores the impact (`StoredImpact`). After the impact, the two bodies have another impact only if they
+   approach faster than rounding errors explain (`is_rounding`):
 
-   - The velocities are rounded: those of this frame, and those that the impact has left.
-   - The positions are rounded. Let R be the distance of the two centres of curvature, and d its rounding error
-     (`distance_error`). Rounding then turns the normal by up to d / R (`turn_of`), so up to d / R times the slip is
-     normal speed that the bodies do not have in exact arithmetic.
-   - In the same way, the impact has left up to d / R times its slip along its normal, and up to d / R times its speed
-     of approach along its tangent. Later frames and impacts have rounded the velocities, too. These errors count by
-     their parts along the present normal, and only while the bodies have not come nearer by more than d since the
-     impact.
+   - The velocities are rounded, both at this frame and just after the impact.
+   - The positions are rounded. Let R be the distance between the two centres of curvature, and d its rounding error
+     (`distance_error`). Rounding turns the normal by up to d / R (`turn_of`). So up to d / R times the slip becomes
+     speed along the normal, which exact arithmetic does not have.
+   - The impact itself has left errors of up to d / R times its slip along its normal, and of up to d / R times its
+     speed of approach along its tangent. Later frames and impacts have also rounded the velocities. Errors count only
+     by their components along the present normal, until the gap has shrunk by more than d since the impact.
 
-   So two bodies that do not approach in exact arithmetic have no impact by rounding, and a faster push is an impact at
-   its first frame. Slower pushes cannot cause more overlap than rounding errors:
+   So if two bodies do not approach in exact arithmetic, rounding causes no impact. If a driven body pushes faster than
+   rounding errors explain, the first frame of the push has an impact. Slower pushes cannot cause more overlap than
+   rounding errors do:
 
-   - If an impact has left the speed w, the bodies come nearer by w t in a time t. Rounding errors of this size are in
-     their paths anyway.
-   - An approach by d / R times the slip ends when the bodies have slid by d. So between two frames they come nearer by
-     at most d^2 / 2 R. Since d / R is at most CAROM_COARSEST_CONTACT, this is less than d in 2^21 frames. */
+   - If an impact has left the speed w, the gap shrinks by w t in a time t. Rounding errors as large as w t are in the
+     bodies' paths anyway.
+   - If the bodies approach at d / R times the slip, the approach ends when they have slid by d. So between two frames
+     the gap shrinks by at most d^2 / (2 R). Since d / R is at most CAROM_COARSEST_CONTACT, the gap shrinks by less than
+     d in 2^21 frames. */
 
 #pragma once
 
 #include "carom/core/pit/separation.h"
 
-typedef struct Meeting { /* a disc and another body at a frame */
-    Index body;      /* number of the other body: see `Stop` */
+typedef struct Encounter { /* a disc and another body that it may touch, at a frame */
+    Index body;      /* number of the other body: see `StoredImpact` */
     double nx;       /* unit normal, from the disc to the body */
     double ny;
-    double approach; /* relative speed along the normal, in metres per second; negative if the bodies separate */
-    double slip;     /* relative speed along the tangent */
-    double speeds;   /* sum of the magnitudes of all components of both velocities */
-    double sizes;    /* sum of `size_of` for both bodies */
-    /* distance of the two centres of curvature, in metres; infinity if rounding of positions does not turn the
-       normal */
+    /* relative speed along the normal, in metres per second; negative if the bodies separate */
+    double approach;
+    /* relative speed along the tangent */
+    double slip;
+    /* |vx| + |vy| of the disc plus that of the body */
+    double speeds;
+    /* sum of `size_of` for both bodies */
+    double sizes;
+    /* distance of the two centres of curvature, in metres; infinity if rounded positions do not turn the normal */
     double reach;
     double gap; /* distance of the two surfaces, in metres; negative if they overlap */
-} Meeting;
+} Encounter;
 
-/* Return the meeting of a disc and a body with the velocities v and w. The vector from the disc to the body along the
-   normal is (dx, dy). If it ends at the centre of the body's curvature, `radii` is the sum of both radii. */
-static inline Meeting meeting_of(Index body, double dx, double dy, double radii, const double *v, const double *w,
+/* Return the `Encounter` of a disc with the velocity v and a body with the velocity w. The vector (dx, dy) points from
+   the disc to the body along the normal. If the vector (dx, dy) ends at the centre of the body's curvature, `radii` is
+   the sum of both radii. */
+static inline Encounter encounter_of(Index body, double dx, double dy, double radii, const double *v, const double *w,
                                  double sizes) {
     double length = sqrt(dx * dx + dy * dy), nx = dx / length, ny = dy / length;
     double ux = w[0] - v[0], uy = w[1] - v[1];
     double speeds = fabs(v[0]) + fabs(v[1]) + fabs(w[0]) + fabs(w[1]);
-    return (Meeting){body, nx, ny, -(nx * ux + ny * uy), fabs(nx * uy - ny * ux), speeds, sizes, length,
+    return (Encounter){body, nx, ny, -(nx * ux + ny * uy), fabs(nx * uy - ny * ux), speeds, sizes, length,
                      length - radii};
 }
 
-/* Return the meeting of discs i and j, which have the velocities v and w, as disc i sees it.
+/* Return the `Encounter` of disc i, which has the velocity v, and disc j, which has the velocity w.
 
-   Without legs only another impact changes the slip, and Algorithm 1 takes the normal of that impact as it is. */
-static inline Meeting meet_disc(const State *s, Index i, Index j, const double *v, const double *w) {
+   If neither disc is driven, only another impact changes the slip, and Algorithm 1 uses the computed normal of that
+   impact. */
+static inline Encounter meet_disc(const State *s, Index i, Index j, const double *v, const double *w) {
     const Disc *a = &s->discs[i];
     const Disc *b = &s->discs[j];
     double sizes = size_of(a->x, a->y, a->radius) + size_of(b->x, b->y, b->radius);
-    Meeting m = meeting_of(j, b->x - a->x, b->y - a->y, a->radius + b->radius, v, w, sizes);
+    Encounter m = encounter_of(j, b->x - a->x, b->y - a->y, a->radius + b->radius, v, w, sizes);
     if (disc_path(s, i) == NULL && disc_path(s, j) == NULL)
         m.reach = CAROM_INF;
     return m;
 }
 
-/* Return the meeting of a disc with a part of chain k. `a` is the disc relative to the chain.
+/* Return the `Encounter` of a disc and a part of chain k. `a` is the motion of the disc relative to the chain.
 
-   The inside of an arc presses a disc that slides along it, so a turn of the normal does not explain an approach. */
-static inline Meeting meet_feature(const State *s, Index k, const Disc *a, Index feature, const double *v,
+   The inside of an arc presses a disc that slides along it, so a turned normal does not explain an approach. */
+static inline Encounter meet_feature(const State *s, Index k, const Disc *a, Index feature, const double *v,
                                    const double *w, double sizes) {
     const ChainEdge *e = &s->edges[feature / CHAIN_PARTS];
     Index body = -1 - s->wall_count - feature, part = feature % CHAIN_PARTS;
     double sign = part == ON_RIGHT ? -1.0 : 1.0, radii = a->radius + s->chains[k].half_width;
     if (part == AT_BEGIN)
-        return meeting_of(body, e->ax - a->x, e->ay - a->y, radii, v, w, sizes);
+        return encounter_of(body, e->ax - a->x, e->ay - a->y, radii, v, w, sizes);
     if (part == AT_END)
-        return meeting_of(body, e->bx - a->x, e->by - a->y, radii, v, w, sizes);
+        return encounter_of(body, e->bx - a->x, e->by - a->y, radii, v, w, sizes);
     if (e->is_arc) {
-        Meeting m = meeting_of(body, sign * (e->cx - a->x), sign * (e->cy - a->y), e->radius + radii, v, w, sizes);
+        Encounter m = encounter_of(body, sign * (e->cx - a->x), sign * (e->cy - a->y), e->radius + radii, v, w, sizes);
         if (part == ON_RIGHT) {
             m.gap = e->radius - m.reach - radii;
             m.reach = CAROM_INF;
         }
         return m;
     }
-    Meeting m = meeting_of(body, sign * (e->by - e->ay), sign * (e->ax - e->bx), 0.0, v, w, sizes);
+    Encounter m = encounter_of(body, sign * (e->by - e->ay), sign * (e->ax - e->bx), 0.0, v, w, sizes);
     m.gap = m.nx * (e->ax - a->x) + m.ny * (e->ay - a->y) - radii;
     m.reach = CAROM_INF;
     return m;
 }
 
-/* Return the meeting of disc i, which has the velocity v, with wall k. `a` is the disc relative to the wall, and
-   `feature` the nearest part of a chain. */
-static inline Meeting meet_wall(const State *s, Index i, Index k, const Disc *a, Index feature, const double *v) {
+/* Return the `Encounter` of disc i, which has the velocity v, and wall k. `a` is the motion of the disc relative to the
+   wall. If the wall is a chain, `feature` is its nearest part. */
+static inline Encounter meet_wall(const State *s, Index i, Index k, const Disc *a, Index feature, const double *v) {
     const Disc *disc = &s->discs[i];
     const Wall *wall = &s->walls[k];
     const double still[2] = {0.0, 0.0};
@@ -99,7 +106,7 @@ static inline Meeting meet_wall(const State *s, Index i, Index k, const Disc *a,
     double sizes = size_of(disc->x, disc->y, disc->radius) + fabs(disc->x - a->x) + fabs(disc->y - a->y);
     if (is_chain(s, k))
         return meet_feature(s, k, a, feature, v, w, sizes + s->chains[k].size);
-    Meeting m = meeting_of(-1 - k, -wall->nx, -wall->ny, 0.0, v, w, sizes + size_of(wall->x, wall->y, 0.0));
+    Encounter m = encounter_of(-1 - k, -wall->nx, -wall->ny, 0.0, v, w, sizes + size_of(wall->x, wall->y, 0.0));
     m.gap = (a->x - wall->x) * wall->nx + (a->y - wall->y) * wall->ny - a->radius;
     m.reach = CAROM_INF;
     return m;
@@ -107,31 +114,33 @@ static inline Meeting meet_wall(const State *s, Index i, Index k, const Disc *a,
 
 /* ---- rounding errors ---- */
 
-/* Return the number of frames up to now. Each of them has rounded positions once more, and on curved paths velocities,
-   too. */
+/* Return the number of frames up to now. Each frame has rounded positions once more, and on curved paths also
+   velocities. */
 static inline double count_roundings(const State *s) {
     return s->now * s->clock.rate / s->clock.step;
 }
 
-/* Return the rounding error of the distance of two bodies, in metres. The coordinates at earlier frames were larger
-   than the present ones by at most the path since then. */
-static inline double distance_error(const State *s, const Meeting *m) {
+/* Return the rounding error of the distance of two bodies, in metres. At earlier frames, the coordinates exceeded the
+   present ones by at most the length of the path since then. */
+static inline double distance_error(const State *s, const Encounter *m) {
     return gap_resolution(m->sizes) + count_roundings(s) * CAROM_ULP * (m->sizes + m->speeds * s->now);
 }
 
-/* Return the rounding error of the direction of the normal, in radians. Return 0 if it is too large for a contact. */
-static inline double turn_of(const State *s, const Meeting *m) {
+/* Return the rounding error of the direction of the normal, in radians. Return 0 if the direction is too uncertain for
+   a contact. */
+static inline double turn_of(const State *s, const Encounter *m) {
     double turn = distance_error(s, m) / m->reach;
     return turn <= CAROM_COARSEST_CONTACT ? turn : 0.0;
 }
 
 /* Return the rounding error of the velocities due to all frames up to now, in metres per second. */
-static inline double velocity_error(const State *s, const Meeting *m) {
+static inline double velocity_error(const State *s, const Encounter *m) {
     return s->motion == STRAIGHT ? 0.0 : count_roundings(s) * CAROM_ULP * m->speeds;
 }
 
-/* Return whether a disc and a body approach only by a rounding error. `t` describes their last impact. */
-static inline bool is_rounding(const State *s, const Stop *t, const Meeting *m) {
+/* Return whether a disc and a body approach only by a rounding error. `t` is the last impact of the disc with the
+   body. */
+static inline bool is_rounding(const State *s, const StoredImpact *t, const Encounter *m) {
     double cosine = greater(t->nx * m->nx + t->ny * m->ny, 0.0), sine = fabs(t->nx * m->ny - t->ny * m->nx);
     double error = CAROM_ERROR * m->speeds + turn_of(s, m) * m->slip + t->left * cosine;
     if (m->approach <= error)
@@ -143,9 +152,9 @@ static inline bool is_rounding(const State *s, const Stop *t, const Meeting *m) 
 
 /* ---- stored impacts ---- */
 
-/* Return the last impact of disc i with a body if it had restitution 0 and is stored; otherwise NULL. */
-static inline const Stop *find_stop(const State *s, Index i, Index body) {
-    const Stops *t = &s->stops[i];
+/* Return the stored last impact of disc i with a body, or NULL if no such impact is stored. */
+static inline const StoredImpact *find_stored_impact(const State *s, Index i, Index body) {
+    const StoredImpacts *t = &s->stored[i];
     for (int k = 0; k < t->count; k++) {
         if (t->last[k].body == body)
             return &t->last[k];
@@ -155,48 +164,49 @@ static inline const Stop *find_stop(const State *s, Index i, Index body) {
 
 /* Return whether two discs are in contact, and approach only by a rounding error. */
 static inline bool are_in_contact(const State *s, Index i, Index j) {
-    if (s->stops == NULL)
+    if (s->stored == NULL)
         return false;
     bool is_first_fixed = s->discs[i].inverse_mass == 0.0, is_second_fixed = s->discs[j].inverse_mass == 0.0;
-    const Stop *first = find_stop(s, i, j), *second = find_stop(s, j, i);
+    const StoredImpact *first = find_stored_impact(s, i, j), *second = find_stored_impact(s, j, i);
     if ((first == NULL && !is_first_fixed) || (second == NULL && !is_second_fixed))
         return false;
-    Meeting m = meet_disc(s, i, j, &s->discs[i].vx, &s->discs[j].vx);
+    Encounter m = meet_disc(s, i, j, &s->discs[i].vx, &s->discs[j].vx);
     return (is_first_fixed || is_rounding(s, first, &m)) && (is_second_fixed || is_rounding(s, second, &m));
 }
 
-/* Return whether disc i is in contact with wall k, and approaches it only by a rounding error. `meet_wall` explains `a`
-   and `feature`. */
+/* Return whether disc i is in contact with wall k, and approaches the wall only by a rounding error. */
 static inline bool is_in_contact(const State *s, Index i, Index k, const Disc *a, Index feature) {
-    if (s->stops == NULL || s->stops[i].count == 0)
+    if (s->stored == NULL || s->stored[i].count == 0)
         return false;
-    Meeting m = meet_wall(s, i, k, a, feature, &s->discs[i].vx);
-    const Stop *t = find_stop(s, i, m.body);
+    Encounter m = meet_wall(s, i, k, a, feature, &s->discs[i].vx);
+    const StoredImpact *t = find_stored_impact(s, i, m.body);
     return t != NULL && is_rounding(s, t, &m);
 }
 
-/* Store an impact of disc i with a body that was just applied. `stops` is true if it had restitution 0.
+/* After an impact of disc i with a body, update the stored impacts of the disc. `is_inelastic` is true if the impact
+   had restitution 0.
 
-   An impact along the tangent of an earlier contact leaves a rounding error there. Any other impact ends that contact.
-   The oldest contact is forgotten if there are too many. */
-static inline void note_stop(State *s, Index i, Index body, const Meeting *before, const Meeting *after, bool stops) {
-    Stops *t = &s->stops[i];
+   If the impact is along the tangent of an earlier contact, it leaves a rounding error in that contact. Any other
+   impact ends the earlier contact. If there are too many contacts, the oldest contact is dropped. */
+static inline void store_impact(State *s, Index i, Index body, const Encounter *before, const Encounter *after,
+                                bool is_inelastic) {
+    StoredImpacts *t = &s->stored[i];
     double rounded = CAROM_ERROR * (before->speeds + after->speeds), turn = turn_of(s, before);
     int kept = 0;
     for (int k = 0; k < t->count; k++) {
-        Stop one = t->last[k];
+        StoredImpact one = t->last[k];
         one.normal_error += rounded;
         if (one.body != body && fabs(one.nx * before->nx + one.ny * before->ny) <= CAROM_ERROR + one.turn)
             t->last[kept++] = one;
     }
-    if (stops && kept == MOST_STOPS) {
+    if (is_inelastic && kept == MOST_STORED) {
         for (int k = 1; k < kept; k++)
             t->last[k - 1] = t->last[k];
         kept -= 1;
     }
-    if (stops) {
+    if (is_inelastic) {
         double left = CAROM_ERROR * after->speeds + greater(after->approach, 0.0);
-        t->last[kept++] = (Stop){
+        t->last[kept++] = (StoredImpact){
             .body = (int)body,
             .nx = before->nx,
             .ny = before->ny,
@@ -210,25 +220,25 @@ static inline void note_stop(State *s, Index i, Index body, const Meeting *befor
     t->count = kept;
 }
 
-/* Store an impact of discs i and j that was just applied. */
-static inline void note_stopped_discs(State *s, Index i, Index j, const Impact *impact) {
-    if (s->stops == NULL)
+/* After an impact of discs i and j, update the stored impacts of both. */
+static inline void store_impact_of_discs(State *s, Index i, Index j, const Impact *impact) {
+    if (s->stored == NULL)
         return;
-    bool stops = s->law.restitution == 0.0;
-    Meeting before = meet_disc(s, i, j, impact->first_before, impact->second_before);
-    Meeting after = meet_disc(s, i, j, impact->first_after, impact->second_after);
+    bool is_inelastic = s->law.restitution == 0.0;
+    Encounter before = meet_disc(s, i, j, impact->first_before, impact->second_before);
+    Encounter after = meet_disc(s, i, j, impact->first_after, impact->second_after);
     if (s->discs[i].inverse_mass > 0.0)
-        note_stop(s, i, j, &before, &after, stops);
+        store_impact(s, i, j, &before, &after, is_inelastic);
     if (s->discs[j].inverse_mass > 0.0)
-        note_stop(s, j, i, &before, &after, stops);
+        store_impact(s, j, i, &before, &after, is_inelastic);
 }
 
-/* Store an impact of disc i with wall k that was just applied. `meet_wall` explains `a` and `feature`. */
-static inline void note_stopped_by_wall(State *s, Index i, Index k, const Disc *a, Index feature,
+/* After an impact of disc i with wall k, update the disc's stored impacts. */
+static inline void store_impact_on_wall(State *s, Index i, Index k, const Disc *a, Index feature,
                                         const Impact *impact) {
-    if (s->stops == NULL)
+    if (s->stored == NULL)
         return;
-    Meeting before = meet_wall(s, i, k, a, feature, impact->first_before);
-    Meeting after = meet_wall(s, i, k, a, feature, impact->first_after);
-    note_stop(s, i, before.body, &before, &after, s->wall_laws[k].wall_restitution == 0.0);
+    Encounter before = meet_wall(s, i, k, a, feature, impact->first_before);
+    Encounter after = meet_wall(s, i, k, a, feature, impact->first_after);
+    store_impact(s, i, before.body, &before, &after, s->wall_laws[k].wall_restitution == 0.0);
 }

@@ -1,28 +1,27 @@
-/* One frame of Algorithm 1: all tests of the frame, or only those that can find an impact.
+/* One frame of Algorithm 1 of the source paper: all tests of the frame, or only those that can find an impact.
 
-   At a frame an impact changes velocities and nothing else. So the bodies that a disc touches at a frame are searched
-   only once. The disc is tested with these bodies again after each of its impacts at this frame. After the last test of
-   the frame, the time at which the disc is due again is computed. */
+   At a frame, an impact changes only velocities. So at each frame, the code searches only once for the bodies that a
+   disc touches. After each impact of a disc at a frame, the disc is tested again with the bodies that it touches. After
+   the last test of the frame, the code computes when the disc is due again (may have another impact). */
 
 #pragma once
 
-#include "carom/core/pit/impacts.h"
+#include "carom/core/pit/interference_test.h"
 #include "carom/core/pit/motion.h"
 #include "carom/core/pit/schedule.h"
 #include "carom/core/pit/pending_tests.h"
 
 /* ---- frames at which nothing is tested ---- */
 
-/* Advance over frames at which no disc is due, at most up to frame `until`. Return whether there were any such
-   frames. */
+/* Advance over frames at which no disc is due (may have an impact), at most up to frame `until`. Return false if a disc
+   is due at the next frame. */
 static inline bool skip_frames(State *s, Index until) {
     double before = s->now;
     Index count = 0;
     Index most = until - s->counts.frames < MAX_STEPS ? until - s->counts.frames : MAX_STEPS;
     while (count < most) {
         double time = frame_time(s, s->counts.frames + count);
-        /* If no impact was found at the last tested frame, and time has not advanced since, no impact is possible at
-           this frame. */
+        /* If the last tested frame had no impact, and this frame is at the same time, this frame has no impact. */
         if (time >= s->next_due && !(time == s->now && s->is_settled))
             break;
         s->steps[count] = time - s->now;
@@ -41,8 +40,8 @@ static inline bool skip_frames(State *s, Index until) {
 
 /* ---- all tests of a frame ---- */
 
-/* Make all tests of the next frame. If `State.work` is used up, return after a part of them; `State.row` is then the
-   disc at which the next call continues. */
+/* Make all tests of the next frame. If `State.work` is used up, return before all tests are made. The next call then
+   continues at disc `State.row`. */
 static inline void test_all(State *s) {
     Index n = s->disc_count;
     if (s->row == 0) {
@@ -98,8 +97,8 @@ static inline void make_test(State *s) {
     }
 }
 
-/* List the discs that are due now, and find the earliest time at which another disc is due. Return the number of discs
-   in the list. */
+/* List the discs that are due now (may have an impact), and find the earliest time at which another disc is due. Return
+   the number of discs in the list. */
 static inline Index find_due(State *s) {
     Index count = 0;
     double next_due = CAROM_INF;

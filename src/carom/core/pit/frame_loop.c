@@ -1,9 +1,9 @@
-/* Frame-sampled loop (PIT): Algorithm 1 for any number of discs.
+/* Frame-sampled loop (PIT): Algorithm 1 of the source paper for any number of discs.
 
-   A disc is due at a frame if it may have an impact there. The loop skips frames at which no disc is due. At other
-   frames, it makes only the tests that can find an impact. If skipping costs more than it saves, the loop makes all
-   tests of a frame: by a sweep, which finds the overlapping discs, or for few discs by testing all pairs. The loop also
-   tests all pairs at every frame if the caller requests it. */
+   A disc is due at a frame at which it may have an impact. The loop skips frames at which no disc is due. At other
+   frames, the loop makes only the tests that can find an impact. If skipping costs more work than it saves, the loop
+   makes all tests of a frame. With few discs, all tests are made for all pairs. With many discs, a sweep finds the
+   overlapping discs. The loop tests all pairs at every frame if the caller requests this. */
 
 #include <string.h>
 

@@ -1,21 +1,21 @@
 /* Broad phase of PIT: finds discs that are near each other, for any radii and positions.
 
    Discs of about the same size (within a factor of 2) share a level of square cells, which cover the whole plane. Each
-   cell is mapped to one of a fixed number of lists of discs. Several cells may share a list. A search of a cell then
-   also finds discs of other cells, which their distances exclude.
+   cell belongs to one of a fixed number of lists of discs. Several cells may share a list. A search of a cell may also
+   find discs of other cells, which tests of distances exclude.
 
-   A disc is put into its cell when the time at which it is due again is computed. A disc is due again before it has
-   moved farther than the `leeway` of its level. So if two discs can touch, the positions at which they were put into
-   their cells are no farther apart than the sum of their radii and leeways. Cells decide when a pair is tested, and
-   never change a result. */
+   A disc is put into its cell when the code computes its due time, before which it can have no impact. The due time is
+   before the disc has moved farther than the `leeway` of its level. So if two discs can touch, the positions at which
+   they were put into cells are no farther apart than the sum of their radii and leeways. Cells decide when two discs
+   are tested, and never change a result. */
 
 #pragma once
 
 #include "carom/core/pit/state.h"
 
 enum {
-    /* largest number of discs that are all treated as near each other, without cells: searching nine cells would take
-       as long */
+    /* largest number of discs for which no cells are used, because searching nine cells would take as long as testing
+       all discs */
     FEW_DISCS = 36,
     LISTS_PER_DISC = 2, /* smallest number of lists per disc, so that few cells share a list */
 };
@@ -58,8 +58,8 @@ static inline void update_cell(State *s, Index i) {
     g->first[list] = (int)i;
 }
 
-/* Return for how many seconds a disc that was just put into its cell moves at most its leeway. The result is at most
-   `State.horizon`.
+/* A disc was just put into its cell. Return for how many seconds the disc moves no farther than its leeway. The result
+   is at most `State.horizon`.
 
    `margin` is an upper bound of the rounding errors of the disc's path, in metres. */
 static inline double time_in_leeway(const State *s, const Disc *a, double margin) {
@@ -77,8 +77,7 @@ static inline double time_in_leeway(const State *s, const Disc *a, double margin
 
 /* ---- levels, chosen once ---- */
 
-/* Return how many times the largest radius can be halved without falling below a disc's radius. The result is at most
-   MAX_LEVELS - 1. */
+/* Return the largest k for which largest / 2^k is not less than a disc's radius. The result is less than MAX_LEVELS. */
 static inline int halvings_of(double radius, double largest) {
     int power;
     double fraction = frexp(radius / largest, &power);
@@ -124,7 +123,7 @@ static inline void choose_levels(State *s) {
     }
 }
 
-/* Return the number of lists for cells: a power of 2. For few discs, or if no test is skipped, the result is 0. */
+/* Return the number of lists for cells: a power of 2. For few discs, or if no test is skipped, return 0. */
 static inline Index count_lists(const State *s) {
     if (!s->skips || s->disc_count <= FEW_DISCS)
         return 0;

@@ -1,10 +1,8 @@
 /* Motion of discs and driven bodies from frame to frame.
 
-   Discs are advanced frame by frame (x += v dt), and each product and sum is rounded, as Algorithm 1 requires. So one
-   long step cannot replace several short ones. However, one disc can be advanced over many frames before the next disc
-   is advanced.
-
-   `advance_disc` and `carom_pit_write_states` have a branch for each kind of motion. */
+   Discs are advanced frame by frame (x += v dt). Each product and sum is rounded, as Algorithm 1 of the source paper
+   requires. So one long step cannot replace several short steps. However, the code can advance one disc over many
+   frames before it advances the next disc. */
 
 #pragma once
 
@@ -13,14 +11,15 @@
 
 /* ---- driven bodies: their positions at a frame, and discs relative to them ---- */
 
-/* Return the number of the leg on which a driven body is at a time. `leg` is its leg at an earlier time. */
+/* Return the number of the leg (straight part of its path) on which a driven body is at a time. `leg` is the body's leg
+   at an earlier time. */
 static inline Index leg_at(const Path *path, double time, Index leg) {
     while (leg + 1 < path->leg_count && path->legs[leg + 1].begin <= time)
         leg += 1;
     return leg;
 }
 
-/* Write the state of a driven disc at a time within a leg. */
+/* Write the state of a driven disc at a time within a leg (straight part) of its path. */
 static inline void write_driven(const Path *path, const Leg *leg, double time, double *centre, double *velocity) {
     Point moved = displacement_on(leg, time);
     centre[0] = path->x + moved.x;
@@ -29,8 +28,8 @@ static inline void write_driven(const Path *path, const Leg *leg, double time, d
     velocity[1] = leg->vy;
 }
 
-/* For each disc whose last impact was with this driven body, clear `Disc.last`. The body is on another leg now, so the
-   disc may hit it again. */
+/* A driven body has begun another leg (straight part of its path). Clear `Disc.last` of all discs that hit this body
+   last, so that they may hit it again. */
 static inline void forget_body(State *s, Index body) {
     int last = (int)(body < 0 ? ON_WALL + 1 + body : body);
     for (Index i = 0; i < s->disc_count; i++) {
@@ -39,7 +38,6 @@ static inline void forget_body(State *s, Index body) {
     }
 }
 
-/* Move all driven bodies to the present frame. */
 static inline void move_driven(State *s) {
     for (Index p = 0; p < s->path_count; p++) {
         Path *path = &s->paths[p];
@@ -62,7 +60,7 @@ static inline void move_driven(State *s) {
 }
 
 /* Return a disc relative to wall k, in coordinates in which the wall stays at its start position. For a wall that never
-   moves this is the disc itself. */
+   moves, the result is the disc itself. */
 static inline const Disc *relative_to_wall(const State *s, const Disc *a, Index k, Disc *relative) {
     if (s->wall_motions == NULL || s->wall_motions[k].path == NO_PATH)
         return a;
@@ -75,12 +73,12 @@ static inline const Disc *relative_to_wall(const State *s, const Disc *a, Index 
     return relative;
 }
 
-/* Return the path of disc i; NULL if it is not driven. */
+/* Return the path of disc i, or NULL if the disc is not driven. */
 static inline const Path *disc_path(const State *s, Index i) {
     return s->disc_paths == NULL || s->disc_paths[i] == NO_PATH ? NULL : &s->paths[s->disc_paths[i]];
 }
 
-/* Return the path of wall k; NULL if it does not move. */
+/* Return the path of wall k, or NULL if the wall does not move. */
 static inline const Path *wall_path(const State *s, Index k) {
     return s->wall_motions == NULL || s->wall_motions[k].path == NO_PATH ? NULL : &s->paths[s->wall_motions[k].path];
 }
@@ -92,7 +90,7 @@ static inline double clock_time(const State *s, Index frame) {
     return (double)frame * s->clock.step / s->clock.rate;
 }
 
-/* Return the time of a frame for the motion of discs. With damping it is the undamped time. */
+/* Return the time of a frame for computing the motion of discs. With damping, the result is the undamped time. */
 static inline double frame_time(State *s, Index frame) {
     Damping *d = &s->damping;
     if (d->rate == 0.0)
@@ -106,7 +104,6 @@ static inline double frame_time(State *s, Index frame) {
 
 /* ---- one disc ---- */
 
-/* Advance a falling disc along its parabola. */
 static inline void advance_falling(const State *s, double *centre, double *velocity, double step) {
     centre[0] += step * (velocity[0] + 0.5 * s->gx * step);
     centre[1] += step * (velocity[1] + 0.5 * s->gy * step);
@@ -114,7 +111,6 @@ static inline void advance_falling(const State *s, double *centre, double *veloc
     velocity[1] += s->gy * step;
 }
 
-/* Advance a disc on a table from one time to another. */
 static inline void advance_slowing(double *centre, double *velocity, Slowing *slowing, double from, double to) {
     if (is_before((Instant){to, 0.0}, slowing->stops)) {
         double step = to - from;
@@ -124,8 +120,8 @@ static inline void advance_slowing(double *centre, double *velocity, Slowing *sl
         velocity[1] += slowing->ay * step;
         return;
     }
-    /* The distance to the point at which the disc stops is computed from the mean speed. The usual formula would be a
-       difference of two large distances. */
+    /* The distance to the point at which the disc stops is computed from the mean speed. The usual formula would
+       subtract two large distances. */
     double lasts = seconds_between((Instant){from, 0.0}, slowing->stops);
     centre[0] += 0.5 * lasts * velocity[0];
     centre[1] += 0.5 * lasts * velocity[1];
@@ -156,7 +152,6 @@ static inline void slow_disc(State *s, Index i) {
 
 /* ---- all discs ---- */
 
-/* Advance every disc to the next frame. */
 static inline void advance_to_next_frame(State *s) {
     double time = frame_time(s, s->counts.frames);
     if (s->counts.frames > 0 && (s->motion == STRAIGHT || time != s->now)) {
@@ -171,8 +166,8 @@ static inline void advance_to_next_frame(State *s) {
         move_driven(s);
 }
 
-/* Advance two discs straight over some steps. For one disc, each sum depends on the previous sum, so the processor
-   would wait. Advancing two discs at once uses this time. */
+/* Advance two discs over some steps on straight paths. With one disc, the processor would wait for each sum before the
+   next sum can begin. With two discs, the processor computes the sums of one disc while it would wait for the other. */
 static inline void advance_two(Disc *a, Disc *b, const double *steps, Index count) {
     double ax = a->x, ay = a->y, avx = a->vx, avy = a->vy;
     double bx = b->x, by = b->y, bvx = b->vx, bvy = b->vy;
@@ -192,7 +187,6 @@ static inline void advance_two(Disc *a, Disc *b, const double *steps, Index coun
     }
 }
 
-/* Advance disc i over some frames on a curved path. */
 static inline void advance_curved(State *s, Index i, double from, Index count) {
     Disc a = s->discs[i];
     if (a.inverse_mass == 0.0)
@@ -209,7 +203,8 @@ static inline void advance_curved(State *s, Index i, double from, Index count) {
     s->discs[i] = a;
 }
 
-/* Advance all discs over the first `count` frames of `s->times`. `from` is the time of the frame before these. */
+/* Advance all discs over the first `count` frames of `s->times`. `from` is the time of the frame before these
+   frames. */
 static inline void advance_over_frames(State *s, double from, Index count) {
     Index last = s->disc_count - 1;
     if (s->motion == STRAIGHT) {

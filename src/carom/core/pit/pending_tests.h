@@ -1,16 +1,17 @@
-/* Pending tests of a frame, in the order of Algorithm 1: all pairs (i, j), i < j, then all pairs of a disc and a wall.
+/* Pending tests of a frame, in the order of Algorithm 1 of the source paper: first all pairs of discs i < j, then all
+   pairs of a disc and a wall.
 
-   An impact changes the velocities that later tests read, so tests that are not skipped are made in that order. A test
-   is identified by a number that increases in this order. For two discs, the upper half of the number is i and the
-   lower half is j. For a wall, the halves are disc_count + i and k. */
+   The order of tests matters, because an impact changes the velocities that later tests read. Each test has a number,
+   and a later test has a higher number. In the number of a test of discs i and j, the upper half is i and the lower
+   half is j. For a test of disc i and wall k, the halves are disc_count + i and k. */
 
 #pragma once
 
 #include "carom/core/pit/state.h"
 
 enum {
-    NO_TEST = 0,    /* not the number of any test: it would be the test of disc 0 with itself */
-    HALF_BITS = 32, /* bits in half of a test's number */
+    NO_TEST = 0,    /* no test has this number, because it would test disc 0 with itself */
+    HALF_BITS = 32, /* number of bits in half of a test's number */
 };
 
 #define LAST_TEST UINT64_MAX /* no test has a larger number */
@@ -19,7 +20,7 @@ static inline Test test_of(Index first, Index second) {
     return (Test)first << HALF_BITS | (Test)second;
 }
 
-/* Add a test of this frame. A test whose turn in the order of Algorithm 1 has already come is not added. */
+/* Add a test at the present frame, unless a later test has already been made. */
 static inline void add_test(State *s, Test test) {
     Pending *t = &s->pending;
     if (test <= t->last)
@@ -46,7 +47,6 @@ static inline void add_test(State *s, Test test) {
     t->heap[place] = test;
 }
 
-/* Remove the first test from the heap. */
 static inline Test pop_test(Pending *t) {
     Test test = t->heap[0];
     t->count -= 1;
@@ -66,7 +66,7 @@ static inline Test pop_test(Pending *t) {
     return test;
 }
 
-/* Set `last` to the next test that remains. Return false if no test remains. A test that was added twice is made only
+/* Set `last` to the next remaining test. Return false if no test remains. If a test was added twice, it is made only
    once. */
 static inline bool next_test(Pending *t) {
     while (t->count > 0) {

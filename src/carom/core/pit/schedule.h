@@ -1,9 +1,9 @@
-/* Scheduling: for a disc, find the tests that can find an impact at this frame, and the time before which no later test
-   can (the time at which the disc is due again).
+/* Scheduling of a disc: find the tests that can find an impact at this frame, and the time at which the disc is due
+   (may have an impact) again.
 
-   `State.due` contains this time for each disc: a lower bound of the time at which the disc hits a disc near it or a
-   wall, or has moved farther than its leeway. No impact is missed: for any two discs, whichever was scheduled last was
-   scheduled with the present paths of both. So one of the two discs is due before they can touch. */
+   `State.due` contains the due time of each disc. Before its due time, a disc cannot hit a near disc or a wall, and
+   moves no farther than its leeway. For any two discs, the one that was scheduled last was scheduled with the present
+   paths of both. So for any two discs, one of them is due before they can touch, and no impact is missed. */
 
 #pragma once
 
@@ -13,8 +13,8 @@
 
 /* ---- work, measured in tests of two discs, and whether skipping tests saves work ---- */
 
-/* A build with CAROM_PLAIN_FRAMES, such as the WebAssembly for the page of `carom play`, leaves out skipping and sweeps
-   to save space. Builds with and without it have the same results. */
+/* A build with CAROM_PLAIN_FRAMES leaves out skipping and sweeps to save space. The page of `carom play` uses a
+   WebAssembly build with CAROM_PLAIN_FRAMES. Builds with and without CAROM_PLAIN_FRAMES have the same results. */
 #if defined(CAROM_PLAIN_FRAMES)
 #define CAROM_SKIPS false
 #else
@@ -26,20 +26,19 @@ static inline double plain_work(const State *s) {
     return (double)s->disc_count * (0.5 * (double)(s->disc_count - 1) + (double)s->wall_count);
 }
 
-/* Return the work of a frame without skipping: that of a sweep if there are cells, otherwise that of testing all pairs.
-   The unit is one test of two discs. */
+/* Return the work of a frame without skipping, in tests of two discs. With cells, the frame uses a sweep; without
+   cells, all pairs are tested. */
 static inline double frame_work(const State *s) {
     if (s->grid.list_count == 0)
         return plain_work(s);
     return (double)s->disc_count * (CAROM_SWEEP_WORK + (double)s->wall_count);
 }
 
-/* Return whether all tests of the next frame are made: because the caller requests it, or because skipping has cost
-   more work than it saved and the excess is not yet recovered.
+/* Return whether all tests of the next frame are made. The reason is that the caller requests it, or that skipping has
+   cost more work than it has saved and the excess is not yet recovered.
 
-   Skipping must first schedule all discs, and must compute expired bounds again, before it saves work. So skipping is
-   suspended only if the excess is larger than a limit. Skipping resumes when frames without it have recovered the
-   excess. */
+   Before skipping saves work, it must schedule all discs, and must compute expired bounds again. So skipping stops only
+   if the excess is larger than a limit. Skipping resumes when frames without skipping have recovered the excess. */
 static inline bool loops_plainly(State *s) {
     if (!CAROM_SKIPS || !s->skips)
         return true;
@@ -63,7 +62,7 @@ static inline void save_frames(State *s, Index frames) {
 
 /* ---- bodies that may touch ---- */
 
-/* Add a body that the disc of the present search may touch to `State.touching`. */
+/* Add a body to `State.touching`, because the disc of the present search may touch the body. */
 static inline void add_touching(State *s, Index body) {
     Touching *t = &s->touching;
     if (t->count == t->capacity) {
@@ -82,8 +81,8 @@ static inline void add_touching(State *s, Index body) {
 
 /* ---- discs ---- */
 
-/* If discs i and j may have an impact at this frame, add their test. Return the smaller of `least` and the wait of the
-   two discs, which skip_bounds.h defines. */
+/* If discs i and j may have an impact at this frame, add their test. The wait of two bodies is a time for which they
+   cannot have an impact (see skip_bounds.h). Return the smaller of `least` and the wait of discs i and j. */
 static inline double test_or_wait(State *s, Index i, Index j, double extent_i, double least) {
     const Disc *a = &s->discs[i];
     const Disc *b = &s->discs[j];
@@ -109,7 +108,7 @@ static inline double test_or_wait(State *s, Index i, Index j, double extent_i, d
     return wait < least ? wait : least;
 }
 
-/* Call `test_or_wait` for disc i and every other disc. Return the smaller of `least` and the shortest wait. */
+/* Return the smallest of `least` and all waits of disc i with other discs (see `test_or_wait`). */
 static inline double search_all(State *s, Index i, double extent_i, double least) {
     for (Index j = 0; j < s->disc_count; j++) {
         if (j != i)
@@ -118,8 +117,7 @@ static inline double search_all(State *s, Index i, double extent_i, double least
     return least;
 }
 
-/* Call `test_or_wait` for disc i and every disc in cells that may contain discs near disc i. Return the smaller of
-   `least` and the shortest wait. */
+/* Return the smallest of `least` and the waits of disc i with all discs in near cells (see `test_or_wait`). */
 static inline double search_cells(State *s, Index i, double extent_i, double least) {
     const Grid *g = &s->grid;
     const Disc *a = &s->discs[i];
@@ -150,8 +148,8 @@ static inline double search_cells(State *s, Index i, double extent_i, double lea
 /* Return a lower bound of the gap between disc i and any wall that never moves, in metres. The bound includes rounding
    errors.
 
-   The bound is the gap at an earlier position of the disc minus the distance from there. So for most discs, no wall
-   must be examined to prove that the disc is far from all walls. */
+   The bound is the gap at an earlier position of the disc, minus the distance from that position. For most discs, the
+   bound proves that they are far from all walls, so that no wall must be examined. */
 static inline double bound_clearance(const State *s, Index i, double extent_i) {
     const Disc *a = &s->discs[i];
     const Clearance *c = &s->clearances[i];
@@ -159,8 +157,8 @@ static inline double bound_clearance(const State *s, Index i, double extent_i) {
     return c->gap - moved - a->radius - CAROM_PATH_MARGIN * (extent_i + s->wall_size + a->radius);
 }
 
-/* Return a lower bound of the distance of disc i's centre from wall k, in metres. `a` is disc i relative to the
-   wall. */
+/* Return a lower bound of the distance of disc i's centre from wall k, in metres. `a` is the disc's motion relative to
+   the wall. */
 static inline double bound_wall_distance(State *s, const Disc *a, Index i, Index k) {
     const Wall *wall = &s->walls[k];
     if (!is_chain(s, k))
@@ -173,8 +171,8 @@ static inline double bound_wall_distance(State *s, const Disc *a, Index i, Index
     return distance;
 }
 
-/* Return the result of `bound_wall_distance`. If wall k never moves, also store the smallest of these results in the
-   disc's clearance. */
+/* Return a lower bound of a disc's distance from wall k (see `bound_wall_distance`). If wall k never moves, also reduce
+   the disc's clearance to the returned bound. */
 static inline double find_distance(State *s, Index i, const Disc *relative, Index k) {
     double distance = bound_wall_distance(s, relative, i, k);
     if (wall_path(s, k) == NULL)
@@ -188,8 +186,8 @@ static inline void begin_clearance(State *s, Index i) {
     s->clearances[i] = (Clearance){a->x, a->y, CAROM_INF, s->clearances[i].edge};
 }
 
-/* Return the wait of disc i and wall k, computed from their gap. For a driven wall, the wait is valid only until the
-   wall's present leg ends. */
+/* Return the wait (time without an impact) of disc i and wall k, computed from their gap. For a driven wall, the wait
+   is valid only until the wall's present leg (straight part of its path) ends. */
 static inline double bound_wall(const State *s, Index i, Index k, const Disc *relative, double gap, double least) {
     if (is_chain(s, k))
         return bound_chain(s, relative, gap, least);
@@ -201,7 +199,7 @@ static inline double bound_wall(const State *s, Index i, Index k, const Disc *re
 }
 
 /* If disc i and wall k may have an impact at this frame, add their test. Return the smaller of `least` and the wait of
-   the two bodies. */
+   disc i and wall k. */
 static inline double test_wall_or_wait(State *s, Index i, Index k, double extent_i, double least) {
     Disc relative;
     const Disc *a = relative_to_wall(s, &s->discs[i], k, &relative);
@@ -220,8 +218,8 @@ static inline double test_wall_or_wait(State *s, Index i, Index k, double extent
     return wait < least ? wait : least;
 }
 
-/* Call `test_wall_or_wait` for disc i and all walls, except walls that are certainly too far away. Return the smaller
-   of `least` and the shortest wait. */
+/* Return the smallest of `least` and the waits of disc i with all walls (see `test_wall_or_wait`), except walls that
+   are certainly too far away. */
 static inline double search_walls(State *s, Index i, double extent_i, double least) {
     const Disc *a = &s->discs[i];
     double speed = (fabs(a->vx) + fabs(a->vy)) * (1.0 + CAROM_PATH_MARGIN);
@@ -240,12 +238,12 @@ static inline double search_walls(State *s, Index i, double extent_i, double lea
 
 /* ---- all bodies ---- */
 
-/* Add the tests of a disc that can find an impact at this frame, and compute when the disc is due again. All discs that
-   are due at this frame must have been put into their present cells before. */
+/* Add the tests of a disc that can find an impact at this frame. Also compute when the disc is due (may have an impact)
+   again. Before this call, all discs that are due at this frame must have been put into their present cells. */
 static inline void schedule_disc(State *s, Index i) {
     const Disc *a = &s->discs[i];
     const Path *path = disc_path(s, i);
-    /* this disc never moves, so the search of another disc finds their impact */
+    /* a disc that never moves needs no search of its own, because the searches of other discs find its impacts */
     if (a->inverse_mass == 0.0 && path == NULL) {
         s->due[i] = CAROM_INF;
         return;
@@ -261,7 +259,6 @@ static inline void schedule_disc(State *s, Index i) {
     spend_work(s, CAROM_DISC_WORK + CAROM_BODY_WORK * (double)(s->counts.pair_tests - tests));
 }
 
-/* Schedule a disc, and update the time before which no disc is due. */
 static inline void reschedule_disc(State *s, Index i) {
     schedule_disc(s, i);
     s->next_due = lesser(s->due[i], s->next_due);
@@ -284,8 +281,8 @@ static inline void test_touching(State *s, Index i) {
     }
 }
 
-/* An impact at this frame has changed the velocity of a disc. Add those tests of the disc that can find an impact
-   because of the new velocity. The time at which the disc is due again is computed again at the end of the frame. */
+/* An impact at this frame has changed the velocity of a disc. Add the tests of the disc that can find an impact because
+   of the new velocity. At the end of the frame, the code computes again when the disc is due. */
 static inline void follow_impact(State *s, Index i) {
     Search *search = &s->searches[i];
     if (s->discs[i].inverse_mass == 0.0) /* impacts do not change the disc's path */
@@ -303,9 +300,9 @@ static inline void follow_impact(State *s, Index i) {
     test_touching(s, i);
 }
 
-/* After all tests of a frame, schedule the discs again whose paths impacts have changed. */
+/* After all tests of a frame, schedule again all discs whose paths impacts have changed. */
 static inline void schedule_stale(State *s) {
-    /* `add_test` ignores all tests from here on, because no further test is made at this frame */
+    /* from here on `add_test` ignores all tests, because no further test is made at this frame */
     s->pending.last = LAST_TEST;
     for (Index k = 0; k < s->stale_count; k++)
         reschedule_disc(s, s->stale_discs[k]);

@@ -1,8 +1,9 @@
 /* Separation: the bodies that a disc does not approach on its present path, regardless of rounding.
 
-   After an impact, two bodies separate until another impact changes one of the paths. On straight paths they cannot
-   approach again, except for a chain that bends or that the disc reaches from its other side. Then the disc approaches
-   another feature of the chain, or the inside of an arc. A falling disc can come back. */
+   After an impact, two bodies separate until another impact changes one of the paths. On straight paths, the two bodies
+   cannot approach again. A chain (finite wall) is an exception if it bends, or if the disc reaches it from the other
+   side. In both cases, the disc approaches another feature of the chain, or the inside of an arc. A falling disc can
+   come back. */
 
 #pragma once
 
@@ -14,8 +15,8 @@ static inline bool is_chain(const State *s, Index k) {
 
 /* ---- two discs ---- */
 
-/* Return whether disc i does not approach disc j on its present path. The same must be true of disc j for the two to
-   separate. */
+/* Return whether disc i does not approach disc j on its present path. The two discs separate only if disc j does not
+   approach disc i either. */
 static inline bool is_separating_from(const State *s, Index i, Index j) {
     const Disc *a = &s->discs[i];
     return a->inverse_mass == 0.0 || (a->last == j && s->motion != SLOWING);
@@ -23,8 +24,8 @@ static inline bool is_separating_from(const State *s, Index i, Index j) {
 
 /* Return whether two discs do not approach on their present paths.
 
-   A disc that falls onto a disc that does not fall comes back. On a table two discs that are slowed in different
-   directions may approach. */
+   A disc that falls onto an immovable disc comes back. On a table, two discs that are slowed in different directions
+   may approach. */
 static inline bool are_separating(const State *s, Index i, Index j) {
     if (s->motion == FALLING && (s->discs[i].inverse_mass == 0.0 || s->discs[j].inverse_mass == 0.0))
         return false;
@@ -44,14 +45,15 @@ static inline Index near_edge(const State *s, Index i, Index k) {
     return edge >= 0 && edge < s->chains[k].edge_count ? edge : 0;
 }
 
-/* Return the number of the feature of chain k, a side or an end of an edge, that is nearest to a position. */
+/* Return the number of the feature of chain k that is nearest to a position. Features are the sides and ends of
+   edges. */
 static inline Index feature_at(const State *s, Index k, const Nearest *nearest, double x, double y) {
     const ChainEdge *edge = &s->chains[k].edges[nearest->edge];
     return CHAIN_PARTS * (edge - s->edges) + find_part(edge, x, y);
 }
 
-/* Return a feature as recorded contacts encode it: EDGE_KINDS times the number of the edge in its chain, plus the
-   part's kind in `carom.model.trace.EdgeKind`. */
+/* Return the number with which recorded contacts encode a feature: EDGE_KINDS times the number of the edge in its
+   chain, plus the feature's kind in `carom.model.trace.EdgeKind`. */
 static inline Index recorded_edge(const State *s, Index k, Index feature) {
     const ChainEdge *edge = &s->edges[feature / CHAIN_PARTS];
     int part = (int)(feature % CHAIN_PARTS);
@@ -64,7 +66,7 @@ static inline bool is_inside_arc(const State *s, Index feature) {
 }
 
 /* Return whether disc i does not approach its nearest feature of chain k on its present path. `hit` describes the
-   feature. The disc can hit the inside of an arc again, unless it has not moved. */
+   nearest feature. A disc that has moved can hit the inside of an arc again. */
 static inline bool is_leaving_chain(const State *s, Index i, Index k, const ChainHit *hit) {
     const ChainHit *last = &s->hits[i];
     return s->motion != FALLING && s->discs[i].last == ON_WALL - k && last->feature == hit->feature &&

@@ -1,5 +1,4 @@
-/* Set-up of a run of PIT: the layout of its memory, and functions that fill this memory from the arrays of a
-   `RunInput`. */
+/* Set-up of a run of PIT: memory layout, and functions that fill the memory from a `RunInput`. */
 
 #pragma once
 
@@ -8,7 +7,8 @@
 
 /* ---- sizes ---- */
 
-/* Return whether any driven body is a disc. If `is_disc` is false, return whether any driven body is a wall. */
+/* If `is_disc` is true, return whether any driven body is a disc. If `is_disc` is false, return whether any driven body
+   is a wall. */
 static inline bool is_some_driven(const RunInput *input, bool is_disc) {
     for (Index k = 0; k < input->driven_count; k++) {
         if ((input->driven[DRIVEN_NUMBERS * k] >= 0.0) == is_disc)
@@ -17,8 +17,8 @@ static inline bool is_some_driven(const RunInput *input, bool is_disc) {
     return false;
 }
 
-/* Return the number of driven bodies that have a path. The other driven bodies are walls of which only the surface
-   moves. */
+/* Return the number of driven bodies that have a path. A driven body without a path is a wall that stays in place while
+   its surface moves. */
 static inline Index count_paths(const RunInput *input) {
     Index count = 0;
     for (Index k = 0; k < input->driven_count; k++)
@@ -27,7 +27,7 @@ static inline Index count_paths(const RunInput *input) {
 }
 
 /* Set the addresses of all arrays of a run in the block `memory`, and return their total size in bytes. If `memory` is
-   NULL, only the size is meaningful. */
+   NULL, only the returned size is meaningful. */
 static inline size_t lay_out(State *s, const RunInput *input, void *memory) {
     Arena arena = {memory, 0};
     Index discs = s->disc_count;
@@ -39,7 +39,7 @@ static inline size_t lay_out(State *s, const RunInput *input, void *memory) {
     s->chains = has_chains ? RESERVE_ROWS(&arena, Chain, walls) : NULL;
     s->edges = RESERVE_ROWS(&arena, ChainEdge, input->edge_count);
     s->hits = RESERVE_ROWS(&arena, ChainHit, has_chains ? discs : 0);
-    s->stops = can_stop(input) ? RESERVE_ROWS(&arena, Stops, discs) : NULL;
+    s->stored = has_inelastic_body(input) ? RESERVE_ROWS(&arena, StoredImpacts, discs) : NULL;
     s->slowing = RESERVE_ROWS(&arena, Slowing, s->motion == SLOWING ? discs : 0);
     s->paths = RESERVE_ROWS(&arena, Path, s->path_count);
     s->legs = RESERVE_ROWS(&arena, Leg, input->leg_count);
@@ -60,7 +60,8 @@ static inline size_t lay_out(State *s, const RunInput *input, void *memory) {
 
 /* ---- rows ---- */
 
-/* Fill the rows of driven bodies, of their legs, and of the motions of walls and surfaces. */
+/* Fill the rows of driven bodies, of the legs (straight parts) of their paths, and of the motions of walls and
+   surfaces. */
 static inline void fill_paths(State *s, const RunInput *input) {
     for (Index i = 0; i < s->disc_count && s->disc_paths != NULL; i++)
         s->disc_paths[i] = NO_PATH;
@@ -95,7 +96,6 @@ static inline void fill_paths(State *s, const RunInput *input) {
     }
 }
 
-/* Fill the rows of discs. */
 static inline void fill_discs(State *s, const RunInput *input) {
     for (Index i = 0; i < s->disc_count; i++) {
         Disc *a = &s->discs[i];
@@ -117,7 +117,6 @@ static inline void fill_discs(State *s, const RunInput *input) {
     }
 }
 
-/* Fill the rows of walls and of their edges. */
 static inline void fill_walls(State *s, const RunInput *input) {
     write_wall_laws(s->wall_laws, input);
     ChainEdge *edge = s->edges;

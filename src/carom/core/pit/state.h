@@ -1,6 +1,6 @@
 /* State of the frame-sampled loop (PIT). Read this file before the other headers of PIT.
 
-   Units are metres, metres per second and kilograms; times are seconds since the start. Walls, spins, the impact law
+   Units are metres, metres per second and kilograms. Times are in seconds since the start. Walls, spins, the impact law
    and recorded impacts are in carom_core.h. */
 
 #pragma once
@@ -12,30 +12,33 @@
 enum {
     NO_CELL = -1,
     NO_PATH = -1,
-    ON_WALL = -2,    /* `Disc.last` is ON_WALL - k if the disc hit wall k last */
-    /* largest number of levels of cells. The radius of a disc on the last level is at most 2^-15 of the largest
+    /* if a disc hit wall k last, its `Disc.last` is ON_WALL - k */
+    ON_WALL = -2,
+    /* largest number of levels of cells. The radius of each disc on the last level is at most 2^-15 of the largest
        radius */
     MAX_LEVELS = 16,
-    /* largest number of frames over which discs are advanced in one pass; the lengths of the steps between them take 4
-       KiB */
+    /* largest number of frames over which discs are advanced in one pass. The array of step lengths takes 4 KiB */
     MAX_STEPS = 512,
-    /* In the plane, two normals that are not parallel fix a velocity. A third contact is needed for a wall that is
-       stored twice. */
-    MOST_STOPS = 3,
+    /* In the plane, the components along two normals that are not parallel determine a velocity. A third contact is
+       needed if a wall is stored twice. */
+    MOST_STORED = 3,
 };
 
 /* ---- discs ---- */
 
-typedef struct Disc { /* 64 bytes, one cache line, with all data of the disc that tests with other discs read */
+typedef struct Disc { /* 64 bytes, one cache line, with all data of a disc that tests with other discs read */
     double x;         /* centre at `State.now`, in metres */
     double y;
     double vx; /* velocity */
     double vy;
     double radius;
-    double inverse_mass; /* 0 for a disc that never moves */
-    int next;            /* the next disc in its cell's list, or NOBODY */
-    int cell;            /* number of the list of cells that contains the disc, or NO_CELL */
-    /* number of the level of cells that contains the disc; larger discs are on levels with lower numbers */
+    /* 0 for a disc that never moves */
+    double inverse_mass;
+    /* the next disc in its cell's list, or NOBODY */
+    int next;
+    /* number of the list of discs that contains the disc: its index in `Grid.first`, or NO_CELL */
+    int cell;
+    /* number of the disc's level of cells; levels with lower numbers are for larger discs */
     int level;
     /* the body that the disc hit last: the number of a disc, `ON_WALL - k` for wall k, or NOBODY */
     int last;
@@ -44,27 +47,30 @@ typedef struct Disc { /* 64 bytes, one cache line, with all data of the disc tha
 typedef struct ChainHit { /* the part of a chain that a disc hit last */
     double nx;            /* unit vector from the chain to the disc at the impact */
     double ny;
-    Index feature; /* number of a part of an edge in `State.edges`: see `feature_at` in pit/separation.h */
+    Index feature; /* number of a side or an end of an edge: see `feature_at` in pit/separation.h */
 } ChainHit;
 
-typedef struct Stop { /* the last impact of a disc with a body, if it had restitution 0: see pit/contact.h */
-    /* the body: disc j as j, half-plane k as -1 - k, feature f of a chain as -1 - wall_count - f */
+/* the last impact of a disc with a body, stored if its restitution was 0: see pit/contact.h */
+typedef struct StoredImpact {
+    /* number of the body: j for disc j, -1 - k for half-plane k, -1 - wall_count - f for feature f of a chain */
     int body;
     double nx;   /* unit normal of the impact */
     double ny;
-    double gap;  /* distance of the two surfaces at the impact, in metres; negative if they overlapped */
-    double turn; /* rounding error of the direction of the normal, in radians */
-    double left; /* speed of approach that the impact has left, with its rounding error, in metres per second */
-    /* rounding errors of the relative velocity along the normal and along the tangent, in metres per second: see
-       pit/contact.h */
+    /* distance of the two surfaces at the impact, in metres; negative if they overlapped */
+    double gap;
+    /* rounding error of the direction of the normal, in radians */
+    double turn;
+    /* speed of approach just after the impact plus its rounding error, in metres per second */
+    double left;
+    /* rounding errors of the relative velocity along the normal and along the tangent, in metres per second */
     double normal_error;
     double tangent_error;
-} Stop;
+} StoredImpact;
 
-typedef struct Stops { /* impacts of one disc, oldest first */
+typedef struct StoredImpacts { /* stored impacts of one disc, oldest first */
     int count;
-    Stop last[MOST_STOPS];
-} Stops;
+    StoredImpact last[MOST_STORED];
+} StoredImpacts;
 
 typedef enum MotionKind { /* motion of all movable discs between impacts */
     STRAIGHT = 0,
@@ -78,10 +84,10 @@ typedef struct Path { /* path of a driven body */
     Index body;       /* number of the body: i for disc i, -1 - k for wall k */
     const Leg *legs;
     Index leg_count;
-    Index leg; /* number of the leg at the present frame */
+    Index leg; /* number of the leg (straight part of the path) at the present frame */
     double x;  /* for a disc: centre at the start of the run, in metres */
     double y;
-    double fastest; /* greatest speed on any leg of the path */
+    double fastest; /* greatest speed on any part of the path */
 } Path;
 
 typedef struct WallMotion { /* motion of a wall at the present frame */
@@ -93,55 +99,62 @@ typedef struct WallMotion { /* motion of a wall at the present frame */
 
 /* ---- cells ---- */
 
-typedef struct Level { /* square cells for discs of about the same size */
-    double width;      /* of a cell */
-    double leeway;     /* distance that a disc may move after it was put into its cell, in metres */
-    double reach;      /* sum of the largest radius on this level and the leeway */
-    double radius;     /* largest radius of a disc on this level */
-    /* number of cells per metre in a sweep, whose cells are smaller because a sweep needs no leeway: see sweep.h */
+/* square cells for discs of about the same size */
+typedef struct Level {
+    /* of a cell */
+    double width;
+    /* leeway: distance that a disc may move after it was put into its cell, in metres */
+    double leeway;
+    /* sum of the largest radius on this level and the leeway */
+    double reach;
+    /* largest radius of a disc on this level */
+    double radius;
+    /* number of cells per metre in a sweep (sweep.h). The cells of a sweep are smaller, because they include no
+       leeway */
     double density;
 } Level;
 
 typedef struct Grid {
-    /* first disc of each list of discs, or NOBODY. All cells of the plane share these lists */
+    /* first disc of each list of discs, or NOBODY. Each list contains the discs of several cells */
     int *first;
-    /* number of lists, a power of 2; 0 if there are so few discs that all are treated as near each other */
+    /* number of lists, a power of 2; 0 if there are so few discs that no cells are used */
     Index list_count;
     Index level_count;
     Level levels[MAX_LEVELS];
-    int *swept;      /* first disc of each list of discs in a sweep, or NOBODY */
-    int *swept_next; /* for each disc, the next disc of its list in a sweep, or NOBODY */
+    int *swept;      /* in a sweep: first disc of each list of discs, or NOBODY */
+    int *swept_next; /* in a sweep: for each disc, the next disc of its list, or NOBODY */
 } Grid;
 
 /* ---- the tests of one frame ---- */
 
-/* number of a test, which increases in the order of the tests in Algorithm 1: see pending_tests.h */
+/* number of a test; later tests in Algorithm 1 of the source paper have higher numbers: see pending_tests.h */
 typedef uint64_t Test;
 
-typedef struct Pending { /* tests that remain to be made at this frame: a binary heap with the next test on top */
+typedef struct Pending { /* tests still to be made at this frame: a binary heap whose top is the next test */
     Test *heap;
     Index count;
     Index capacity;
-    Test last; /* the last test made at this frame, or NO_TEST */
+    Test last; /* the latest test made at this frame, or NO_TEST */
 } Pending;
 
 /* ---- searches ---- */
 
 typedef struct Search { /* result of the last search for the bodies near a disc */
     Index frame;        /* number of the frame of the search, plus 1; 0 if there was no search */
-    /* index in `Touching.bodies` of the first body that the disc may touch at the frame of the search */
-    Index first;
+    Index first; /* index in `Touching.bodies` of the first body that the disc may touch at the frame of the search */
     Index count;        /* number of bodies that the disc may touch */
     bool is_stale;      /* whether an impact has changed the disc's path since the search */
 } Search;
 
-typedef struct Touching { /* bodies that the due discs may touch, disc after disc; wall k has the number -1 - k */
+/* bodies that discs with possible impacts may touch, disc after disc; wall k has the number -1 - k */
+typedef struct Touching {
     int *bodies;
     Index count;
     Index capacity;
 } Touching;
 
-typedef struct Clearance { /* clearance of a disc from walls when its centre was at (x, y) */
+/* clearance (lower bound of the distance from walls) of a disc, computed when its centre was at (x, y) */
+typedef struct Clearance {
     double x;
     double y;
     double gap; /* lower bound of the distance of (x, y) from all walls that never move, in metres */
@@ -150,13 +163,14 @@ typedef struct Clearance { /* clearance of a disc from walls when its centre was
 
 /* ---- the run ---- */
 
-/* frame k is at the time k * step / rate. Either step or rate is 1, so that only one operation rounds */
+/* frame k is at the time k * step / rate. Either `step` or `rate` is 1, so that only one operation rounds */
 typedef struct Clock {
     double step;       /* seconds */
     double rate;       /* frames per second */
 } Clock;
 
-/* linear damping (damping.h): discs are advanced in undamped time, in which they are not damped */
+/* linear damping (damping.h): discs are advanced in a transformed time, the undamped time, in which they move without
+   damping */
 typedef struct Damping {
     double rate;         /* damping rate, per second; 0 for no damping */
     Index frame;         /* the last frame whose undamped time was computed */
@@ -164,7 +178,7 @@ typedef struct Damping {
 } Damping;
 
 typedef struct Counts {
-    Index frames; /* number of frames computed or skipped so far */
+    Index frames; /* number of frames so far */
     Index tested; /* number of frames so far at which a test was made */
     Index pair_tests;
 } Counts;
@@ -174,23 +188,24 @@ typedef struct State {
     Wall *walls;              /* half-planes */
     Law *wall_laws;           /* the law of each wall */
     Chain *chains;            /* one per wall; NULL if all walls are half-planes */
-    ChainEdge *edges;         /* edges of all chains, chain by chain */
+    ChainEdge *edges;         /* edges of all chains (finite walls), chain by chain */
     ChainHit *hits;           /* part of a chain that each disc hit last; used only if there are chains */
-    Stops *stops; /* last impacts of each disc with restitution 0; NULL if no impact has restitution 0 */
+    StoredImpacts *stored; /* for each disc, its last impacts with restitution 0; NULL if no impact has restitution 0 */
     Turning *turning;         /* rotation of each disc; used only if discs spin */
-    Slowing *slowing;         /* deceleration of each disc; used only on a table */
-    Path *paths;              /* paths of all driven bodies */
-    Leg *legs;                /* legs of all paths, path by path */
+    Slowing *slowing;         /* deceleration of each disc; used only on a table that slows discs down */
+    Path *paths;
+    /* legs (straight parts) of all paths, path by path */
+    Leg *legs;
     /* number of each disc's path in `paths`; NO_PATH for a disc that is not driven. NULL if no disc is driven */
     int *disc_paths;
     WallMotion *wall_motions; /* motion of each wall; NULL if no wall and no surface moves */
-    Search *searches;         /* last search of each disc */
-    Clearance *clearances;    /* clearance of each disc */
-    /* due times: no impact of a disc is possible before its due time; INF for a disc that never moves */
+    Search *searches;
+    /* clearance of each disc: a lower bound of its distance from walls */
+    Clearance *clearances;
+    /* due time of each disc: no impact of the disc is possible before this time; INF for a disc that never moves */
     double *due;
-    int *due_discs;           /* discs that are due at this frame: they may have an impact */
-    /* discs whose searches at this frame are stale, because an impact has changed their paths since */
-    int *stale_discs;
+    int *due_discs;           /* discs whose due times have come, so that they may have an impact at this frame */
+    int *stale_discs;         /* discs whose paths impacts have changed since their searches at this frame */
     Index disc_count;
     Index wall_count;
     Index path_count;
@@ -202,26 +217,35 @@ typedef struct State {
     double deceleration;       /* deceleration of discs by the table, in metres per second squared */
     Damping damping;
     Clock clock;
-    double now;          /* time of the present frame; with damping, its undamped time */
-    double reported;     /* time of the present frame by the clock; with damping, the time that results report */
-    double next_due;     /* time before which no disc is due */
-    bool is_settled;     /* whether no impact was found at the last tested frame */
-    /* duration of the largest number of frames for which a lower bound of a disc's next impact is used, in seconds */
+    /* time of the present frame; with damping, its undamped time */
+    double now;
+    /* time of the present frame by the clock; with damping, the time that results report */
+    double reported;
+    /* time before which no disc can have an impact */
+    double next_due;
+    /* whether no impact was found at the last tested frame */
+    bool is_settled;
+    /* duration, in seconds, of the largest number of frames for which a lower bound of a disc's next impact is used */
     double frame_span;
-    /* longest time from now for which a lower bound of a disc's next impact is used, in seconds; shorter than
-       `frame_span` with damping */
+    /* longest time from now for which a lower bound of a disc's next impact is used, in seconds; with damping, shorter
+       than `frame_span` */
     double horizon;
-    double pull;         /* magnitude of gravity, rounded up */
-    double wall_size;    /* an upper bound of all coordinates and radii of walls */
-    double extra_extent; /* length that `extent_of` adds for gravity and for the paths of driven bodies, in metres */
-    bool skips;          /* whether tests that cannot find an impact are skipped */
-    Index row;           /* while all pairs are tested: the disc whose tests are next at this frame; 0 between frames */
-    double excess;       /* work that skipping tests has cost minus work that it has saved, in tests of two discs */
+    /* magnitude of gravity, rounded up */
+    double pull;
+    /* an upper bound of all coordinates and radii of walls */
+    double wall_size;
+    /* length, in metres, that `extent_of` adds for gravity and for driven bodies */
+    double extra_extent;
+    /* whether tests that cannot find an impact are skipped */
+    bool skips;
+    /* while all pairs are tested: the disc whose tests are next; 0 between frames */
+    Index row;
+    /* work that skipping tests has cost, minus work that it has saved; the unit is one test of two discs */
+    double excess;
     double first_search; /* work of scheduling all discs once, in tests of two discs */
     double max_waste;    /* largest allowed `excess`, as a multiple of `first_search` */
-    /* whether all tests are made at each frame, because `excess` was too large and must first become 0 */
-    bool pays_back;
-    double work;         /* work that may still be done in this call of `carom_pit_run`, in tests of two discs */
+    bool pays_back;      /* whether all tests are made at each frame, because `excess` was too large and is not yet 0 */
+    double work;         /* work that this call of `carom_pit_run` may still do; the unit is one test of two discs */
     bool is_out_of_memory;
     /* whether two discs have met so far from the origin that the normal cannot be computed: see
        `are_distinguishable` */
@@ -232,13 +256,13 @@ typedef struct State {
     Pending pending;
     Touching touching;
     Record record;
-    double steps[MAX_STEPS]; /* lengths of the steps to the next frames */
-    double times[MAX_STEPS]; /* times of these frames */
+    double steps[MAX_STEPS]; /* lengths of the steps to the next frames, in seconds */
+    double times[MAX_STEPS]; /* times of the next frames */
 } State;
 
 /* ---- functions for bindings, in the order of calls ---- */
 
-/* Set the sizes of a run. Return the number of bytes that it needs, or 0 if there are too many discs and walls. */
+/* Set the sizes of a run. Return the required number of bytes, or 0 if there are too many discs and walls. */
 size_t carom_pit_set_up(State *s, const RunInput *input);
 
 /* Fill the memory of a run, which must begin at a cache line. */

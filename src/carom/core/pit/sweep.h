@@ -1,9 +1,9 @@
-/* Sweep: tests all touching pairs of a frame. It does not use the time before which a disc can have no impact
-   (`State.due`). Cells are used to find touching discs, which are tested in the order of Algorithm 1.
+/* Sweep: finds all touching pairs of bodies at a frame, and tests them. A sweep does not use the times before which
+   discs can have no impact (`State.due`). Touching discs are found by means of cells, and tested in the order of
+   Algorithm 1 of the source paper.
 
-   If most discs are due at most frames, a sweep costs less than computing when each disc is due again. The cells are
-   filled for the positions at one frame only, so they need no leeway. Discs of about the same size are on one level of
-   cells. */
+   If most discs may have an impact at most frames, a sweep costs less than computing when each disc may have its next
+   impact. The cells are filled for a single frame, so discs need no leeway (distance that they may move). */
 
 #pragma once
 
@@ -22,8 +22,8 @@ static inline void note_overlap(State *s, const Disc *a, Index j) {
         add_touching(s, j);
 }
 
-/* Add the discs on one level of cells that disc i may touch or overlap to `State.touching`. The cells contain only
-   discs with numbers above i at this time. */
+/* For one level of cells, add the discs that disc i may touch or overlap to `State.touching`. At this time, the cells
+   contain only discs with numbers above i. */
 static inline void sweep_level(State *s, Index i, Index level) {
     const Grid *g = &s->grid;
     const Disc *a = &s->discs[i];
@@ -46,7 +46,6 @@ static inline void sweep_level(State *s, Index i, Index level) {
     }
 }
 
-/* Put disc i into its cell for the sweep. */
 static inline void sweep_into_cell(State *s, Index i) {
     Grid *g = &s->grid;
     const Disc *a = &s->discs[i];
@@ -56,10 +55,10 @@ static inline void sweep_into_cell(State *s, Index i) {
     g->swept[list] = (int)i;
 }
 
-/* Find the discs j > i that each disc i touches. */
+/* For each disc i, find the discs j > i that it touches. */
 static inline void sweep_discs(State *s) {
     s->touching.count = 0;
-    memset(s->grid.swept, 0xFF, (size_t)s->grid.list_count * sizeof(int)); /* the value is NOBODY */
+    memset(s->grid.swept, 0xFF, (size_t)s->grid.list_count * sizeof(int)); /* the bytes 0xFF are the number NOBODY */
     for (Index i = s->disc_count - 1; i >= 0; i--) {
         Index first = s->touching.count;
         for (Index level = 0; level < s->grid.level_count; level++)
@@ -69,7 +68,6 @@ static inline void sweep_discs(State *s) {
     }
 }
 
-/* Sort a few numbers. */
 static inline void sort_numbers(int *numbers, Index count) {
     for (Index k = 1; k < count; k++) {
         int number = numbers[k];
@@ -80,8 +78,8 @@ static inline void sort_numbers(int *numbers, Index count) {
     }
 }
 
-/* Test disc i with the discs that it may touch. A disc can be in their list twice, because two cells may share a
-   list. */
+/* Test disc i with the discs that it may touch. A disc can be found twice, because two cells may share a list of
+   discs. */
 static inline void test_swept(State *s, Index i) {
     int *bodies = &s->touching.bodies[s->searches[i].first];
     Index count = s->searches[i].count;
@@ -112,7 +110,6 @@ static inline bool is_apart_from_walls(State *s, Index i) {
     return bound_clearance(s, i, extent) > 0.0;
 }
 
-/* Test disc i with all walls. */
 static inline void test_walls(State *s, Index i) {
     bool is_apart = is_apart_from_walls(s, i);
     if (is_apart && s->wall_motions == NULL)

@@ -1,19 +1,19 @@
-/* Falls of a gap between two bodies: the instants at which a polynomial in time of degree 4 or less becomes negative.
+/* Falls of a gap between two bodies: the instants at which the gap, a polynomial in time of degree 4 or less, becomes
+   negative.
 
-   The roots are found in three stages. Each stage accepts only results that its error bounds prove. There are no
-   tolerances.
+   Roots are found in three stages. Each stage accepts only results that its error bounds prove.
 
    1. With coefficients in floats, find intervals that contain one root each. For most gaps that never close, this stage
       proves that there is no root.
-   2. With coefficients in pairs of floats, find the intervals that floats cannot find, such as those of near grazes.
-      Refine every root until its nearest float is certain.
-   3. For cases that remain undecided, call the caller's exact solver: for double roots, and for gaps whose terms are
-      too large or too small for floats.
+   2. With coefficients in pairs of floats, find the intervals that floats cannot find, for example near a graze. Refine
+      every root until its nearest float is certain.
+   3. Call the caller's exact solver for cases that remain undecided: double roots, and gaps whose terms are too large
+      or too small for floats.
 
-   Results are bit-identical to those of the exact solver, `find_falls` in `carom/core/exact_quartic.py`;
-   root_refinement.h explains how. A fall is a root at which the gap becomes negative. A root at which the gap only
-   touches 0 is a graze without overlap, and not a fall. A gap that is 0 now and becomes negative has a fall now. A gap
-   that is negative now must become positive before it can fall. */
+   Results are bit-identical to those of the exact solver, `find_falls` in `carom/core/exact_quartic.py`, as
+   root_refinement.h explains. A root at which the gap only touches 0 is a graze without overlap, and not a fall. A gap
+   that is 0 now and becomes negative has a fall now. A gap that is negative now must become positive before it can
+   fall. */
 
 #pragma once
 
@@ -28,8 +28,8 @@
 enum {
     MOST_FALLS = 2, /* largest number of falls at t > 0 of a polynomial of degree 4 */
     UNKNOWN_SIGN = 2,
-    /* largest number of successive intervals; the error bound of a polynomial in pairs of floats covers a shift of its
-       origin for each */
+    /* largest number of successive intervals; the error bound of a polynomial in pairs of floats includes a shift of
+       its origin for each interval */
     MOST_INTERVALS = 8,
 };
 
@@ -37,16 +37,16 @@ enum {
 typedef struct Falls {
     const ExactQuartic *exact;
     const Gap *gap;
-    Polynomial floats; /* the gap in floats, divided by the highest power of t by which it is divisible */
+    Polynomial floats; /* the gap in floats, divided by the highest possible power of t */
     PairPolynomial pairs;
-    int dropped; /* exponent of this power of t */
-    int start;   /* sign of the gap just after t = 0; 0 if no fall remains, for example because the gap stays 0 */
+    int dropped; /* exponent of the power of t by which the gap is divided */
+    int start;   /* sign of the gap just after t = 0; 0 if no fall remains, for example if the gap stays 0 */
     bool has_pairs;
     bool falls_now; /* whether the gap is 0 now and becomes negative */
     bool is_closed; /* whether the gap is exactly 0 now, although its rounded coefficients may give another value */
     bool needs_exact;
     bool has_times;
-    int index; /* number of the fall that `next_fall` returns next, from 0 */
+    int index; /* number of the next fall that `next_fall` returns, from 0 */
     int count; /* number of entries in `times` */
     double times[MOST_FALLS];
 } Falls;
@@ -59,7 +59,7 @@ static inline void need_pairs(Falls *falls) {
     }
 }
 
-/* Call the exact solver. */
+/* Call the exact solver with the index of a fall, or with QUARTIC_SIGN. */
 static CAROM_NOINLINE double solve_exactly(const Falls *falls, int index) {
     Products products;
     products.from = 0.0;
@@ -73,8 +73,8 @@ static CAROM_NOINLINE double solve_exactly(const Falls *falls, int index) {
 
 /* ---- the stages ---- */
 
-/* Return whether each coefficient, except power 0, certainly has the sign `start` or is 0. Then the polynomial has no
-   root t > 0. `error` is the bound of a coefficient's error, relative to its `size`. */
+/* Return whether all coefficients except power 0 certainly have the sign `start` or are 0. Then the polynomial has no
+   root t > 0. `error` is the bound of a coefficient's error, divided by the coefficient's `size`. */
 static inline bool keeps_sign(const Polynomial *p, int start, double error) {
     bool keeps = true;
     for (int k = 1; k <= p->degree; k++)
@@ -85,9 +85,8 @@ static inline bool keeps_sign(const Polynomial *p, int start, double error) {
 /* With coefficients in pairs of floats, find intervals that contain one of the first `most` roots t > 0 each. Return
    the number of intervals or QUARTIC_UNDECIDED.
 
-   The search begins with the interval from 0 to `end`. The search goes on with intervals each of which begins at the
-   end of the previous one. For each, the polynomial is converted so that it counts time from the beginning of the
-   interval. */
+   The first interval that is searched is from 0 to `end`. Each further interval begins at the end of the previous one.
+   For each interval, the polynomial is converted to count time from the beginning of the interval. */
 static inline int isolate_roots_of_pairs(const PairPolynomial *p, int start, double end, int most,
                                          Bracket *brackets) {
     PairPolynomial rest = *p;
@@ -115,7 +114,7 @@ static inline int isolate_roots_of_pairs(const PairPolynomial *p, int start, dou
     return QUARTIC_UNDECIDED;
 }
 
-/* Find intervals that contain one root each, with floats or, if that fails, with pairs of floats. If there is a root,
+/* Find intervals that contain one root each, with floats or, if floats fail, with pairs of floats. If there is a root,
    `falls->pairs` is set, even if floats were sufficient. */
 static inline int isolate_in_stages(Falls *falls, int most, Bracket *brackets) {
     double scale = time_scale(&falls->floats, falls->start), doubt;
@@ -176,8 +175,8 @@ static inline int find_all_falls(Falls *falls, double *times) {
 
 /* ---- falls in their order ---- */
 
-/* Return the exact sign of coefficient k, computed by an exact sum of products. If a product exceeds the range of
-   floats, or if the gap does not count time from now, return UNKNOWN_SIGN. */
+/* Return the exact sign of coefficient k, from an exact sum of products. If a product exceeds the range of floats, or
+   if the gap does not count time from now, return UNKNOWN_SIGN. */
 static CAROM_NOINLINE int exact_sign_of_power(const Falls *falls, int k) {
     Products products = {.from = 0.0};
     double terms[2 * MOST_PRODUCTS];
@@ -214,8 +213,8 @@ static inline int sign_of_gap(Falls *falls) {
     return sign == UNKNOWN_SIGN ? (int)solve_exactly(falls, QUARTIC_SIGN) : sign;
 }
 
-/* Prepare a search for the falls of a gap. Next, the caller must set `falls->floats`, or both `falls->floats` and
-   `falls->pairs`. */
+/* Prepare a search for the falls of a gap. After this call, the caller must set `falls->floats`, or both
+   `falls->floats` and `falls->pairs`. */
 static inline void begin_falls(Falls *falls, const ExactQuartic *exact, const Gap *gap) {
     falls->exact = exact;
     falls->gap = gap;
@@ -257,7 +256,7 @@ static inline double next_fall(Falls *falls) {
         return 0.0;
     }
     const int number = index - falls->falls_now;
-    /* the gap becomes negative and positive alternately */
+    /* the gap alternately becomes negative and positive */
     const int most = (falls->floats.degree + (falls->start > 0)) / 2;
     if (number >= most || keeps_sign(&falls->floats, falls->start, CAROM_ERROR)) {
         CAROM_STAGE_DECIDED(1);

@@ -1,15 +1,15 @@
-/* Three forms of a polynomial in time of degree 4 or less: with coefficients in floats, in pairs of floats, and as
-   exact sums of products.
+/* Three forms of a polynomial in time of degree 4 or less: its coefficients are floats, pairs of floats, or exact sums
+   of products.
 
-   The polynomial is a gap between two bodies, in m^2 for circles, and t is in seconds. In this folder, "power k" means
-   the coefficient of t^k. Power 0 is stored first. The float form is computed first. The functions of a `Gap` compute
-   the other forms when they are needed.
+   The polynomial is a gap between two bodies, in m^2 for circles, and t is in seconds. In this folder, "power k" is the
+   coefficient of t^k. Power 0 is stored first. The float form is computed first. The functions of a `Gap` compute the
+   other forms when they are needed.
 
-   - `Polynomial`: each power has an error of at most CAROM_ERROR times its `size`, the sum of the magnitudes of its
-     terms.
+   - `Polynomial`: each power has an error of at most CAROM_ERROR times its `size`. The `size` is the sum of the
+     magnitudes of its terms.
    - `PairPolynomial`: each power is a pair of floats, with an error of at most CAROM_QUARTIC_PAIR_ERROR times its
      `size`. If the terms of a power nearly cancel, `size` may be smaller than the sum of their magnitudes.
-   - `Products`: each power as an exact sum of products of two input numbers. */
+   - `Products`: each power is an exact sum of products of two input numbers. */
 
 #pragma once
 
@@ -17,7 +17,7 @@
 
 enum {
     QUARTIC_POWERS = 5,
-    /* largest number of products in one power: 4 * 4 from each of two squared sums of four parts, and 2 * 2 from one
+    /* largest number of products in one power: 4 * 4 for each of two squared sums of four parts, and 2 * 2 for one
        squared sum of two parts */
     MOST_PRODUCTS = 36,
 };
@@ -43,7 +43,7 @@ typedef struct Product {
 typedef struct Products {
     /* instant from which the gap counts time: solvers must expand the polynomial in powers of t - from */
     double from;
-    bool is_closed; /* whether solvers must replace power 0 by 0 after this expansion */
+    bool is_closed; /* whether solvers must then replace power 0 by 0 */
     int count[QUARTIC_POWERS];
     Product products[QUARTIC_POWERS][MOST_PRODUCTS];
 } Products;
@@ -55,12 +55,12 @@ typedef struct Gap {
     const void *source;
 } Gap;
 
-/* The caller's function `solve`, which must not be NULL, computes results exactly for numbers of any size.
+/* The caller's function `solve` computes exact results for numbers of any size. `solve` must not be NULL.
 
-   The gap may close at several instants, which are numbered from 0. `solve` returns the instant with the number
-   `index`, in seconds after `from`, or infinity if there is no such instant. In Python, `find_closings` of
-   `carom/core/exact_quartic.py` computes these instants. For the index QUARTIC_SIGN, `solve` ignores `is_closed` and
-   returns the sign of the polynomial at `from`: -1, 0 or 1. */
+   The instants at which the gap closes are numbered from 0. `solve` returns instant number `index`, in seconds after
+   `from`, or infinity if the gap closes less often. In Python, `find_closings` of `carom/core/exact_quartic.py`
+   computes these instants. For the index QUARTIC_SIGN, `solve` ignores `is_closed` and returns the sign of the
+   polynomial at `from`: -1, 0 or 1. */
 typedef struct ExactQuartic {
     double (*solve)(void *context, const Products *gap, int index);
     void *context;
@@ -70,8 +70,8 @@ enum { QUARTIC_SIGN = -1 };
 
 /* ---- products ---- */
 
-/* Add (the sum of `a`) times (the sum of `b`) times `factor` to a power of the polynomial, as single products. `factor`
-   is a power of two or its negative. Products that are 0 are left out. */
+/* Add `factor` times the sum of `a` times the sum of `b` to a power of the polynomial, as single products. `factor` is
+   a power of two or its negative. Products that are 0 are omitted. */
 static inline void add_products(Products *products, int power, const double *a, int a_count, const double *b,
                                 int b_count, double factor) {
     for (int i = 0; i < a_count; i++) {

@@ -3,13 +3,12 @@
 
    The half line t >= 0 is mapped to 0 <= s <= 1 by t = c s / (1 - s), so that s = 1/2 is the instant c. The polynomial,
    of degree n, is multiplied by (1 - s)^n. The result is a polynomial in s with Bernstein coefficients b. By Descartes'
-   rule, the polynomial has no root in the interval if all b have one sign, and exactly one if they change sign once.
-   Otherwise the interval is halved by de Casteljau's algorithm, which computes means of neighbouring coefficients. The
-   sign of a coefficient is certain only if its magnitude exceeds its error bound. If an uncertain sign prevents a
+   rule, the polynomial has no root in the interval if all b have one sign, and exactly one if they change sign once. In
+   other cases, the interval is halved by de Casteljau's algorithm, which computes means of neighbouring coefficients.
+   The sign of a coefficient is certain only if its magnitude exceeds its error bound. If an uncertain sign prevents a
    decision, the result is QUARTIC_UNDECIDED. The result is correct for any c. If c is near a minimum of the polynomial,
-   few halvings are needed. The search in pairs of floats uses finite intervals instead of the half line, and falls.h
-   proceeds from one interval to the next. So that search also succeeds for roots that differ by many orders of
-   magnitude.
+   few halvings are needed. The search in pairs of floats uses a series of finite intervals instead of the half line
+   (falls.h). So it also succeeds for roots that differ by many orders of magnitude.
 
    Source: R. T. Farouki, "The Bernstein polynomial basis: a centennial retrospective", Comput. Aided Geom. Des. 29
    (2012), sections 4.3 and 5.2. */
@@ -20,7 +19,7 @@
 
 enum {
     QUARTIC_UNDECIDED = -1,
-    MOST_HALVINGS = 52, /* largest number of halvings for one polynomial; CAROM_BERNSTEIN_ERROR covers this many */
+    MOST_HALVINGS = 52, /* largest number of halvings for one polynomial; CAROM_BERNSTEIN_ERROR includes this many */
     MOST_PAIR_HALVINGS = 120,
     MOST_WAITING = MOST_HALVINGS / 2, /* largest number of intervals on the stack of intervals to be searched */
     MOST_PAIRS_WAITING = MOST_PAIR_HALVINGS / 2,
@@ -53,8 +52,8 @@ typedef enum SignChanges {
     SEVERAL_CHANGES, /* several, or an unknown number because signs are uncertain */
 } SignChanges;
 
-/* Return how many times the sign changes along the Bernstein coefficients b of an interval. `error` is a bound of their
-   errors. `first` and `last` are the signs of the first and the last coefficient, or 0 if they are not known. */
+/* Return how many times the sign changes along the Bernstein coefficients b of an interval, whose errors are at most
+   `error`. `first` and `last` are the signs of the first and the last coefficient, or 0 if they are not known. */
 static CAROM_ALWAYS_INLINE SignChanges count_sign_changes(const double *b, int degree, double error, int first,
                                                           int last) {
     const unsigned all = (2u << degree) - 1u;
@@ -68,8 +67,8 @@ static CAROM_ALWAYS_INLINE SignChanges count_sign_changes(const double *b, int d
     negative |= (unsigned)(first < 0) | ((unsigned)(last < 0) << degree);
     if (positive == all || negative == all)
         return NO_CHANGE;
-    /* There is exactly one change if the first coefficients have one sign and the others have the other sign. At the
-       change, one coefficient may be uncertain, since either of its signs leaves one change. */
+    /* There is exactly one change if the first coefficients have one sign, and the rest have the other sign. One
+       coefficient at the change may be uncertain, because either of its signs leaves one change. */
     unsigned low = positive & 1u ? positive : negative, not_high = all & ~(positive & 1u ? negative : positive);
     bool is_one = (low & (low + 1u)) == 0u && (not_high == low || not_high == 2u * low + 1u) && low != 0u;
     return is_one && not_high != all ? ONE_CHANGE : SEVERAL_CHANGES;
@@ -83,8 +82,8 @@ typedef struct BernsteinPiece {
     double end;
 } BernsteinPiece;
 
-/* Write the Bernstein coefficients of the whole interval 0 <= s <= 1. For each coefficient, the magnitudes of its terms
-   have a sum. Return the largest of these sums, to which error bounds are relative. */
+/* Write the Bernstein coefficients of the whole interval 0 <= s <= 1. Each coefficient is a sum of terms. Return the
+   largest sum of the magnitudes of these terms. Error bounds are relative to this number. */
 static CAROM_ALWAYS_INLINE double write_bernstein(const Polynomial *p, const int n, double scale, double *b) {
     double power = 1.0, largest = 0.0;
     for (int k = 0; k <= n; k++) {
@@ -112,7 +111,7 @@ static CAROM_ALWAYS_INLINE void halve_piece(BernsteinPiece *piece, BernsteinPiec
     second->begin = piece->end = 0.5 * (piece->begin + piece->end);
 }
 
-/* Do what `isolate_roots` does, for a polynomial of degree n. */
+/* Return the result of `isolate_roots` for a polynomial of degree n. */
 static CAROM_ALWAYS_INLINE int isolate_roots_of_degree(const Polynomial *p, const int n, int start, double scale,
                                                        int most, Bracket *brackets, double *doubt) {
     *doubt = scale;
@@ -151,7 +150,7 @@ static CAROM_ALWAYS_INLINE int isolate_roots_of_degree(const Polynomial *p, cons
 
 /* Find brackets of the first `most` roots t > 0, in ascending order. Return their number or QUARTIC_UNDECIDED.
 
-   `start` is the exact sign of the polynomial at 0, and `scale` is the instant c that is explained at the top of this
+   `start` is the exact sign of the polynomial at 0, and `scale` is the instant c of the comment at the top of this
    file. If an uncertain sign prevents a result, `doubt` is set to about the instant at which the polynomial is nearly
    0. */
 static inline int isolate_roots(const Polynomial *p, int start, double scale, int most, Bracket *brackets,
@@ -169,8 +168,8 @@ typedef struct BernsteinPairPiece {
     double end;
 } BernsteinPairPiece;
 
-/* Write the Bernstein coefficients of the interval from 0 to `width`, multiplied by 12. For each number written, the
-   magnitudes of its terms have a sum. Return the largest of these sums, to which error bounds are relative. */
+/* Write the Bernstein coefficients of the interval from 0 to `width`, multiplied by 12. Each result is a sum of terms.
+   Return the largest sum of the magnitudes of these terms. Error bounds are relative to this number. */
 static inline double write_pair_bernstein(const PairPolynomial *p, double width, DoubleDouble *b) {
     const int n = p->degree;
     DoubleDouble term[QUARTIC_POWERS];
@@ -293,7 +292,7 @@ static inline double last_turn(const Polynomial *p) {
     return t;
 }
 
-/* Return approximately the first instant at which some other term is as large as the constant term; infinity for
+/* Return approximately the first instant at which any other term is as large as the constant term; infinity if there is
    none. */
 static inline double first_balance(const Polynomial *p) {
     double largest = 0.0; /* inverse of the first instant at which a term is as large as the constant term */
@@ -305,8 +304,8 @@ static inline double first_balance(const Polynomial *p) {
     return 1.0 / largest;
 }
 
-/* Return approximately the last instant at which the term of the highest power is balanced by a term of opposite sign
-   and equal size; 0 for none. */
+/* Return approximately the last instant at which a term of opposite sign is as large as the term of the highest power;
+   0 if there is none. */
 static inline double last_balance(const Polynomial *p) {
     double largest = 0.0;
     for (int k = 0; k < p->degree; k++) {
@@ -318,8 +317,8 @@ static inline double last_balance(const Polynomial *p) {
     return largest;
 }
 
-/* Return the root of the polynomial's derivative near an instant, accurate to the last place. If no root is found near
-   the instant, return the instant. */
+/* Return the root of the polynomial's derivative near an instant, accurate to the last place. If no root is near the
+   instant, return the instant. */
 static inline double sharpen_turn(const PairPolynomial *p, const Polynomial *floats, double near_turn) {
     const int n = p->degree;
     double t = near_turn;
@@ -337,13 +336,13 @@ static inline double sharpen_turn(const PairPolynomial *p, const Polynomial *flo
     return t;
 }
 
-/* Return an instant c between the roots, so that few halvings are needed. For a gap that becomes smaller and opens
+/* Return an instant c between the roots, with which few halvings are needed. For a gap that becomes smaller and opens
    again, c is about the time of the smallest gap. */
 static inline double time_scale(const Polynomial *p, int start) {
     double turn = (p->power[p->degree] > 0.0) == (start > 0) ? last_turn(p) : 0.0;
     if (!(turn > 0.0))
         return 1.5 * last_balance(p);
     if (fabs(p->power[1]) * turn < 0x1p-6 * fabs(p->power[0]))
-        return greater(turn, first_balance(p)); /* before `first_balance`, only the constant term matters */
+    return greater(turn, first_balance(p)); /* before `first_balance`, only the constant term matters */
     return turn;
 }

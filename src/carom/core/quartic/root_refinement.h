@@ -1,9 +1,9 @@
-/* Refinement and rounding of a root of a polynomial of degree 4 or less. A bracket, an interval that contains only this
-   root, is known. The root is refined to twice the precision of floats.
+/* Refinement and rounding of a root of a polynomial of degree 4 or less. The root is the only one in a known interval,
+   its bracket. The root is refined to twice the precision of floats.
 
    First the root is approximated in floats. Then the polynomial is evaluated in pairs of floats, so that the correction
-   by Newton's method has a relative error of about 2^-45. An error bound of the root follows from bounds of the
-   derivatives near it. */
+   by Newton's method has a relative error of about 2^-45. Bounds of the derivatives near the root give a bound of its
+   error. */
 
 #pragma once
 
@@ -28,8 +28,8 @@ typedef struct QuarticRoot {
 static inline double approximate_root(const Polynomial *p, const Bracket *bracket) {
     double begin = bracket->begin, end = bracket->end;
     Derivatives first = derivatives_at(p, begin), last = derivatives_at(p, end);
-    /* Begin with the root of the parabola that has the same value and derivatives as the polynomial at an end of the
-       bracket. */
+    /* The first approximation is the root of a parabola, which has the same value and derivatives as the polynomial at
+       one end of the bracket. */
     bool is_last = fabs(last.value) < fabs(first.value);
     Derivatives at = is_last ? last : first;
     double root = sqrt(greater(at.rate * at.rate - 4.0 * at.value * at.half_bend, 0.0));
@@ -50,13 +50,13 @@ static inline double approximate_root(const Polynomial *p, const Bracket *bracke
     return t;
 }
 
-/* Find the root in a bracket as accurately as pairs of floats allow. Return whether an error bound of the root was
-   found. `floats` must be `p`, rounded to floats. */
+/* Find the root in a bracket as accurately as pairs of floats allow. Return whether a bound of its error was found.
+   `floats` must be `p`, rounded to floats. */
 static inline bool refine_quartic_root(const PairPolynomial *p, const Polynomial *floats, const Bracket *bracket,
                                        QuarticRoot *root) {
     const int n = p->degree;
-    /* The ends of a bracket are rounded instants. A root found very near to an end may therefore be the root of a
-       neighbouring bracket. */
+    /* The ends of a bracket are rounded instants. So a root very near to an end may be the root of a neighbouring
+       bracket. */
     const double least = bracket->begin * (1.0 + 0x1p-48), most = bracket->end * (1.0 - 0x1p-48);
     double begin = bracket->begin, end = bracket->end;
     double t = approximate_root(floats, bracket);
@@ -77,8 +77,8 @@ static inline bool refine_quartic_root(const PairPolynomial *p, const Polynomial
         double slope = fabs(rate);
         double change = -at.value.high / rate;
         double reach = 4.0 * (fabs(change) + at.error / slope);
-        /* Within `reach` of t the derivative changes by less than a quarter, so the interval from t - reach to t +
-           reach contains exactly one root. */
+        /* Within `reach` of t, the derivative changes by less than a quarter. So exactly one root is between t - reach
+           and t + reach. */
         double doubt = rate_error + bend * reach;
         if (doubt <= 0.25 * slope && reach <= 0x1p-8 * t && t - reach > least && t + reach < most) {
             double part = doubt / slope + 0x1p-50;
@@ -114,12 +114,12 @@ static inline bool round_quartic_root(const QuarticRoot *root, double *time) {
 
 /* The exact solver isolates all roots t > 0 in intervals whose ends are binary fractions. The solver begins with (0, 1]
    and doubles the end until the interval contains the next root. Then the solver halves the interval until the interval
-   contains no other root, and further until the ends agree to 55 bits. The result is the rounded middle. For the first
-   root the result is the nearest float. The interval of a later root begins at the end of the interval before it, so
-   the result may be a neighbour of the nearest float. The functions below find the same result from roots that are
-   known to twice the precision of floats. */
+   contains no other root and the ends agree to 55 bits. The result is the rounded middle. For the first root, the
+   result is the nearest float. The interval of a later root begins at the end of the previous interval, so the result
+   may be a neighbour of the nearest float. The functions below find the same result from roots that are known to twice
+   the precision of floats. */
 
-/* Return -1 if a root is certainly before an instant, 1 if the root is certainly after the instant, and otherwise 0. */
+/* Return -1 if a root is certainly before an instant, 1 if it is certainly after the instant, and 0 if neither. */
 static inline int compare_root(const QuarticRoot *root, double t) {
     double away = root->time - t;
     double difference = away + root->rest;
@@ -128,7 +128,7 @@ static inline int compare_root(const QuarticRoot *root, double t) {
 }
 
 /* Halve an interval around a root as the exact solver does, and write the rounded middle of the last part. Return
-   whether the error bound of the root proves the result. */
+   whether the bound of the root's error proves the result. */
 static inline bool round_by_halving(double low, double high, const QuarticRoot *root, double *time) {
     DoubleDouble width = two_diff(high, low);
     int halvings;
@@ -166,8 +166,8 @@ static inline bool round_by_halving(double low, double high, const QuarticRoot *
     return true;
 }
 
-/* Write the times of the roots that are falls, rounded as the exact solver rounds them. All given roots must be above
-   0. Return their number or QUARTIC_UNDECIDED. */
+/* Write the times of the falls among the roots (roots at which the polynomial becomes negative), rounded as the exact
+   solver rounds them. All given roots must be above 0. Return the number of falls or QUARTIC_UNDECIDED. */
 static inline int round_falls(const QuarticRoot *roots, int count, double *times) {
     double low = 0.0, high = 1.0;
     int falls = 0;
@@ -209,8 +209,8 @@ static inline bool is_certainly_nonzero(const PairPolynomial *p, const Polynomia
     return fabs(at.value.high) > at.error;
 }
 
-/* Return whether no end of the intervals in which the exact solver isolates the first root is itself a root. The exact
-   solver treats such an end differently. */
+/* Return whether the exact solver isolates the first root with intervals whose ends are no roots. For an end that is a
+   root, the exact solver computes another result. */
 static inline bool is_grid_clear(const PairPolynomial *p, const Polynomial *floats, const QuarticRoot *first) {
     double low = 0.0, high = 1.0;
     while (compare_root(first, high) >= 0)
@@ -221,7 +221,7 @@ static inline bool is_grid_clear(const PairPolynomial *p, const Polynomial *floa
             return false;
         double middle = 0.5 * (low + high);
         int order = compare_root(first, middle);
-        if (order == 0) /* the root is so near to `middle` that it rounds to `middle` */
+        if (order == 0) /* the root is so near to `middle` that it is rounded to `middle` */
             return true;
         is_new = order < 0;
         if (is_new)

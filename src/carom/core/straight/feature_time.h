@@ -1,26 +1,28 @@
-/* Time of impact of a disc on any feature of a wall, in straight uniform motion; the gap between a disc and a feature;
-   and the normal of a disc that touches a feature.
+/* Time of impact of a disc on any feature (part of a wall) in straight uniform motion. Also the gap between a disc and
+   a feature, and the normal of a disc that touches a feature.
 
    line_time.h computes the times for half-planes and faces. A vertex is a full circle of radius 0. A vertex or the
-   outside of an arc is hit like a fixed disc: at the earlier root of |d + u t| = R, where R is the sum of the arc's
-   radius, its half width and the disc's radius. The inside is hit at the later root, where R is the arc's radius minus
-   the half width and the disc's radius:
+   outside of an arc is hit as a fixed disc is: at the earlier root of |d + u t| = R. Here d is the position of the disc
+   relative to the arc's centre, u is its velocity, and R is the sum of the arc's radius, its half width and the disc's
+   radius. The inside is hit at the later root, where R is the arc's radius minus the half width and the disc's radius:
 
        a = u.u,   b = d.u,   c = d.d - R^2,   D = b^2 - a c,
        t = (-b + sqrt(D)) / a    for b <= 0,        t = -c / (b + sqrt(D))    for b > 0.
 
-   In these formulas for the later root, no terms cancel, because c <= 0 inside. For a disc that has just left the
-   inside, c is exactly 0, although the rounded value may differ. The next impact is one chord later: t = -2 b / a. Each
-   result is one of the two floats next to the exact value. If the disc has no normal speed after the impact, b is 0,
-   too. The disc then glides along the arc: it stays in contact without an impact.
+   No terms cancel in these formulas for the later root, because c <= 0 inside. For a disc that has just left the
+   inside, c is exactly 0, although the rounded value may differ. The next impact is then at t = -2 b / a, at the other
+   end of the disc's straight path through the arc. Each result is one of the two floats next to the exact value. If the
+   disc has no normal speed after the impact, b is 0, too. The disc then glides along the arc: it stays in contact
+   without an impact.
 
    The disc hits the arc if the point of contact is in the arc's sector. If rounding errors leave this undecided, the
-   disc hits the arc. At such a point it touches the arc at the same time as the arc's end or the adjoining edge.
+   disc hits the arc. The decision does not matter, because the disc then touches the arc at the same time as the arc's
+   end or the adjoining edge.
 
-   The centre of a disc that touches the inside of an arc, or moves from a straight edge onto it, may be outside the
-   circle of radius R by one unit in the last place. If its path then never enters the circle (D < 0), the path is the
-   arc's tangent up to rounding, and the disc glides along the arc. The disc also glides if its path is a chord of this
-   circle that is so short that it may result from rounding errors of the velocity. */
+   If a disc touches the inside of an arc, or moves from a straight edge onto it, rounding may place its centre outside
+   the circle of radius R. If the disc's path then never enters the circle (D < 0), the disc glides along the arc. The
+   disc also glides if its path through the circle is so short that it may result from rounding errors of the
+   velocity. */
 
 #pragma once
 
@@ -30,7 +32,7 @@
 
 typedef struct Touch {
     double time; /* seconds until the disc touches the feature; CAROM_INF for never */
-    bool glides; /* whether the disc then glides along the tangent: contact without an impact */
+    bool glides; /* whether the disc then glides along the arc: contact without an impact */
 } Touch;
 
 /* Where a disc's path begins, relative to a feature. */
@@ -40,13 +42,13 @@ typedef enum PathStart {
     JUST_STOPPED = 2 /* the path begins with an impact on this feature, after which the disc has no normal speed */
 } PathStart;
 
-/* A coordinate after a time, and the rounded change of the coordinate during this time. */
+/* A coordinate at a later time, and the rounded change of the coordinate until this time. */
 typedef struct MovedCoordinate {
     DoubleDouble coordinate;
     double change;
 } MovedCoordinate;
 
-/* Return the distance of a disc's centre from an arc's centre when the disc touches the arc. If the disc does not fit
+/* Return the distance between the centres of a disc and an arc when the disc touches the arc. If the disc does not fit
    inside, the result is 0 or less. */
 static inline DoubleDouble reach_of(const Mover *disc, const Feature *arc) {
     DoubleDouble thick = two_sum(disc->radius, arc->half_width);
@@ -56,8 +58,8 @@ static inline DoubleDouble reach_of(const Mover *disc, const Feature *arc) {
     return two_sum(total.high, total.low + (arc->size.low + thick.low));
 }
 
-/* Return the cross product of the vector from an arc's centre to its end (fx, fy) and the position (x, y), with an
-   error bound. `moved_x` and `moved_y` are the changes from which the position was computed. */
+/* Return the cross product of the vector from an arc's centre to its end (fx, fy) and the position (x, y), with a bound
+   of its error. The position was computed from an earlier position and the changes `moved_x` and `moved_y`. */
 static inline Bounded turn_to(DoubleDouble fx, DoubleDouble fy, DoubleDouble x, DoubleDouble y, double moved_x,
                               double moved_y) {
     double moved = fabs(fx.high * moved_y) + fabs(fy.high * moved_x);
@@ -92,8 +94,8 @@ static inline MovedCoordinate coordinate_after(DoubleDouble x, DoubleDouble u, d
     return (MovedCoordinate){two_sum(total.high, total.low + (x.low + (way.low + time * u.low))), way.high};
 }
 
-/* Return whether a disc, now at (x, y) relative to an arc's centre, is in the arc's sector after a time. For a gliding
-   disc at the end of the arc at which it leaves the sector, return false. */
+/* Return whether a disc, now at (x, y) relative to an arc's centre, is in the arc's sector after a time. Return false
+   for a gliding disc at the end of the arc at which it leaves the sector. */
 static inline bool is_in_sector_at(const Feature *arc, DoubleDouble x, DoubleDouble y, const Mover *disc, double time,
                                    bool glides) {
     if (arc->whole)
@@ -128,8 +130,8 @@ static inline double outer_arc_time(const Mover *disc, const Feature *arc) {
     return is_in_sector_at(arc, x, y, disc, time, false) ? time : CAROM_INF;
 }
 
-/* Return the later time at which the centre is on the circle of radius `reach`, and whether the path only touches this
-   circle (`glides`). If there is no such time after now, return infinity. */
+/* Return the later time at which the disc's centre is on the circle of radius `reach`, and whether the path only
+   touches this circle (`glides`). If this time is not in the future, return infinity. */
 static inline Touch later_root(DoubleDouble x, DoubleDouble y, const Mover *disc, DoubleDouble reach, DoubleDouble a,
                                DoubleDouble b, DoubleDouble c) {
     DoubleDouble d = accurate_discriminant((Encounter){x, y, disc->ux, disc->uy, reach}, b, c, a);
@@ -143,8 +145,8 @@ static inline Touch later_root(DoubleDouble x, DoubleDouble y, const Mover *disc
     return (Touch){-linear_root((DoubleDouble){total.high, total.low + (root.low - b.low)}, a), false};
 }
 
-/* Return when a disc enters an arc's sector while it overlaps the arc from inside; infinity for never. The disc's
-   centre never enters the circle of radius `reach`. */
+/* Return when a disc that overlaps an arc from inside enters the arc's sector; infinity for never. The disc's centre
+   never enters the circle of radius `reach`. */
 static inline Touch sector_entry(const Feature *arc, DoubleDouble x, DoubleDouble y, const Mover *disc,
                                  DoubleDouble reach) {
     DoubleDouble fx = arc->ex;
@@ -211,10 +213,8 @@ typedef struct Direction {
     double y;
 } Direction;
 
-/* Return when a disc touches a feature.
-
-   A disc on a straight path can return to the feature at which the path begins only if this feature is the inside of an
-   arc. */
+/* Return when a disc touches a feature. A disc on a straight path can return to the feature at which the path begins
+   only if this feature is the inside of an arc. */
 static inline Touch feature_time(const Mover *disc, const Feature *feature, PathStart start) {
     if (feature->kind == INNER_ARC)
         return inner_arc_time(disc, feature, start);
@@ -245,7 +245,7 @@ static inline Direction normal_at(const Feature *feature, const Mover *disc) {
 /* Return the distance of a disc's rim from a feature, along the normal.
 
    The radius of an arc may be far larger than all other lengths. The difference of two distances from the arc's centre
-   would then have a large rounding error, so the gap is computed from the difference of their squares. */
+   would have a large rounding error. So the gap is computed from the difference of their squares. */
 static inline double feature_gap(const Mover *disc, const Feature *f) {
     if (f->kind == PLANE) {
         return wall_gap(disc->x.high, disc->y.high, disc->radius, f->x.high, f->y.high, f->nx, f->ny).high;

@@ -1,24 +1,23 @@
 /* Time of impact of a disc in straight uniform motion on the line of a half-plane, or on a face.
 
    HALF-PLANES. Points p on the free side of the wall have (p - q).n >= 0, with a point q and a unit normal n. q and n
-   are used exactly as given in floats. The disc's rim has the gap (p - q).n - r, which closes at the speed -v.n. The
-   time of impact is gap over speed. Offsets and products are pairs of floats without rounding errors, because the gap
-   is a small difference near contact. With plain floats it would have errors of up to 1e14 units in the last place. The
-   time is accurate to 2 units in the last place, for lengths and speeds between 1e-250 and 1e290.
+   are used exactly as given in floats. For a disc of radius r, position p and velocity v, the rim has the gap (p - q).n
+   - r, which closes at the speed -v.n. The time of impact is gap over speed. The gap is a small difference near
+     contact. In plain floats, its error could be 1e14 units in the last place. So offsets and products are pairs of
+     floats without rounding errors. The time is accurate to 2 units in the last place, for lengths and speeds between
+     1e-250 and 1e290.
 
    FACES. A face is one side of a straight edge of a finite wall. Let e be the vector from its start to its end, l the
-   length of e, d the offset of the disc's centre from the start, and R the half width plus the disc's radius. The gap
-   between rim and face, and the speed at which it changes, satisfy
+   length of e, d the offset of the disc's centre from the start, u the disc's velocity, and R the half width plus the
+   disc's radius. The gap between rim and face, and the speed at which it changes, satisfy
 
        gap l = e x d - R l,   speed l = e x u.
 
    The time of impact is -gap / speed, accurate to 1 unit in the last place. The vector e is not normalised, so no
    rounded normal is involved. The foot of a disc is the point of the face's line that is nearest to the disc's centre.
-   The disc touches the face if its foot is on the edge at that time. At the end of a face, where it adjoins the rounded
-   vertex, the wall's outline has no kink. So rounding there does not matter: an impact on the face and an impact on the
-   vertex are the same. The signs of gap and speed are exact.
-
-   Lengths are in metres, velocities in metres per second, times in seconds. */
+   The disc touches the face if its foot is on the edge at that time. At its end, a face continues without a kink as the
+   rounded vertex. So rounding there does not matter: an impact on the face and an impact on the vertex are the same.
+   The signs of gap and speed are exact. */
 
 #pragma once
 
@@ -27,7 +26,7 @@
 
 /* ---- half-planes ---- */
 
-/* Add `a` times a component of a normal to a sum. The components 0 and 1 have faster branches, because most walls are
+/* Add `a` times a component of a normal to a sum. The components 0 and 1 are computed faster, because most walls are
    parallel to an axis. */
 static inline TripleDouble add_along(TripleDouble total, double a, double component) {
     if (component == 0.0)
@@ -58,8 +57,8 @@ static inline double linear_root(DoubleDouble gap, DoubleDouble speed) {
     return t - (((gap.high + product.high) + product.low) + (gap.low + t * speed.low)) / speed.high;
 }
 
-/* Return the seconds until a disc touches a wall: 0 if it approaches while it touches or overlaps the wall, infinity if
-   it never touches it. */
+/* Return the seconds until a disc touches a wall: 0 if it approaches while it touches or overlaps the wall, infinity
+   for never. */
 static inline double wall_time(double x, double y, double vx, double vy, double radius, double qx, double qy, double nx,
                                double ny) {
     Bounded toward = approach(vx, vy, nx, ny);
@@ -96,8 +95,8 @@ static inline DoubleDouble face_gap(const Mover *disc, const Feature *face) {
     DoubleDouble gap = round_sum(add_pair_product(total, negate(face->size), reach));
     if (fabs(gap.high) > CAROM_DOUBTFUL_GAP * (face->size.high * reach.high))
         return gap;
-    /* The gap is the quotient of (e x d)^2 - R^2 e.e, which contains no rounded root, and e x d + R l, which is not
-       near 0. */
+    /* The gap is ((e x d)^2 - R^2 e.e) / (e x d + R l). The numerator contains no rounded root, and the denominator is
+       not near 0. */
     DoubleDouble squares = negate(exact_discriminant((Encounter){x, y, face->ex, face->ey, reach}));
     DoubleDouble cross = cross_product(face->ex, face->ey, x, y);
     DoubleDouble root = pair_product(face->size, reach);
@@ -117,9 +116,9 @@ static inline bool is_before_face(const Mover *disc, const Feature *face) {
     return inner_product(face->ex, face->ey, x_from_end, y_from_end).high <= 0.0;
 }
 
-/* Return the signed distance, along a face's line, from a given point of the line to the disc's foot when the disc
-   touches the line. The distance is multiplied by the face's length and the speed of approach, and is computed in
-   double precision. */
+/* Return the distance, along a face's line, from a given point of the line to the disc's foot when the disc touches the
+   line. The foot is the point of the line nearest to the disc's centre. The distance has a sign, is multiplied by the
+   face's length and the speed of approach, and is computed in double precision. */
 static inline Bounded foot_beyond(const Mover *disc, const Feature *face, double x, double y) {
     double size = face->size.high, reach = disc->radius + face->half_width;
     double ux = disc->ux.high, uy = disc->uy.high;
@@ -130,7 +129,7 @@ static inline Bounded foot_beyond(const Mover *disc, const Feature *face, double
                      2.0 * CAROM_ERROR * terms + CAROM_NEGLIGIBLE};
 }
 
-/* Return whether a disc that approaches a face's line certainly touches the line beyond an end of the edge. */
+/* Return whether a disc that approaches a face's line certainly touches the line outside of the edge. */
 static inline bool is_certainly_beside(const Mover *disc, const Feature *face) {
     Bounded from_start = foot_beyond(disc, face, face->x.high, face->y.high);
     Bounded from_end = foot_beyond(disc, face, face->fx.high, face->fy.high);
@@ -154,7 +153,7 @@ static inline bool is_between_ends(const Mover *disc, const Feature *face) {
     return round_sum(past_start).high <= 0.0 && 0.0 <= round_sum(past_end).high;
 }
 
-/* Return the seconds until a disc touches a face, infinity for never. */
+/* Return the seconds until a disc touches a face; infinity for never. */
 static inline double face_time(const Mover *disc, const Feature *face) {
     double one = face->ex.high * disc->uy.high;
     double other = face->ey.high * disc->ux.high;

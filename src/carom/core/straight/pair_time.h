@@ -6,21 +6,20 @@
 
        a t^2 + 2 b t + c = 0,   a = u.u,   b = d.u,   c = d.d - R^2.
 
-   They collide at the earlier root t = c / (-b + sqrt(D)), with D = b^2 - a c = a R^2 - (d x u)^2. Three conditions
-   must be true: they approach (b < 0), are apart (c > 0) and do not miss each other (D > 0). There are three steps,
-   each with its own guarantee:
+   The discs collide at the earlier root t = c / (-b + sqrt(D)), with D = b^2 - a c = a R^2 - (d x u)^2. A collision
+   needs three conditions: the discs approach (b < 0), are apart (c > 0) and do not miss each other (D > 0). There are
+   three steps, each with its own guarantee:
 
-   1. The plain form evaluates b, c and D in double precision. It decides a condition only if the quantity exceeds the
-      bound of its rounding error.
-   2. The root of a collision is refined by one step. Near the contact, the remainder |d + u t|^2 - R^2 is computed
-      without cancellation: each operand is split into a part on a common grid, whose square is exact, and a small rest.
-      The step also finds whether its error is certainly below 2 units in the last place.
-   3. The error-free form computes the cases that the first two steps leave undecided. It uses sums of exact products,
-      scaled by powers of two. If the products nearly cancel, so that the rounding error of their sum is too large,
-      exact sums are used.
+   1. The plain form evaluates b, c and D in double precision. This form decides a condition only if the quantity
+      exceeds the bound of its rounding error.
+   2. The root of a collision is refined by one step. This step computes |d + u t|^2 - R^2 without cancellation. Each
+      operand is split into a part on a common grid, whose square is exact, and a small rest. The step also finds
+      whether its error is certainly below 2 units in the last place.
+   3. The error-free form computes the cases that the first two steps leave undecided. The error-free form uses sums of
+      exact products, scaled by powers of two. If the products nearly cancel, so that rounding their sum in steps is too
+      inaccurate, exact sums are used.
 
-   docs/theory/pic.md derives the bounds. There are no tolerances for times or distances. Lengths are in metres,
-   velocities in metres per second, times in seconds. */
+   docs/theory/pic.md derives the bounds. Lengths are in metres, velocities in m/s, times in seconds. */
 
 #pragma once
 
@@ -72,7 +71,7 @@ static inline Bounded separation(double dx, double dy, double reach) {
 }
 
 /* Return whether two discs certainly do not collide within `wait` seconds. The first test uses that the time of impact
-   is at least c / (-2 b). */
+   is at least c / (-2 b), with b and c from the top of this file. */
 static inline bool is_passed(double dx, double dy, double ux, double uy, double reach, double wait) {
     Bounded b = approach(dx, dy, ux, uy);
     if (b.value > b.error)
@@ -98,7 +97,8 @@ static inline DoubleDouble advance_coordinate(DoubleDouble t, DoubleDouble p, Do
 /* Refine an approximate root, which has at least 22 correct bits, by one step. Each operand is split into a part on a
    common grid, whose square is exact, and a small rest.
 
-   Return CAROM_UNCERTAIN unless the result is certainly the earlier root, accurate to 2 units in the last place. */
+   Return the earlier root, accurate to 2 units in the last place. If this accuracy is not certain, return
+   CAROM_UNCERTAIN. */
 static inline double refine_root(double guess, Encounter e) {
     DoubleDouble t = split_double(guess);
     double radius = e.reach.high;
@@ -116,13 +116,13 @@ static inline double refine_root(double guess, Encounter e) {
     double gap =
         ((hx * hx + hy * hy) - hr * hr) + (2.0 * ((hx * lx + hy * ly) - hr * lr) + ((lx * lx + ly * ly) - lr * lr));
     double closing = -(px * e.ux.high + py * e.uy.high);
-    /* A distant graze can have a closing speed of exactly 0. The result is then CAROM_UNCERTAIN. */
+    /* In a distant graze, the closing speed can be exactly 0. The result is then CAROM_UNCERTAIN. */
     double inverse = 1.0 / (closing + (closing == 0.0 ? 1.0 : 0.0));
     double step = gap * inverse;
     double bend = ((e.ux.high * e.ux.high + e.uy.high * e.uy.high) * step) * inverse;
     double speed = fabs(e.ux.high) + fabs(e.uy.high);
     double extent = fabs(e.x.high) + fabs(e.y.high) + guess * speed;
-    /* Conditional values are used instead of `&&`, so that the processor has no branch to predict. */
+    /* Conditional values are used instead of `&&`, so that the processor need not predict branches. */
     double root = guess + 0.5 * step * (1.0 + bend * (0.25 + 0.125 * bend));
     root = closing >= 0x1p-10 * (radius * speed) ? root : CAROM_UNCERTAIN;
     root = extent <= 0x1p34 * radius ? root : CAROM_UNCERTAIN;
@@ -237,8 +237,8 @@ static inline DoubleDouble exact_discriminant(Encounter e) {
     return exact_sum(terms, count);
 }
 
-/* Return D by whichever of the two formulas above is accurate for the given b, c and a. If the discs are apart (c > 0),
-   the sign of D decides whether they collide; it is then exact. */
+/* Return D by the one of the two formulas above that is accurate for the given b, c and a. If the discs are apart (c >
+   0), the sign of D is exact, because it decides whether they collide. */
 static inline DoubleDouble accurate_discriminant(Encounter e, DoubleDouble b, DoubleDouble c, DoubleDouble a) {
     double largest = a.high * (e.reach.high * e.reach.high), terms = b.high * b.high;
     bool is_near = c.high < 0.0 || terms < largest;
@@ -262,8 +262,8 @@ static inline double exact_pair_time(Encounter e) {
     e.ux = scale_pair(e.ux, -pace);
     e.uy = scale_pair(e.uy, -pace);
     DoubleDouble b = inner_product(e.x, e.y, e.ux, e.uy);
-    /* If one component of the velocity is below 2^-1022 of the other, scaling can make it 0, and then b = 0. The sign
-       of b without scaling is still correct. */
+    /* If one component of the velocity is less than 2^-1022 times the other, scaling can make it 0, and then b = 0. The
+       sign of b without scaling is still correct. */
     if (!(b.high < 0.0) && !(b.high == 0.0 && e.x.high * ux + e.y.high * uy < 0.0))
         return CAROM_INF;
     DoubleDouble c = excess(e.x, e.y, e.reach);
@@ -281,8 +281,8 @@ static inline double exact_pair_time(Encounter e) {
 
 /* Return the seconds until two discs collide, from their relative position and velocity.
 
-   The result is 0 if they approach while they touch or overlap, and infinity if they never collide. If the discs only
-   graze each other without any overlap (D = 0), they exchange no momentum, so the graze is not an impact. */
+   The result is 0 if the discs approach while they touch or overlap, and infinity if they never collide. If the discs
+   only graze each other without any overlap (D = 0), they exchange no momentum, so the graze is not an impact. */
 static inline double meeting_time(Encounter e) {
     Bounded b = approach(e.x.high, e.y.high, e.ux.high, e.uy.high);
     if (b.value > b.error)

@@ -1,8 +1,8 @@
 /* Input and output of a run in WebAssembly: arrays of floats, identified by kind, and single numbers, identified by
    name.
 
-   `carom/web/wasm_core.js` has the names of these enums in the same order. Only one run exists at a time: `begin_input`
-   frees the memory of the previous run. */
+   `carom/web/wasm_core.js` has the same names in the same order. Only one run exists at a time, because
+   `begin_input` frees the memory of the previous run. */
 
 #pragma once
 
@@ -19,9 +19,9 @@ typedef enum Array { /* the arrays of `RunInput` */
     MASSES,
     SPINS,
     INERTIAS,
-    WALLS,     /* used if the walls are the obstacles */
-    FEATURES,  /* used if the features are the obstacles */
-    MATERIALS, /* used if there are features */
+    WALLS,     /* used if obstacles are whole walls */
+    FEATURES,  /* used if obstacles are features */
+    MATERIALS, /* used together with FEATURES */
     DRIVEN,
     LEGS,
     GROUNDS,
@@ -50,7 +50,7 @@ typedef enum Number {
     NUMBERS,
 } Number;
 
-/* the numbers that a run returns: addresses and counts of rows, the ending, and times of the clock */
+/* the numbers that a run returns: addresses and counts of rows, the run's ending, and times */
 typedef enum Result {
     IMPACTS, /* address of rows of `Impact` */
     IMPACT_COUNT,
@@ -66,7 +66,7 @@ typedef enum Result {
     NOW_LOW,
     EPOCH,
     EPOCH_REST,
-    IS_TOO_FAR, /* whether two discs have met so far from the origin that the normal cannot be computed */
+    IS_TOO_FAR, /* whether two discs have met too far from the origin to compute the normal of their impact */
     RESULTS,
 } Result;
 
@@ -79,8 +79,7 @@ typedef struct Input {
 extern Input carom_input;
 extern double carom_results[RESULTS];
 
-/* The function that all runs use as `Resize`. `carom_resize` never frees memory; `begin_input` frees all memory at
-   once. */
+/* The `Resize` function of all runs. The function never frees memory. `begin_input` frees all memory at once. */
 void *carom_resize(void *memory, size_t used, size_t size);
 
 /* Return the input of a run of either solver. */
@@ -103,7 +102,7 @@ static inline RunInput run_input(void) {
         .driven_count = lengths[DRIVEN] / DRIVEN_NUMBERS,
         .leg_count = lengths[LEGS] / LEG_NUMBERS,
         .has_spins = n[HAS_SPINS] != 0.0,
-        .has_finite_walls = true, /* so that the positions of all impacts are recorded; the page draws them */
+        .has_finite_walls = true, /* then the positions of all impacts are recorded, which the page draws */
         .has_acceleration = n[GRAVITY_X] != 0.0 || n[GRAVITY_Y] != 0.0 || n[TABLE_DECELERATION] != 0.0,
         .gravity = {n[GRAVITY_X], n[GRAVITY_Y]},
         .deceleration = n[TABLE_DECELERATION],

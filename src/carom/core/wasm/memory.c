@@ -8,14 +8,14 @@
 
 enum { PAGE = 65536, ALIGNMENT = 64 };
 
-extern unsigned char __heap_base; /* set by the linker; the memory from here on is free */
+extern unsigned char __heap_base; /* the memory from here on is free; the linker sets this address */
 
 Input carom_input;
 double carom_results[RESULTS];
 
 static uintptr_t used_end; /* end of the allocated memory */
 
-/* Return a block of memory, or NULL if there is no more. */
+/* Return a block of memory, or NULL if there is not enough memory. */
 static void *allocate(size_t size) {
     uintptr_t begin = used_end;
     uintptr_t pages = (uintptr_t)__builtin_wasm_memory_size(0);
@@ -29,7 +29,7 @@ static void *allocate(size_t size) {
 }
 
 /* The old block stays allocated until the next run begins. Arrays of up to 2^22 rows at least double their size when
-   they grow. So their old blocks together take at most as much memory as the present block. */
+   they grow. So all old blocks together take at most as much memory as the current block. */
 void *carom_resize(void *memory, size_t used, size_t size) {
     void *block = size == 0 ? NULL : allocate(size);
     if (block != NULL && used > 0)
@@ -75,8 +75,7 @@ double ldexp(double x, int exponent) {
         x *= 0x1p1023;
         exponent -= 1023;
     }
-    /* If the final result is above the smallest float, steps of 2^-969 keep all bits, so that only the last step
-       rounds. */
+    /* Steps of 2^-969 keep all bits if the final result is above the smallest float. So only the last step rounds. */
     for (int k = 0; k < 2 && exponent < -1022; k++) {
         x *= 0x1p-969;
         exponent += 969;
@@ -103,8 +102,7 @@ double frexp(double x, int *exponent) {
     return x;
 }
 
-/* JavaScript calls this function instead of multiplying by powers of two, which would round results below 2^-1022
-   twice. */
+/* JavaScript calls this function. A multiplication by powers of two there would round results below 2^-1022 twice. */
 CAROM_EXPORT("times_power") double times_power(double x, int exponent) {
     return ldexp(x, exponent);
 }

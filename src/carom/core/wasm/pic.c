@@ -25,7 +25,7 @@ static double solve_quartic(void *context, const Products *gap, int index) {
 
 static State state;
 
-/* Begin a run with the present input, and record all impacts. Return false if there is no memory. */
+/* Begin a run with the current input, and record all impacts. Return false if there is not enough memory. */
 CAROM_EXPORT("begin_pic") bool begin_pic(void) {
     RunInput input = run_input();
     input.exact = (ExactQuartic){solve_quartic, NULL};
@@ -56,7 +56,7 @@ CAROM_EXPORT("advance_pic") void advance_pic(double until, Index impacts) {
     carom_results[IS_TOO_FAR] = state.counts.too_far > 0;
 }
 
-/* Return x, y, vx and vy of each disc at a time since the present epoch. If discs spin, their spins follow. */
+/* Return x, y, vx and vy of each disc at a time since the current epoch began. If discs spin, their spins follow. */
 CAROM_EXPORT("states_pic") double *states_pic(double time, double time_low) {
     double *states = carom_resize(NULL, 0, (size_t)state.disc_count * 5 * sizeof(double));
     if (states != NULL) {

@@ -29,7 +29,7 @@ CAROM_EXPORT("latest_undamped") double latest_undamped(double rate, double time)
 
 /* ---- a run ---- */
 
-/* Begin a run with the present input. Return false if there is no memory. */
+/* Begin a run with the current input. Return false if there is not enough memory. */
 CAROM_EXPORT("begin_pit") bool begin_pit(void) {
     RunInput input = run_input();
     size_t size = carom_pit_set_up(&state, &input);
@@ -40,7 +40,7 @@ CAROM_EXPORT("begin_pit") bool begin_pit(void) {
     return true;
 }
 
-/* Compute the frames with numbers below `until`, and write `carom_results`. Return false if there is no memory. */
+/* Compute all frames before frame `until`, and write `carom_results`. Return false if there is not enough memory. */
 CAROM_EXPORT("advance_pit") bool advance_pit(Index until) {
     while (state.counts.frames < until && !state.is_out_of_memory && !state.is_too_far) {
         state.work = 0x1p30;

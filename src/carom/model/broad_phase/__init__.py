@@ -2,12 +2,13 @@
 
 The discs are split into halves repeatedly, along the longer side of the box around their centres. The halves form a
 tree. Each node stores the box of its discs, their largest reach and their lowest number. The search for one disc starts
-at the root, and skips every node that is out of reach or contains only higher numbers. So the search is fast for every
-arrangement of discs, such as lines or a few far discs, and for radii of all sizes. Immovable discs have a tree of their
-own. Overlaps among them cost no time, since the search starts only from movable discs.
+at the root. The search skips every node that is out of reach or contains only higher numbers. So the search is fast for
+every arrangement of discs, such as lines or a few far discs, and for radii of all sizes. Immovable discs have a tree of
+their own. The search starts only from movable discs, so overlaps among immovable discs cost no time.
 
-Two discs are near if a comparison of floats is true. Rounding is monotone, so if the comparison is false for a node, it
-is false for all of its discs. So exactly those pairs are found that a comparison of all pairs would find.
+Two discs are near if a comparison of floats is true. A node of the tree is skipped if this comparison is false for the
+node's box. Rounding is monotone, so the comparison is then false for all discs of the node. The search therefore finds
+exactly those pairs that a comparison of all pairs finds.
 """
 
 from __future__ import annotations
@@ -21,25 +22,25 @@ Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Pairs = tuple[NDArray[np.intp], NDArray[np.intp]]
 
-#: Number of distances between discs and walls that are computed together. More would take too much memory.
+#: Number of distances between discs and walls that are computed at once. A larger number would take too much memory.
 _DISTANCES = 2**20
 
 
 def find_near_pairs(position_m: Floats, reach_m: Floats, movable: Flags) -> Iterator[Pairs]:
-    """Yield all pairs of discs whose distance is at most the sum of their reaches. At least one of the two is movable.
+    """Yield all pairs of discs whose distance is at most the sum of their reaches, except pairs of immovable discs.
 
     The pairs are yielded in blocks. A block has at most 65,536 pairs more than there are discs. Blocks are ordered by
-    the second disc, so a caller that needs only the first pairs can stop early. A pair whose sum of reaches
-    is negative is never near. The test is ``dx * dx + dy * dy <= reach * reach``, in floats.
+    the second disc, so a caller that needs only the first pairs can stop early. A pair with a negative sum of reaches
+    is never near. The test is ``dx * dx + dy * dy <= reach * reach``, in floats.
 
     Args:
         position_m: Centres, in metres, shape ``(n, 2)``.
-        reach_m: Reach of each disc, in metres, shape ``(n,)``: its radius plus half of the gap at which discs are still
-            near.
+        reach_m: Reach of each disc, in metres, shape ``(n,)``: its radius plus half of the largest gap between discs
+            that are near.
         movable: Whether an impact moves a disc, shape ``(n,)``.
 
     Yields:
-        Lower and higher disc number of each pair. Within a block, pairs have no order.
+        Lower and higher disc number of each pair. The pairs of a block are in no particular order.
     """
     from carom.model.broad_phase import tree
 
@@ -51,7 +52,7 @@ def find_near_pairs(position_m: Floats, reach_m: Floats, movable: Flags) -> Iter
 
 
 def find_near_walls(position_m: Floats, reach_m: Floats, movable: Flags, walls: Floats) -> Iterator[Pairs]:
-    """Yield the pairs of a movable disc and a half-plane wall within its reach. Discs behind a wall are also near.
+    """Yield pairs of a movable disc and a half-plane wall within its reach. Discs behind a wall are also near.
 
     Args:
         position_m: Centres, in metres, shape ``(n, 2)``.
@@ -60,7 +61,7 @@ def find_near_walls(position_m: Floats, reach_m: Floats, movable: Flags, walls: 
         walls: A point and the unit normal of each wall, shape ``(w, 4)``.
 
     Yields:
-        Numbers of the disc and the wall of each pair, sorted by disc and then by wall.
+        Disc numbers and wall numbers of the pairs, sorted by disc and then by wall.
     """
     if not len(walls):
         return

@@ -1,4 +1,4 @@
-"""Compiled search for near pairs of discs. A tree contains the discs, and is searched once for each disc.
+"""Compiled search for near pairs of discs. The discs form a tree, which is searched once for each disc.
 
 `carom.model.broad_phase` explains the search.
 """
@@ -9,8 +9,8 @@ from cython cimport final
 from libc.stdlib cimport free, malloc
 
 cdef enum:
-    CAPACITY = 1 << 16  # room for pairs is one per disc plus this number
-    LEAF = 8  # largest number of discs in a leaf; smaller leaves make the tree larger, larger leaves the search longer
+    CAPACITY = 1 << 16  # a result has memory for as many pairs as there are discs, plus this number
+    LEAF = 8  # largest number of discs in a leaf; with fewer the tree is larger, with more the search is slower
 
 cdef struct Item:  # data of a disc that the search compares; 32 bytes
     double x
@@ -18,15 +18,15 @@ cdef struct Item:  # data of a disc that the search compares; 32 bytes
     double reach
     Py_ssize_t number
 
-cdef struct Node:  # ranges of all discs below a node of the tree; 48 bytes
+cdef struct Node:  # bounds of all discs below a node of the tree; 48 bytes
     double low_x  # smallest x of the centres
     double high_x
     double low_y
     double high_y
-    double reach  # largest
+    double reach  # largest reach of these discs
     Py_ssize_t lowest  # smallest number of these discs
 
-cdef struct Tree:  # the discs of node k are halved; its children, nodes 2 k + 1 and 2 k + 2, contain one half each
+cdef struct Tree:  # the discs of node k are halved; the nodes 2 k + 1 and 2 k + 2 have one half each
     Item* items
     Node* nodes
     Py_ssize_t count
@@ -43,7 +43,7 @@ cdef inline bint is_near(double dx, double dy, double reach) noexcept nogil:
 
 
 cdef inline double distance_to(double low, double high, double x) noexcept nogil:
-    """Return the distance of `x` from an interval."""
+    """Return the distance of `x` from the interval from `low` to `high`."""
     if x < low:
         return low - x
     return x - high if x > high else 0.0
@@ -54,8 +54,8 @@ cdef inline double coordinate(const Item* item, bint is_x) noexcept nogil:
 
 
 cdef void split(Item* items, Py_ssize_t begin, Py_ssize_t end, Py_ssize_t middle, bint by_x) noexcept nogil:
-    """Order items so that no item before `middle` has a larger coordinate than any item from there on."""
-    cdef unsigned long long random = 1  # state of a generator of random pivots: no order of items is always slow
+    """Reorder items so that those before `middle` have no larger coordinate than those from `middle` on."""
+    cdef unsigned long long random = 1  # pivots are random, so that no order of items is always slow
     cdef Py_ssize_t low = begin, high = end - 1, i, j
     cdef double pivot
     cdef Item item
@@ -83,7 +83,7 @@ cdef void split(Item* items, Py_ssize_t begin, Py_ssize_t end, Py_ssize_t middle
 
 
 cdef void build(Tree* tree, Py_ssize_t k, Py_ssize_t begin, Py_ssize_t end) noexcept nogil:
-    """Build node `k` and all nodes below it. The items are halved along the longer side of the box of their centres."""
+    """Build node `k` and all nodes below it. Items are halved along the longer side of the box around their centres."""
     cdef Node* node = &tree.nodes[k]
     cdef const Item* item
     cdef Py_ssize_t i, middle
@@ -109,7 +109,7 @@ cdef void build(Tree* tree, Py_ssize_t k, Py_ssize_t begin, Py_ssize_t end) noex
 
 
 cdef bint find(const Tree* tree, Py_ssize_t k, Py_ssize_t begin, Py_ssize_t end, Item disc, Pairs* pairs) noexcept nogil:
-    """Add the pairs of a disc with discs of lower numbers in node `k`. Return False if there is no room for them."""
+    """Add the pairs of `disc` with lower-numbered discs of node `k`. Return False if the array of pairs is full."""
     cdef const Node* node = &tree.nodes[k]
     cdef Py_ssize_t i, middle
     if node.lowest >= disc.number or not is_near(
@@ -133,7 +133,7 @@ cdef bint find(const Tree* tree, Py_ssize_t k, Py_ssize_t begin, Py_ssize_t end,
 
 
 cdef Py_ssize_t node_count(Py_ssize_t items):
-    """Return the number of nodes of a complete tree for a number of items."""
+    """Return the number of nodes of a complete tree for the given number of items."""
     cdef Py_ssize_t leaves = 1
     while items > LEAF * leaves:
         leaves *= 2
@@ -180,14 +180,14 @@ cdef class Search:
             free(self.trees[kind].nodes)
 
     def pairs(self, Py_ssize_t begin):
-        """Return the pairs whose higher number is `begin`, and the pairs with larger higher numbers if they fit.
+        """Return the pairs whose higher number is `begin`, and as many pairs with larger higher numbers as fit.
 
         Returns:
-            Two arrays with the lower and the higher number of each pair, in no particular order; and the value of
+            Two arrays with the lower and the higher number of each pair, in no particular order. Then the value of
             `begin` for the next call.
         """
         cdef Py_ssize_t i, done, n = self.position.shape[0]
-        # This capacity is usually sufficient: there are far more near pairs than discs only if many discs overlap.
+        # This capacity is usually sufficient. Only if many discs overlap are there far more near pairs than discs.
         cdef Py_ssize_t capacity = max(1, min(n * (n - 1) // 2, n + CAPACITY))
         cdef Py_ssize_t[::1] first = np.empty(capacity, np.intp), second = np.empty(capacity, np.intp)
         cdef Pairs pairs = Pairs(&first[0], &second[0], 0, capacity)
@@ -208,7 +208,7 @@ cdef class Search:
         return first.base[: pairs.count], second.base[: pairs.count], i
 
     cdef bint find_all(self, Pairs* pairs) noexcept nogil:
-        """Add all pairs in the order of the trees, which uses the cache well. Return False if there is no room."""
+        """Add all pairs in the order of the trees, which reads memory in order. Return False if the array is full."""
         cdef Py_ssize_t kind, k
         for kind in range(2):
             for k in range(self.trees[kind].count):
@@ -217,9 +217,9 @@ cdef class Search:
         return True
 
     cdef bint find_of(self, Item disc, bint movable, Pairs* pairs) noexcept nogil:
-        """Add the pairs of one disc with discs of lower numbers. Return False if there is no room for them.
+        """Add the pairs of one disc with lower-numbered discs. Return False if the array of pairs is full.
 
-        Pairs of two immovable discs are not returned. Immovable discs may overlap, so there may be many such pairs.
+        Pairs of two immovable discs are not added.
         """
         cdef const Tree* tree
         cdef Py_ssize_t kind

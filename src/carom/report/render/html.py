@@ -1,7 +1,7 @@
 """Renderer of documents as one HTML file.
 
-The file loads no other files, and every name in it is escaped. The content security policy of the page only allows the
-report's own script, which is identified by a hash.
+The HTML file loads no other files, and every name in the file is escaped. The content security policy of the page only
+allows the report's own script, which is identified by a hash.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ _SCRIPTS = {Replays: (*_REPLAY, "table.js"), Figures: ("chart.js",), Table: ("ro
 #: Number of table columns that fit on a phone.
 _MOST_ACROSS = 3
 
-#: Export keywords of modules. They are removed, because a page joins all scripts into one.
+#: Export keywords of modules, which are removed because a page joins all scripts into one.
 _EXPORT = re.compile(r"^export (?:\{[^}]*\};\n)?", re.MULTILINE)
-#: Imports, comment lines and indentation of modules. They are removed from pages. This does not change strings, because
-#: no string of a module spans several lines.
+#: Imports, comment lines and indentation of modules, which are removed from pages. No string of a module spans several
+#: lines, so the removal does not change strings.
 _IMPORT = re.compile(r'^import \{[^}]*\} from "\./\w+\.js";\n|^ *//[^\n]*\n|^ +', re.MULTILINE)
 
 
@@ -114,7 +114,7 @@ def build_content_policy(script: str) -> str:
 
 
 def _pack_rows(table: Table) -> str:
-    """Return a table's packed data for `rows.js`. A cell is a text, or an object if it has other fields."""
+    """Return a table's packed data for `rows.js`. A cell becomes a text, or an object if the cell has other fields."""
     columns, rows = table.select_for(Media.PAGE)
     heads = [[column.line, column.number] for column in columns]
     return pack_data({"columns": heads, "rows": [[_pack_cell(cell) for cell in row] for row in rows]})

@@ -1,4 +1,4 @@
-"""Conversion of lines of results.jsonl from format 2 to format 3, which has other words for diverged runs."""
+"""Conversion of lines of results.jsonl from format 2 to 3. The formats differ in the words for diverged runs."""
 
 from __future__ import annotations
 

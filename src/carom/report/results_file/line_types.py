@@ -38,11 +38,11 @@ class Summary:
 
     Attributes:
         rows: Number of the following lines.
-        verdicts: Meaning of each verdict by name. They are stored, because other versions of Carom may have other
-            verdicts.
+        verdicts: Meaning of each verdict by name. The meanings are stored, because other versions of Carom may have
+            other verdicts.
         scenes: Values of each scene by name.
-        sampling: PIT's errors with each step size of each scene. All runs with this scene and step size are compared
-            with them.
+        sampling: PIT's errors for each scene and step size. All runs with this scene and step size are compared with
+            PIT's errors.
     """
 
     format: int
@@ -77,7 +77,7 @@ class OutcomeComparison:
 class RowLine:
     """A line of the file after the first one: the result for a scene, a method and a step size.
 
-    If there was no run, its values are null.
+    If there was no run, all values of a run are null.
 
     Attributes:
         tried: Settings by which the user replaced settings of the profile.
@@ -87,7 +87,7 @@ class RowLine:
         price_paid: Velocity error divided by PIT's velocity error; "inf" if PIT has no error.
         local: Median and largest value of each kind of error of single impacts, measured from the run's own state
             before the impact.
-        counts: Counts of its work that the method reports.
+        counts: Amounts of work that the method reports, by name.
     """
 
     scene: str

@@ -40,10 +40,6 @@ def build_summary(results: Results) -> Summary:
 
 
 def _build_pit_errors(scene: str, dt_s: float, score: Score) -> dict[str, str | int | float | None]:
-    """Return PIT's errors for a scene and step size.
-
-    All runs with this scene and step size are compared with these errors.
-    """
     errors = dataclasses.asdict(score.sampling) if score.sampling else {}
     missed = None if score.pit_missed is None else len(score.pit_missed)
     return {"scene": scene, "dt_s": dt_s, "missed": missed, **errors}
@@ -92,7 +88,7 @@ def build_line(row: Row) -> RowLine:
 
 
 def list_reasons(line: RowLine, verdicts: Mapping[str, str] = _VERDICTS) -> tuple[str, ...]:
-    """Return a sentence for every verdict, or the reason why there is none. The sentences have no full stop.
+    """Return a sentence without full stop for every verdict, or the reason why there is no verdict.
 
     Args:
         line: The line of a run.

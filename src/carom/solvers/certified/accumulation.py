@@ -1,9 +1,9 @@
 """Detection of infinitely many impacts in a finite time: inelastic collapse, and discs that moving walls crush.
 
-Both are inferred from many past impacts, without a proof. Not only a single disc but also a row of discs can be
-crushed, in any direction. By symmetry, the discs stay on a line if their centres and velocities are exactly on this
-line, and no force or friction acts sideways. Discs in a row are crushed when the gap between the bodies at both ends of
-the row becomes equal to the sum of the discs' diameters.
+A collapse or crush is inferred from many past impacts, without a proof. Moving walls can crush a single disc or a row
+of discs, in any direction. By symmetry, discs stay on a line if their centres and velocities are exactly on this line,
+and no force or friction acts sideways. Discs in a row are crushed when the gap between the bodies at both ends of the
+row equals the sum of the discs' diameters.
 """
 
 from __future__ import annotations
@@ -24,20 +24,21 @@ from carom.solvers.certified.obstacles import Obstacle, Plane, Round, dot, subtr
 from carom.solvers.certified.recording import Recording
 from carom.solvers.certified.result import Degeneracy, Degenerate
 
-#: Many impacts whose times differ by at most one unit in the last place count as a collapse. The limit is this factor
-#: times the square of the number of their bodies. Three equal discs that do not collapse have at most some 600 impacts.
+#: Many impacts whose times differ by at most one unit in the last place count as a collapse. The number of these
+#: impacts must exceed this factor times the squared number of their bodies. Three equal discs without collapse have at
+#: most some 600 impacts.
 _COLLAPSE = 20
 #: A disc between two approaching bodies counts as crushed after this many impacts.
 _CRUSH = 256
 
 
 def find_accumulation(log: Recording, bodies: BallBodies) -> Degeneracy | None:
-    """Return the collapse or crush that the last impacts indicate; None if they indicate neither."""
+    """Return the collapse or crush that the last impacts indicate; None if there is none."""
     return _find_collapse(log, bodies) or _find_crush(log, bodies) or _find_crush_in_row(log, bodies)
 
 
 def _find_collapse(log: Recording, bodies: BallBodies) -> Degeneracy | None:
-    """Return the collapse that the last impacts indicate, if any."""
+    """Return the collapse that the last impacts indicate; None if there is none."""
     scene = bodies.scene
     if not log.rows or not (scene.restitution < 1 or any(material.restitution < 1 for material in bodies.materials)):
         return None
@@ -58,9 +59,9 @@ def _find_collapse(log: Recording, bodies: BallBodies) -> Degeneracy | None:
 
 
 def _find_crush(log: Recording, bodies: BallBodies) -> Degeneracy | None:
-    """Return the crush of a disc between two approaching half-planes, if the disc had many impacts with both of them.
+    """Return the crush of a disc between two approaching half-planes, if it had many impacts with both of them.
 
-    Finite walls are ignored, because a disc can escape past their ends. If the normals of both half-planes are exactly
+    Finite walls are ignored, because a disc can escape past their ends. If the normals of the half-planes are exactly
     opposite, the time of the crush does not depend on the disc's position.
     """
     last = [row.values for row in log.rows[-_CRUSH:]]
@@ -95,13 +96,13 @@ def _find_crush(log: Recording, bodies: BallBodies) -> Degeneracy | None:
 
 
 class _Facing(NamedTuple):
-    """Last contact between a disc at the end of a row and the body at this end.
+    """Last contact between the body at one end of a row of discs and the disc next to this body.
 
     Attributes:
-        body: The body.
-        disc: The disc.
+        body: Number of the body.
+        disc: Number of the disc.
         normal: Unit vector from the body to the disc, with rounding errors.
-        edge: Number and kind of the edge of a finite wall that the disc has touched.
+        edge: Number and kind of the edge that the disc has touched, if the body is a finite wall.
     """
 
     body: int
@@ -111,10 +112,10 @@ class _Facing(NamedTuple):
 
 
 def _find_crush_in_row(log: Recording, bodies: BallBodies) -> Degeneracy | None:
-    """Return the crush of discs in a row between two bodies, if the last impacts were in this row.
+    """Return the crush of a row of discs between two bodies, if the last impacts were all in this row.
 
-    The time of the crush is exact. It can only be computed if centres, velocities and normals are on one line, the
-    discs have had no impacts with other bodies, and no other body moves. If the bodies at both ends move, the scene
+    The time of the crush is exact. A crush is found under three conditions: centres, velocities and normals are on one
+    line, the discs have had no impacts with other bodies, and no other body moves. If both end bodies move, the scene
     must not have other bodies.
     """
     last = [row.values for row in log.rows[-_CRUSH:]]
@@ -141,7 +142,7 @@ def _find_crush_in_row(log: Recording, bodies: BallBodies) -> Degeneracy | None:
     last_impact_s, until = last[-1].time_s, math.inf
     for end, obstacle in zip(ends, obstacles, strict=True):
         place, speed, ends_s = _compute_surface_motion(end, obstacle, line, bodies, last_impact_s)
-        sign = 1 if dot(end.normal, line) > 0 else -1  # 1 if the line's direction points from the body to the discs
+        sign = 1 if dot(end.normal, line) > 0 else -1  # 1 if the line points from the end body to the discs
         room, rate, until = room - sign * place, rate - sign * speed, min(until, ends_s)
     for disc in row[1:-1]:
         room = room - 2 * arb(bodies.scene.discs[disc].radius_m)
@@ -157,7 +158,7 @@ def _find_crush_in_row(log: Recording, bodies: BallBodies) -> Degeneracy | None:
 
 
 def _order_row(pairs: set[tuple[int, int]], bodies: BallBodies) -> list[int] | None:
-    """Return the bodies of the pairs in order, if they form a row with an immovable body at each end; else None."""
+    """Return the bodies of the pairs in order if they form a row with an immovable body at each end, or else None."""
     neighbours: dict[int, list[int]] = {}
     for first, second in pairs:
         neighbours.setdefault(first, []).append(second)
@@ -176,7 +177,7 @@ def _order_row(pairs: set[tuple[int, int]], bodies: BallBodies) -> list[int] | N
 
 
 def _is_alone(row: list[int], bodies: BallBodies) -> bool:
-    """Return whether no other body can reach the row: there is none, or all others and one end body are at rest."""
+    """Return whether no other body can reach the row: either there is none, or all others and one end are at rest."""
     scene = bodies.scene
     other_bodies = [*map(wall_body, range(len(scene.walls))), *range(len(scene.discs))]
     other_bodies = [body for body in other_bodies if body not in row]
@@ -189,14 +190,14 @@ def _is_alone(row: list[int], bodies: BallBodies) -> bool:
 
 
 def _obstacle_body(body: int, bodies: BallBodies) -> int:
-    """Return the number by which `BallBodies` stores a body. For a wall, this is the number of its first obstacle."""
+    """Return the body number in `BallBodies`. For a wall, it is the number of the wall's first part."""
     if body >= 0:
         return body
     return wall_body(next(k for k, obstacle in enumerate(bodies.obstacles) if obstacle.wall == wall_index(body)))
 
 
 def _has_loss_or_slip(row: list[int], bodies: BallBodies) -> bool:
-    """Return whether several discs may lose energy and rest on each other, or friction changes a spin."""
+    """Return whether discs of the row may rest on each other after energy loss, or friction changes a spin."""
     scene, arrays = bodies.scene, bodies.scene.arrays
     walls = [wall_index(body) for body in row if body < 0]
     pairs = len(row) - 1 - len(walls)
@@ -209,14 +210,14 @@ def _has_loss_or_slip(row: list[int], bodies: BallBodies) -> bool:
 
 
 def _find_facing(rows: Iterable[ImpactRecord], body: int, disc: int) -> _Facing:
-    """Return the last contact of the disc at an end of a row with the body at this end."""
+    """Return the last contact of a disc at an end of the row with the body at this end."""
     contact = next(row for row in reversed(list(rows)) if {row.first, row.second} == {body, disc})
     nx, ny = contact.normal
     return _Facing(body, disc, (-nx, -ny) if contact.first == disc else (nx, ny), contact.edge)
 
 
 def _find_obstacle(bodies: BallBodies, end: _Facing) -> Obstacle | None:
-    """Return the obstacle, at its place at time 0, that the last disc of a row meets; None if it meets a disc."""
+    """Return the part of the wall, at time 0, that the last disc of a row meets; None if the row ends with a disc."""
     if end.body >= 0:
         return None
     of_wall = [obstacle for obstacle in bodies.obstacles if obstacle.wall == wall_index(end.body)]
@@ -229,7 +230,8 @@ def _find_obstacle(bodies: BallBodies, end: _Facing) -> Obstacle | None:
         return dot(away, away)
 
     facing = [part for part in fits if isinstance(part.shape, Plane) and dot(end.normal, part.shape.normal) > 0]
-    # A disc never passes through a wall. So if two vertices are on the line of the row, the disc meets the nearer one.
+    # A disc never passes through a wall. So if two vertices are on the line of the row, the disc meets the nearer
+    # vertex.
     rounds = [
         (away2(shape), part)
         for part in fits
@@ -273,7 +275,7 @@ def _find_line(row: list[int], obstacles: list[Obstacle | None], bodies: BallBod
 def _compute_surface_motion(
     end: _Facing, obstacle: Obstacle | None, line: Exact, bodies: BallBodies, now_s: float
 ) -> tuple[arb, arb, float]:
-    """Return the position of an end's surface, extrapolated to time 0, its speed, and when this speed changes."""
+    """Return the surface's position (extrapolated to time 0) at an end, its speed, and the end time of this speed."""
     dx, dy = map(ball, line)
     length = (dx * dx + dy * dy).sqrt()
     sign = 1 if dot(end.normal, line) > 0 else -1

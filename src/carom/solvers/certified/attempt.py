@@ -1,4 +1,4 @@
-"""One attempt of a certified run, with a given precision of numbers."""
+"""One attempt of a certified run. An attempt starts with a given precision of numbers."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from carom.solvers.certified.selection import OutOfTime, Selection
 from carom.solvers.certified.slowing import start_deceleration
 from carom.solvers.run import Progress
 
-#: Number of events between two checks of accuracy and progress.
+#: Number of events after which accuracy and progress are checked again.
 _CHUNK = 32
-#: Bits by which the working precision exceeds the accuracy of the most accurate disc.
+#: Bits by which the precision of computations exceeds the accuracy of the most accurate disc.
 _GUARD_BITS = 24
-#: The working precision is lowered if less than this fraction of its bits is useful.
+#: The precision of computations is lowered if less than this fraction of its bits is accurate.
 _LOWER_AT = 0.9
 #: Entry of `Attempt.events` for an event at the start.
 _START = (-1, -1, 0.0)
@@ -35,7 +35,7 @@ _START = (-1, -1, 0.0)
 class Goal(NamedTuple):
     """Goal of a run: a time, a number of impacts, and a deadline as a value of `time.perf_counter`.
 
-    With damping, the time is that of the undamped run.
+    In a scene with damping, the time is that of the same run without damping.
     """
 
     time: arb
@@ -52,19 +52,19 @@ class Stop(NamedTuple):
 
 
 class Attempt:
-    """A run with a given precision.
+    """An attempt to certify a run.
 
-    It repeats the events that earlier attempts certified, and then finds further impacts.
+    An attempt repeats the events that earlier attempts certified, and then continues with further events.
 
     Attributes:
         bits: Precision at the start, in bits.
-        precision: Present precision, in bits.
+        precision: Current precision, in bits, which becomes lower during the attempt.
         bodies: State of the bodies after the last impact.
-        events: For each event, its two bodies and a lower bound of its time, so that the next attempt can repeat the
-            event.
+        events: For each event, its two bodies and a lower bound of its time. The next attempt repeats the events from
+            these data.
         impacts: Number of impacts among the events.
-        is_cut: Whether the last event was only partly applied, because it turned out to be undecided.
-        commuted: Pairs of consecutive impacts whose order is unknown and does not affect the result.
+        is_cut: Whether the last event was only partly applied, because its result is undecided.
+        commuted: Pairs of consecutive impacts whose order is unknown and does not change the result.
     """
 
     def __init__(
@@ -86,10 +86,7 @@ class Attempt:
         log.begin_again()
 
     def _begin(self) -> None:
-        """Start the contact of each disc that touches a wall below it.
-
-        If the disc moves towards the wall, apply an impact.
-        """
+        """Start the contact of each disc on a wall below it. Apply an impact if the disc moves towards the wall."""
         contacts = BallContacts(self.bodies)
         for i, ground in list(contacts.find_resting()) if self.bodies.falls else ():
             mode_or_meeting = contacts.begin_contact(i, ground)
@@ -101,11 +98,11 @@ class Attempt:
 
     @property
     def has_replayed(self) -> bool:
-        """Whether all events that earlier attempts certified have been repeated."""
+        """Whether the attempt has repeated all events that earlier attempts certified."""
         return len(self.events) >= len(self._known)
 
     def bits_lost(self) -> int:
-        """Return how many bits of accuracy the least accurate disc has lost."""
+        """Return the number of accurate bits that the least accurate disc has lost."""
         with ctx.workprec(self.precision):
             return self.bits - self.bodies.worst_accuracy_bits()
 
@@ -154,7 +151,7 @@ class Attempt:
                 return Stop(None, undecided.degeneracy if self._log.convert() else None)
             if choice is None or at_limit:
                 return self._end(Ending.COMPLETED if choice is None else Ending.MAX_IMPACTS)
-            if not choice.meeting.time <= goal.time:  # the impact is too close to the goal, whose time is an interval
+            if not choice.meeting.time <= goal.time:  # part of the impact's time interval may be after the goal
                 if choice.meeting.time > goal.time:
                     return self._end(Ending.COMPLETED)
                 selection.raise_at_the_end(choice.meeting)
@@ -179,7 +176,7 @@ class Attempt:
     def _carry_out(self, meeting: Meeting, goal: Goal) -> Stop | None:
         """Apply and record an event.
 
-        After every `_CHUNK` events, convert these events to floats, lower the precision, and check whether to stop.
+        After every `_CHUNK` events, convert them to floats, lower the precision, and check whether to stop.
         """
         self._add_event(apply_meeting(self.bodies, meeting), meeting[:3])
         if len(self.events) % _CHUNK:

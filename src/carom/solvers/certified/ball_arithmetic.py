@@ -1,4 +1,4 @@
-"""Conversion of intervals from rational numbers, and to 64-bit floats with a proven error bound."""
+"""Conversion of intervals: from rational numbers, and to 64-bit floats with a proven error bound."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from flint import arb, fmpq
 from carom.model.prescribed_motion import Drive
 
 ZERO = arb(0)
-#: Relative error of rounding to a 64-bit float, slightly increased.
+#: Bound of the relative error of rounding to a 64-bit float. The bound is slightly larger than 2^-53.
 ROUNDING = 2.0**-53 * (1.0 + 2.0**-40)
-#: If an interval has at least this many accurate bits, the small increase of `ROUNDING` includes its width.
+#: If an interval has at least this many accurate bits, its width is less than the amount by which `ROUNDING` is larger.
 NEGLIGIBLE_RADIUS_BITS = 100
-#: Relative margin of a length or a speed in a search. It is far above the rounding of 64-bit floats, but so small that
-#: it adds few pairs.
+#: Relative tolerance of lengths and speeds in a search. The tolerance is far above the rounding of 64-bit floats, but
+#: so small that the search finds few additional pairs.
 SLACK = 2.0**-40
-#: A number far above all floats whose rounding error is below the range of normal floats.
+#: A limit for floats. The rounding errors of larger floats are normal floats themselves.
 SMALLEST = 2.0**-900
 
 
 def ball(number: Fraction) -> arb:
-    """Return an interval that contains a rational number. It has width 0 if the working precision is sufficient."""
+    """Return an interval that contains a rational number, with width 0 if the precision is sufficient."""
     return arb(fmpq(number.numerator, number.denominator))
 
 
@@ -45,7 +45,7 @@ def round_to_float(ball: arb) -> tuple[float, float]:
     """Return the 64-bit float nearest to an interval's midpoint, and a bound of its error.
 
     `float(ball)` can be off by a unit in the last place. To correct this error, the exact remainder is rounded to 53
-    bits and added with correct rounding. The radius of a ball has 30 bits, so a 64-bit float can store it.
+    bits and added with correct rounding. The interval's radius has 30 bits, so a 64-bit float can store it.
     """
     if ball.is_zero():
         return 0.0, 0.0
@@ -63,7 +63,7 @@ def round_to_float(ball: arb) -> tuple[float, float]:
 
 
 def _round_out_of_range(ball: arb) -> tuple[float, float]:
-    """Compute `round_to_float` of an interval of very small or large numbers, by scaling it to ordinary size."""
+    """Return the result of `round_to_float` for very small or large numbers, by scaling them to ordinary size."""
     mantissa, exponent = ball.mid().man_exp()
     if mantissa == 0:
         return 0.0, math.nextafter(float(ball.rad()), math.inf)
@@ -73,7 +73,7 @@ def _round_out_of_range(ball: arb) -> tuple[float, float]:
     if (
         math.ldexp(value, -power),
         math.ldexp(radius, -power),
-    ) != scaled:  # the number was rounded again when it was scaled back
+    ) != scaled:  # scaling back has rounded the number again
         radius = math.nextafter(radius, math.inf)
     return value, radius
 
@@ -84,16 +84,16 @@ def divide_to_float(part: arb, length: arb) -> tuple[float, float]:
         return 0.0, 0.0
     if min(part.rel_accuracy_bits(), length.rel_accuracy_bits()) >= NEGLIGIBLE_RADIUS_BITS:
         divided, divisor = float(part), float(length)
-        value = divided / divisor  # at most 5 roundings: less than 2 from each operand, and 1 from the division
+        value = divided / divisor  # at most 5 roundings: at most 2 for each operand, and 1 for the division
         if min(abs(value), abs(divided), divisor) > SMALLEST:
             return value, abs(value) * 6.0 * ROUNDING
     return round_to_float(+(part / length))
 
 
 class BallLeg(NamedTuple):
-    """A part of a prescribed motion with constant velocity, from `begin_s` to `end_s`.
+    """A part of a prescribed motion, from `begin_s` to `end_s`, in which the velocity is constant.
 
-    At time t the body's displacement is (x, y) + t (vx, vy).
+    At time t, the body's displacement since time 0 is ``(x, y) + t (vx, vy)``.
     """
 
     begin_s: float
@@ -104,15 +104,12 @@ class BallLeg(NamedTuple):
     vy: arb
 
     def moved_at(self, time: arb) -> tuple[arb, arb]:
-        """Return the displacement of the body at a time."""
+        """Return the displacement of the body since time 0."""
         return self.x + self.vx * time, self.y + self.vy * time
 
 
 def legs_of(drive: Drive) -> tuple[BallLeg, ...]:
-    """Return the parts of a prescribed motion.
-
-    The displacement at the start of each part is the exact sum of earlier parts.
-    """
+    """Return the parts of a prescribed motion. The displacement at the start of each part is an exact sum."""
     found, x, y = [], Fraction(0), Fraction(0)  # displacement minus velocity times time
     before = (Fraction(0), Fraction(0))
     for leg in drive.legs:

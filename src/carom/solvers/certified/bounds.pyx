@@ -1,12 +1,12 @@
-"""Proven lower bounds of times of impact, as 64-bit floats. They save most computations in interval arithmetic.
+"""Proven lower bounds of times of impact, as 64-bit floats, which make most interval arithmetic unnecessary.
 
 `docs/theory/certified.md` derives the bounds and their margins for rounding. Numbers are scaled by powers of two, which
-causes no rounding: see `carom.solvers.units`. If a bound can't be computed because a number is too large or too small,
-the start of both paths is used as the bound, and interval arithmetic computes the time.
+causes no rounding: see `carom.solvers.units`. If a number is too large or too small to compute a bound, the bound is
+the start of both paths, and interval arithmetic computes the time.
 
 With gravity, states are relative to a freely falling reference frame, in which falling discs move along straight lines.
-For bodies that do not fall, walls with a prescribed motion, and discs with a prescribed motion that change direction,
-the bound is the start of both paths.
+The bound is the start of both paths for bodies that do not fall, for driven walls, and for driven discs that change
+direction.
 """
 
 from libc.math cimport fabs, ldexp, sqrt
@@ -34,7 +34,7 @@ cdef extern from "carom/core/constants.h" nogil:
 
 cdef enum:
     NOBODY = -1
-    SHARP_BITS = 54  # an interval with this many accurate bits is narrower than a ROUNDOFF of its value
+    SHARP_BITS = 54  # an interval with this many accurate bits is narrower than the rounding error of a float
 
 cdef enum Form:
     FLAT  # a half-plane or a face
@@ -42,7 +42,7 @@ cdef enum Form:
     HOLLOW  # the inside of an arc, or a moving wall: no bounds are computed
 
 cdef struct Path:  # a disc on its present path, in scaled float64 numbers
-    double time  # exact time in seconds at which the disc is at (x, y), on its path or its path extended backwards
+    double time  # exact time in seconds at which the disc is at (x, y), perhaps on its path extended backwards
     double x
     double y
     double vx
@@ -51,37 +51,37 @@ cdef struct Path:  # a disc on its present path, in scaled float64 numbers
     double error_v  # bound of the error of vx and vy, including rounding
     double radius
     double rim  # the radius, rounded up
-    Py_ssize_t met  # column of the body that the disc has just met and can't meet again on this path, or NOBODY
+    Py_ssize_t met  # column of the body that the disc has just met, and can't meet again on this path; or NOBODY
     bint immovable
-    bint bends  # whether the path is not straight, so that no bounds are computed
+    bint bends  # whether the path is not straight; if so, no bounds are computed
 
-cdef struct Wall:  # an obstacle
+cdef struct Wall:  # a part of a wall that a disc can meet
     Form form
-    Path round  # the obstacle as a disc of the same radius
-    double nx  # the half-plane n.p >= level, scaled; n is of any length
+    Path round  # the vertex or arc as a disc of the same radius
+    double nx  # the half-plane is n.p >= level, in scaled numbers; the normal n has any length
     double ny
     double level  # rounded up, by more than the rounding error of its subtraction
-    double length  # of n, rounded up
+    double length  # length of n, rounded up
     double span  # |nx| + |ny|
 
 cdef struct Least:  # the smallest bound in a row of the table
     double bound
     Py_ssize_t column
 
-cdef struct Table:  # bounds for each disc (row) with each disc and then each wall (columns)
+cdef struct Table:  # bounds for each disc (row) with each disc and each wall (columns)
     Path *paths
     Wall *walls
-    double *bounds  # row by row; a pair of discs is in the row of the disc that changed last, the other row has INF
-    Least *least  # of each row
+    double *bounds  # row by row; the bound of two discs is in the row of the disc that changed last; the other is INF
+    Least *least  # smallest bound of each row
     Py_ssize_t discs
     Py_ssize_t width  # number of columns
     double unit  # one second in scaled units of time
-    double second  # its inverse
+    double second  # one scaled unit of time in seconds
     bint falls  # whether there is gravity
 
 
 cdef inline double bound_after(double start, double wait, double second) noexcept nogil:
-    """Return a lower bound in seconds of `start` plus a scaled wait; `start` if the wait is not a normal float."""
+    """Return a lower bound, in seconds, of `start` plus a scaled wait; `start` if the wait is not a normal float."""
     wait *= 1.0 - 16.0 * ROUNDOFF
     if not (wait >= NORMAL and wait < INF):
         return start
@@ -135,7 +135,7 @@ cdef inline double wall_bound(const Path *p, const Wall *wall, const Table *tabl
 
 
 cdef void find_least(Table *table, Py_ssize_t i) noexcept nogil:
-    """Find the smallest bound of a row. If several bounds are equal, the first one is used."""
+    """Find the smallest bound of row `i`. Among equal bounds, the first is used."""
     row = &table.bounds[i * table.width]
     cdef Least least = Least(INF, 0)
     cdef Py_ssize_t k
@@ -178,8 +178,8 @@ cdef void renew(Table *table, Py_ssize_t i, Py_ssize_t j) noexcept nogil:
 cdef class LowerBounds:
     """Lower bounds of the time of impact for each pair of discs, and for each disc and wall, in seconds.
 
-    A pair is identified by its row, which is the number of a disc, and the body number of the other disc or wall. Each
-    call of `changed` reads states from `bodies` again.
+    A pair is identified by the number of a disc, which is the row, and the body number of the other disc or wall.
+    `changed` reads the states from `bodies` again.
     """
 
     cdef Table table
@@ -219,7 +219,7 @@ cdef class LowerBounds:
         free(self.table.least)
 
     def changed(self, *discs):
-        """Reload the state of one movable disc, or of two discs that have collided, and recompute their bounds."""
+        """Reload the state of one movable disc, or of two discs that have met, and recompute their bounds."""
         for i in discs:
             self._load(i)
         cdef Py_ssize_t first = discs[0], last = discs[len(discs) - 1]
@@ -227,7 +227,7 @@ cdef class LowerBounds:
             renew(&self.table, first, last)
 
     def earliest(self):
-        """Return the smallest bound of all pairs, its row, and the other body."""
+        """Return the smallest bound of all pairs, with the numbers of the pair's bodies."""
         cdef Py_ssize_t i
         cdef Py_ssize_t best = 0
         for i in range(1, self.table.discs):
@@ -241,7 +241,7 @@ cdef class LowerBounds:
         find_least(&self.table, disc)
 
     def up_to(self, double time):
-        """Return all bounds up to a time, each with its row and the other body."""
+        """Return all bounds up to a time, each with the numbers of the pair's bodies."""
         table = &self.table
         cdef Py_ssize_t i, k
         return [
@@ -302,8 +302,8 @@ cdef class LowerBounds:
             wall.round.error += tiny(self.length)
             return
         law = self.bodies.laws.of_straight(k, 0.0)  # the level for a disc of radius 0
-        # The normal of a face is as long as its edge. Scale it to a length of about 1. The margins include the rounding
-        # error.
+        # The normal of a face is as long as its edge, and is scaled to a length of about 1. The margins include the
+        # rounding error.
         _, size = frexp(float_above(law.length))
         scale = arb((1, -size))
         wall.nx, wall.ny = law.nx * scale, law.ny * scale
@@ -314,10 +314,10 @@ cdef class LowerBounds:
 
 
 cdef double spread(ball):
-    """Return half of an interval's width; 0 if this is within the rounding margin of the converted number."""
+    """Return half of an interval's width; 0 if the width is within the rounding margin of the converted number."""
     return 0.0 if ball.rel_accuracy_bits() >= SHARP_BITS else ball.rad()
 
 
 cdef double tiny(int scale) noexcept:
-    """Return TINY plus the error of a number that underflows as a float, after scaling it by 2^-scale."""
+    """Return TINY plus the error of a number that underflows as a float, after scaling by 2^-scale."""
     return TINY + ldexp(1.0, -1070 - scale)

@@ -22,26 +22,24 @@ def certify(
 ) -> CertifiedTrace:
     """Run a scene with proven bounds on every number: times, velocities and final positions.
 
-    The 64-bit floats of the scene are the exact input. All numbers are intervals that contain the true value. If two
-    intervals overlap that must be compared, the run is repeated with a higher precision. The run ends early at an event
-    that is undecided with the greatest precision, or at an interrupt (Ctrl-C). The result then contains everything that
-    was certified so far.
+    The 64-bit floats of the scene are the exact input. All numbers are intervals that contain the true value. If a
+    comparison of two overlapping intervals is necessary, the run is repeated with a higher precision. The run ends
+    early at an event that the greatest precision can't decide, or at an interrupt (Ctrl-C).
 
     Args:
         scene: The scene, or its name in the catalogue.
-        digits: Number of decimal digits to prove for times. The digits of velocities are relative to the greatest speed
-            at the start, and those of positions to the greatest coordinate at the start.
+        digits: Number of decimal digits to prove. Errors of times are relative to the time itself, errors of velocities
+            to the greatest speed at the start, and errors of positions to the greatest coordinate at the start.
         max_impacts: Stop after this many impacts; None for no limit.
         time_budget_s: Stop after this many seconds of elapsed time; None for no limit.
         max_precision_bits: Greatest precision, in bits.
-        tie_bits: The run ends at an event that is undecided although the states of its bodies are accurate to this many
-            bits.
-        progress: Function that is called at intervals with the number of impacts so far, the time reached in seconds,
-            and the bits of precision.
+        tie_bits: The run ends at an undecided event if the states of its bodies are already accurate to this many bits.
+        progress: Function called at intervals with the number of impacts so far, the time reached in seconds, and the
+            bits of precision.
 
     Returns:
-        The trace with an error bound for every number. If the run ended early, the final state is the state at the last
-            certified impact.
+        The trace with an error bound for every number. If the run ended early, the trace ends at the last certified
+        impact.
 
     Raises:
         MissingExtraError: python-flint is not installed.
@@ -56,7 +54,7 @@ def certify(
     options = CertifyOptions(digits, max_impacts, time_budget_s, max_precision_bits, tie_bits)
     scene = to_scene(scene)
     try:
-        import flint  # noqa: F401 - only checks that it is installed
+        import flint  # noqa: F401 - only checks that python-flint is installed
     except ModuleNotFoundError:
         raise MissingExtraError("certify needs python-flint", hints=["pip install 'carom[certify]'"]) from None
     from carom.solvers.certified.run import CertifiedRun

@@ -1,4 +1,4 @@
-"""States of discs in lasting contact with a wall in certified runs, and of discs that begin or end such a contact."""
+"""Contact of discs with walls in certified runs: state of discs that slide, roll or rest on a wall, or bounce on it."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from carom.solvers.certified.two_frictions import BallFrictions
 
 
 class BallGround(NamedTuple):
-    """Surface on which a disc slides, rolls or rests, stored as the line on which the disc's centre moves.
+    """Straight surface on which a disc slides, rolls or rests, stored as the line on which the disc's centre moves.
 
-    Positions are measured along this line.
+    The position of a disc is its distance along this line.
 
     Attributes:
-        body: Body number of the wall's surface.
-        nx: x component of the normal; `ny` is the y component. The normal can have any length, and is exact if the
-            wall's normal is exact. (ny, -nx) points along the surface.
-        level: The line's distance from the origin along the normal.
+        body: Body number of the surface.
+        nx: x component of the normal, which can have any length; `ny` is the y component. The normal is exact if the
+            wall's normal is exact. The vector (ny, -nx) points along the surface.
+        level: Distance of the line from the origin, in the direction of the normal.
         presses: Component of gravity towards the surface.
         along: Component of gravity along the surface.
         span: Positions of the two ends of the surface; None for a half-plane, which has no ends.
-        never_met: Body numbers of parts of walls that a disc can't meet while it is on this surface.
+        never_met: Body numbers of parts of walls that a disc on this surface can't meet.
     """
 
     body: int
@@ -38,12 +38,12 @@ class BallGround(NamedTuple):
     never_met: frozenset[int]
 
     def centre_at(self, place: arb) -> tuple[arb, arb]:
-        """Return the centre of a disc at a given position on the surface."""
+        """Return the centre of a disc from its position along the surface."""
         x, y = place * self.ny + self.level * self.nx, self.level * self.ny - place * self.nx
         return x / self.length, y / self.length
 
     def vector_along(self, part: arb) -> tuple[arb, arb]:
-        """Return a vector of given length along the surface."""
+        """Return the vector with the given component along the surface, and no component along the normal."""
         return part * self.ny / self.length, ZERO - part * self.nx / self.length
 
     def tangential_part(self, x: arb, y: arb) -> arb:
@@ -56,7 +56,7 @@ class BallGround(NamedTuple):
 
 
 class GlideState(NamedTuple):
-    """State of a disc on a surface: its position, its speed along the surface, its slip speed and its rim speed."""
+    """State of a disc on a surface: position, speed along the surface, slip speed (of the contact point), rim speed."""
 
     place: arb
     speed: arb
@@ -65,7 +65,7 @@ class GlideState(NamedTuple):
 
 
 class Bounce(NamedTuple):
-    """Last impact of a disc: its time and body, the speed after it, and whether friction stopped slip and spin."""
+    """Last impact of a disc: time, body, speed after the impact, and whether friction stopped slip and spin."""
 
     time: arb
     body: int
@@ -74,7 +74,7 @@ class Bounce(NamedTuple):
 
 
 class BallMode(NamedTuple):
-    """A row of `Trace.modes` with intervals as numbers, without the count of previous impacts."""
+    """A row of `Trace.modes` whose numbers are intervals, without the number of previous impacts."""
 
     time: arb
     disc: int
@@ -89,11 +89,10 @@ class BallMode(NamedTuple):
 
 
 class End(NamedTuple):
-    """End of sliding, rolling or rest without an impact: the time until the end, the instant, and the cause.
+    """End of sliding, rolling or rest without an impact: seconds until the end, the instant, and the cause.
 
-    If the cause is `slip`, the disc stops slipping. If it is `rim`, the rim speed becomes 0. If it is `over`, the
-    disc's centre reaches the end of its surface. If it is `undecided`, the cause is unknown, and the run can only be
-    certified up to this time.
+    The causes are: `slip`, the disc stops slipping; `rim`, the rim speed becomes 0; `over`, the disc's centre reaches
+    the end of its surface; `undecided`, the cause is unknown, and the run can only be certified up to this time.
     """
 
     wait: arb
@@ -105,11 +104,11 @@ class End(NamedTuple):
 
 
 class Gliding(NamedTuple):
-    """A disc that slides, rolls or rests on a surface: its first state, accelerations, and end (None for never).
+    """A disc that slides, rolls or rests on a surface: its first state, its accelerations, and the end of this motion.
 
-    `branch` states how the contact law was applied: the signs of friction and rolling resistance at their limits, and
-    whether slip and rim speed stay 0. If two discs have equal branches and inertia factors, their accelerations are
-    exactly equal.
+    The end is None if this motion never ends. `branch` states which case of the contact law applies: the signs of
+    friction and rolling resistance at their limits, and whether slip and rim speed stay 0. Two discs with equal
+    branches and inertia factors have exactly equal accelerations.
     """
 
     since: arb
@@ -133,7 +132,7 @@ class Gliding(NamedTuple):
 
 
 class Landing(NamedTuple):
-    """End of a disc's infinitely many bounces: the time, the surface, and the disc's state."""
+    """End of infinitely many bounces of a disc: the time, the surface, and the disc's state."""
 
     time: arb
     ground: BallGround
@@ -141,12 +140,10 @@ class Landing(NamedTuple):
 
 
 class Launch(NamedTuple):
-    """Instant at which a disc flies off the end of a surface.
+    """Instant at which a disc flies off the end of a surface, and its distance from the vertex at this end afterwards.
 
-    `powers` describes its squared gap to the vertex at this end.
-
-    The numbers are the coefficients of t^2, t^3 and t^4, where t is the time since then. The coefficients of 1 and t
-    are 0.
+    In the time t since this instant, the squared distance grows by ``p t^2 + q t^3 + r t^4``. `powers` contains p, q
+    and r.
     """
 
     vertex: int
@@ -155,16 +152,16 @@ class Launch(NamedTuple):
 
 
 class ContactStates:
-    """Lasting contacts of all discs with walls, in one attempt of a certified run.
+    """Lasting contacts of all discs with walls in one attempt of a certified run.
 
     Attributes:
         gliding: The contact of each disc; None for a disc that flies freely.
         bounces: The last impact of each disc on a straight surface.
         landings: End of each disc's infinitely many bounces, if this end certainly comes before all other events of the
-            disc; else None.
-        stops: Time at which the table's friction stops each disc; None for a disc at rest, or without table friction.
-        launched: The launch of each disc that has flown off the end of a surface; None for other discs.
-        barred: Body numbers of parts of walls that each disc can't meet during its present motion.
+            disc, or else None.
+        stops: Time at which the table's friction stops each disc. None for a disc at rest, or without table friction.
+        launched: The instant at which each disc flew off the end of a surface; None for other discs.
+        barred: Body numbers of parts of walls that each disc can't meet on its current path.
     """
 
     def __init__(self, discs: int) -> None:
@@ -188,11 +185,11 @@ class ContactStates:
         return self.stops[i] if gliding is None or gliding.end is None else gliding.end.time
 
     def bound_wait(self, instant_s: float, *discs: int) -> arb:
-        """Return an upper bound of the time from `instant_s` until the acceleration of one of the discs changes."""
+        """Return an upper bound of the time from `instant_s` until one of the discs changes its acceleration."""
         ends = [end.upper() - instant_s for i in discs if (end := self.end_of(i)) is not None]
         return min(ends, default=arb("inf"))
 
     def launch_from(self, i: int, body: int) -> Launch | None:
-        """Return the launch of disc `i`, if it has flown off the end of a surface at the vertex `body`; else None."""
+        """Return the `Launch` of disc `i` at the vertex `body`, or else None."""
         launch = self.launched[i]
         return launch if launch is not None and launch.vertex == body else None

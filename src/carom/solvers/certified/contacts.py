@@ -1,13 +1,13 @@
 """Contact in certified runs: discs that slide, roll and rest on straight walls below them.
 
-The module is a copy of `core/wall_contact_law.h` and `core/pic/lasting_contact.h` in interval arithmetic. If the
-contact law makes a quantity 0, it is stored as exactly 0. The state of a disc in contact is relative to the disc's
-wall. The contact determines the disc's acceleration. Before an impact, a disc is released from its wall. After the
-impact, the disc returns to the wall or stays free.
+The module is a copy of `core/wall_contact_law.h` and `core/pic/lasting_contact.h` in interval arithmetic. A quantity
+that the contact law makes 0 is stored as exactly 0. The state of a disc in contact is relative to the disc's wall. The
+contact determines the disc's acceleration. Before an impact, a disc is released from its wall. After the impact, the
+disc returns to the wall or stays free.
 
 Bounces are applied one by one until all remaining bounces take less time than the last requested digit. The remaining
-bounces are summed as a geometric series if the disc certainly slips in one direction in all of them, or certainly
-sticks in all of them.
+bounces are summed as a geometric series. This needs a disc that certainly slips in one direction in all of them, or
+certainly sticks in all of them.
 """
 
 from __future__ import annotations
@@ -32,23 +32,23 @@ from carom.solvers.certified.two_frictions import share_frictions, sign_of
 
 
 class BallContacts:
-    """Operations that begin, change and end the contacts of discs, which `BallBodies` stores."""
+    """Begins, changes and ends the contacts of discs with walls. `BallBodies` stores the contacts."""
 
     def __init__(self, bodies: BallBodies) -> None:
         self._bodies, self._states = bodies, bodies.contacts
-        self._was_on: dict[int, int] = {}  # surfaces from which an impact has just released discs
+        self._was_on: dict[int, int] = {}  # for discs that an impact has just released: their surface
 
     # Future events ----------------------------------------------------------------------------------------------------
 
     def meet_end(self, i: int, instant_s: float) -> Meeting | None:
-        """Return when disc `i` stops sliding, rolling or resting, as an event with only this disc; None for never."""
+        """Return when disc `i` stops sliding, rolling or resting, as an event of this disc alone; None for never."""
         time = self._states.end_of(i)
         if time is None:
             return None
         return Meeting(i, i, max(instant_s, min(float_below(time), float_above(time))), time, float_above(time))
 
     def gap_on_same_ground(self, i: int, j: int, instant_s: float, reach: arb) -> list[arb] | None:
-        """Return the gap of two discs on one surface as a polynomial of time since `instant_s`, otherwise None."""
+        """Return the gap of two discs on one surface as a polynomial of time since `instant_s`, or else None."""
         one, other = self._states.gliding[i], self._states.gliding[j]
         if one is None or other is None or one.ground.body != other.ground.body:
             return None
@@ -66,7 +66,7 @@ class BallContacts:
     # The start --------------------------------------------------------------------------------------------------------
 
     def find_resting(self) -> Iterator[tuple[int, BallGround]]:
-        """Yield each disc that touches a surface below it at the start, up to float rounding, with this surface."""
+        """Yield each disc that touches a surface below it at the start, within float rounding, and this surface."""
         bodies = self._bodies
         for i, disc in enumerate(bodies.scene.discs):
             for k in range(len(bodies.obstacles)) if bodies.movable[i] else ():
@@ -83,10 +83,7 @@ class BallContacts:
                     break
 
     def begin_contact(self, i: int, ground: BallGround) -> BallMode | Meeting:
-        """Place disc `i` on a surface, and start its contact.
-
-        If the disc moves towards the surface, return an impact instead.
-        """
+        """Start the contact of disc `i` with a surface, or return an impact if the disc moves towards the surface."""
         bodies, k = self._bodies, wall_index(ground.body)
         place = ground.tangential_part(bodies.x[i], bodies.y[i])
         speed = ground.tangential_part(bodies.vx[i], bodies.vy[i])
@@ -98,7 +95,7 @@ class BallContacts:
         return Meeting(i, ground.body, 0.0, ZERO, 0.0, near=near)
 
     def _compute_gap_resolution(self, i: int, k: int) -> arb:
-        """Return the rounding error of the gap between disc `i` and a straight surface at the start."""
+        """Return the rounding error of the gap between disc `i` and a straight surface k at the start."""
         disc, shape = self._bodies.scene.discs[i], self._bodies.obstacles[k].shape
         point = shape.point if isinstance(shape, Plane) else (0, 0)
         sizes = size_of(*disc.position_m, disc.radius_m) + size_of(float(point[0]), float(point[1]), 0.0)
@@ -107,7 +104,7 @@ class BallContacts:
     # Modes ------------------------------------------------------------------------------------------------------------
 
     def end_mode(self, meeting: Meeting) -> BallMode:
-        """Let a disc change from its present state of sliding, rolling or rest to the next one."""
+        """Let a disc change from sliding, rolling or rest to its next motion."""
         i, instant_s = meeting.first, meeting.at
         gliding, landing = self._states.gliding[i], self._states.landings[i]
         if landing is not None:
@@ -123,22 +120,22 @@ class BallContacts:
         return self.start_mode(i, gliding.ground, end.time, instant_s, state._replace(slip=slip, rim=rim))
 
     def release(self, i: int, time: arb, instant_s: float) -> None:
-        """Release disc `i` from its wall before an impact.
+        """Release disc `i` from its wall before an impact. The disc's new path is the tangent of the old path.
 
-        In the falling reference frame, the disc's new path is the tangent of the old path.
+        The tangent is meant in the reference frame that falls with gravity.
         """
         bodies = self._bodies
         place, velocity, spin = bodies.centre_at(i, time), bodies.velocity(i, time, instant_s), bodies.spin_at(i, time)
         self._set_flight(i, place, velocity, spin, time, instant_s)
 
     def restore_contact(self, i: int, before: Gliding, meeting: Meeting, normal: tuple[arb, arb]) -> BallMode | None:
-        """Return disc `i` to its wall after an impact, or let it leave.
+        """Return disc `i` to its wall after an impact, or let it leave the wall.
 
-        Return the change between sliding, rolling, rest and flight; None if there is none.
+        Return the change between sliding, rolling, rest and flight; None if nothing changes.
 
         Raises:
-            Undecided: The disc is pushed into its wall, so that the result is not unique, or the precision does not
-                decide the outcome.
+            Undecided: The disc is pushed into its wall, so that the result is not unique, or the precision is too low
+                for a decision.
         """
         bodies, ground = self._bodies, before.ground
         time, instant_s = meeting.time, meeting.at
@@ -164,7 +161,7 @@ class BallContacts:
         return None if is_same_mode and gliding is not None and gliding.rim_rate.overlaps(before.rim_rate) else settled
 
     def _keeps_normal_speed(self, i: int, ground: BallGround, meeting: Meeting, normal: tuple[arb, arb]) -> bool:
-        """Return whether an impact certainly keeps the speed of disc `i` perpendicular to its surface."""
+        """Return whether an impact certainly doesn't change the speed of disc `i` perpendicular to its surface."""
         bodies, other = self._bodies, meeting.second if meeting.first == i else meeting.first
         if other < 0:
             rubs = bodies.materials[bodies.obstacles[wall_index(other)].wall].friction > 0.0
@@ -177,7 +174,7 @@ class BallContacts:
         return (alike and theirs == ground.body) or ground.normal_part(*normal).is_zero()
 
     def release_struck(self, discs: list[int], time: arb, instant_s: float) -> dict[int, Gliding]:
-        """Release the discs of an impact that are in contact with a wall. Return their contacts by disc number."""
+        """Release the discs of an impact from their walls. Return their contacts by disc number."""
         before = {i: gliding for i in discs if (gliding := self._states.gliding[i]) is not None}
         self._was_on = {i: gliding.ground.body for i, gliding in before.items()}
         for i in discs:
@@ -190,7 +187,7 @@ class BallContacts:
     def start_mode(
         self, i: int, ground: BallGround, time: arb, instant_s: float, state: GlideState, before: Mode | None = None
     ) -> BallMode:
-        """Let disc `i` slide, roll or rest from a given state at a given time on."""
+        """Let disc `i` slide, roll or rest on a surface, from a given time and state on."""
         bodies = self._bodies
         gliding, material = self._states.gliding[i], bodies.materials[bodies.obstacles[wall_index(ground.body)].wall]
         if before is None:
@@ -225,7 +222,7 @@ class BallContacts:
         return self._describe_change(i, ground, time, instant_s, before, mode)
 
     def _set_path(self, i: int, instant_s: float) -> None:
-        """Let disc `i` move with the acceleration that its contact determines."""
+        """Let disc `i` move with the acceleration that its contact causes."""
         bodies, gliding, radius = self._bodies, self._states.gliding[i], arb(self._bodies.scene.discs[i].radius_m)
         assert gliding is not None  # noqa: S101 - the caller has just set it
         ground, (place, speed, _, rim), rate = gliding.ground, gliding.begun, gliding.rate
@@ -239,9 +236,9 @@ class BallContacts:
         bodies.record_impact(i, ground.body, instant_s, gliding.since, float_above(gliding.since))
 
     def _find_end(self, i: int, gliding: Gliding, *, resists: bool) -> End | None:
-        """Return when a disc first stops sliding, rolling or resting without an impact; None for never."""
+        """Return when a disc first stops sliding, rolling or resting without an impact; None if it never stops."""
         (_, speed, slip, rim), slips = gliding.begun, gliding.rate + gliding.rim_rate
-        turns_only = speed.is_zero() and gliding.rate.is_zero()  # slip and rim speed are equal, so both end together
+        turns_only = speed.is_zero() and gliding.rate.is_zero()  # slip and rim speed are equal, so they end together
         causes = [(slip, slips, End(ZERO, ZERO, slip=True, rim=turns_only))]
         if resists and not turns_only:
             causes.append((rim, gliding.rim_rate, End(ZERO, ZERO, rim=True)))
@@ -259,7 +256,7 @@ class BallContacts:
         if not first:
             return None
         end = first[0]
-        for other in first[1:]:  # with this precision it is unknown which end comes first
+        for other in first[1:]:  # this precision does not show which end comes first
             end = end._replace(wait=end.wait.union(other.wait), undecided=True)
         return end._replace(time=gliding.since + end.wait)
 
@@ -273,7 +270,7 @@ class BallContacts:
         return [End(fall.time, ZERO, over=True, undecided=not fall.certain) for fall in falls]
 
     def _leave_face(self, i: int, gliding: Gliding, state: GlideState, instant_s: float) -> BallMode:
-        """Let disc `i`, which has reached an end of its surface, fly off if it is fast enough."""
+        """Let disc `i`, which has reached an end of its surface, fly off if it is fast enough to leave the surface."""
         bodies, ground, end = self._bodies, gliding.ground, gliding.end
         assert end is not None and ground.span is not None  # noqa: S101, PT018 - the disc is at the end of a face
         obstacle = bodies.obstacles[wall_index(ground.body)]
@@ -330,13 +327,13 @@ class BallContacts:
     # The end of bounces -----------------------------------------------------------------------------------------------
 
     def record_landing(self, i: int, tolerance: arb | None) -> bool:
-        """Record the landing of disc `i` after its remaining bounces.
+        """Record when and where the bounces of disc `i` end, by summing its remaining bounces.
 
-        Return False if it is undecided in which bounces the disc slips or sticks, or if another event may come before
-        their end.
+        The remaining bounces must last at most `tolerance` times the time of the last impact. If `tolerance` is None,
+        neither this duration nor other events are checked, because both checks were done before.
 
-        The remaining bounces must last at most `tolerance` times the time of the last impact. If the tolerance is None,
-        neither this time nor other events are checked, because both checks were done before.
+        Return False if it is undecided whether the disc slips or sticks in the bounces, or if another event may come
+        before their end.
         """
         bodies, bounce = self._bodies, self._states.bounces[i]
         if bounce is None or self._states.gliding[i] is not None or self._states.landings[i] is not None:
@@ -350,7 +347,7 @@ class BallContacts:
         if tolerance is not None and not window <= tolerance * bounce.time:
             return False
         state = sum_bounces(bodies, i, ground, bounce, hop, tolerance)
-        known = tolerance is None or window.is_zero()  # no other event can come before the last bounce
+        known = tolerance is None or window.is_zero()  # whether no other event can come before the end of the bounces
         if state is None or not (known or meets_only_ground(bodies, i, ground, bounce.time, window)):
             return False
         self._states.landings[i] = Landing(bounce.time + window, ground, state)
@@ -359,7 +356,7 @@ class BallContacts:
 
 
 def ground_of(bodies: BallBodies, i: int, k: int) -> BallGround | None:
-    """Return a surface on which disc `i` can rest: a straight obstacle below it that does not move; else None."""
+    """Return part k of the walls as a surface if it is straight, at rest and below disc `i`, or else None."""
     obstacle = bodies.obstacles[k]
     shape, belts = obstacle.shape, bodies.scene.arrays.belts_m_s
     if not isinstance(shape, Plane) or bodies.pulls[k] >= 0 or bodies.is_driven(k):
@@ -386,7 +383,7 @@ def stretch_of(shape: Plane | Round) -> tuple[Exact, Exact]:
 
 
 def _is_part_of(other: Obstacle, face: Obstacle) -> bool:
-    """Whether an obstacle is the other side of an edge, or a vertex at one of its ends."""
+    """Whether a part of a wall is the other side of an edge, or a vertex at one of the edge's ends."""
     if other.wall != face.wall:
         return False
     begin, end = stretch_of(face.shape)

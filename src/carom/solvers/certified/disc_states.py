@@ -1,11 +1,11 @@
-"""State of all discs in interval arithmetic: every number is an interval that contains the true value.
+"""State of all discs in interval arithmetic. Every number is an interval that contains the true value.
 
-The 64-bit floats of the scene are the exact input. The state of each disc is stored for an exact instant, which is a
-float just before its last impact. For this purpose, the path after the impact is extended backwards. The uncertainty of
-the impact's time then has little effect on the stored position.
+The 64-bit floats of the scene are the exact input. The state of each disc is stored for an exact instant: a float just
+before the disc's last impact. The path after the impact is extended backwards to this instant. The uncertainty of the
+impact's time then has little effect on the stored position.
 
-Under gravity, states of movable discs are relative to a reference frame that falls from rest at time 0. The frame adds
-``g t^2 / 2`` to a position and ``g t`` to a velocity. In this frame, the discs' paths are straight, and the walls move.
+With gravity, states of movable discs are relative to a reference frame that falls from rest at time 0. The position of
+this frame is ``g t^2 / 2``, and its velocity is ``g t``. In this frame, discs move straight, and walls accelerate.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ from carom.solvers.certified.contact_state import ContactStates
 from carom.solvers.certified.laws import Laws
 from carom.solvers.certified.obstacles import Plane, Round, obstacles_of
 
-#: Position and velocity of a centre: x, y, vx, vy.
+#: Position and velocity of a disc's centre: x, y, vx, vy.
 State = tuple[arb, arb, arb, arb]
 
 
 def find_greatest_speed(scene: Scene) -> float:
-    """Return the greatest speed of discs and rims at the start and of moving walls, in m/s; 1 if nothing moves."""
+    """Return the greatest speed of discs and rims at the start, and of moving walls, in m/s; 1 if nothing moves."""
     speeds = [max(math.hypot(*disc.velocity_m_s), abs(disc.spin_rad_s) * disc.radius_m) for disc in scene.discs]
     return max(*speeds, bound_drive_speeds(scene)) or 1.0
 
 
 def bound_drive_speeds(scene: Scene) -> float:
-    """Return a bound on the speeds of bodies with a prescribed motion and of conveyor belts; 0 if there are none."""
+    """Return a bound of the speeds of driven bodies and conveyors; 0 if there are none."""
     arrays = scene.arrays
     drives = (*(arrays.wall_drives or ()), *arrays.disc_drives)
     speeds = [*(drive.fastest for drive in drives), *map(abs, arrays.belts_m_s or ())]
@@ -42,9 +42,9 @@ def bound_drive_speeds(scene: Scene) -> float:
 
 
 def _find_gravity_sign(scene: Scene, shape: Plane | Round) -> int:
-    """Return the sign of gravity's component along the normal of a straight obstacle.
+    """Return the sign of gravity's component along the normal of a straight part of a wall.
 
-    The sign is negative if discs fall towards the obstacle, and 0 for round obstacles.
+    The sign is negative if discs fall towards this part, and 0 for round parts.
     """
     if isinstance(shape, Round):
         return 0
@@ -54,29 +54,29 @@ def _find_gravity_sign(scene: Scene, shape: Plane | Round) -> int:
 
 
 class BallBodies:
-    """Positions and velocities of all discs as intervals, with the precision that is set in python-flint.
+    """Positions and velocities of all discs as intervals, with the current precision of python-flint.
 
     Attributes:
-        obstacles: Faces, vertices and arcs of the walls, and half-planes: see `carom.solvers.certified.obstacles`.
-            Obstacles are numbered like walls. If all walls are half-planes, the obstacles are the walls.
-        laws: Constants of impacts, computed with the present precision.
+        obstacles: Half-planes, and the faces, vertices and arcs of other walls (`carom.solvers.certified.obstacles`).
+            If all walls are half-planes, the obstacles are the walls.
+        laws: Constants of impacts, computed with the current precision.
         time: Instant for which the state of each disc is stored: an exact 64-bit float, in seconds.
         x: x coordinate of each centre at this instant. `y` is the other coordinate, and `vx` and `vy` are the velocity.
-            With gravity, all are relative to the falling reference frame.
+            With gravity, all are relative to a reference frame that falls from rest at time 0.
         falls: Whether the scene has gravity.
         pulls: Sign of gravity's component along the normal of each straight obstacle; 0 for other obstacles.
-        fastest_drive: A bound on the speeds of bodies with a prescribed motion, in metres per second.
+        fastest_drive: A bound of the speeds of driven bodies, in m/s.
         turns: Whether spins are stored: see `carom.DiscArrays.turns`.
-        spin: Spin of each disc, in radians per second.
-        inverse_inertia_ratio: One over the inertia factor k of each disc, whose moment of inertia is k m R^2; 0 for a
-            disc that does not turn.
-        inverse_mass: One over the mass of each disc; 0 for a disc that impacts do not move.
+        spin: Spin of each disc, in rad/s.
+        inverse_inertia_ratio: 1 / k for each disc, whose moment of inertia is ``k m R^2``; 0 for a disc that can't
+            turn.
+        inverse_mass: 1 / m for each disc of mass m; 0 for a disc that impacts do not move.
         met: For each disc, the times of its last impacts with each obstacle (key: body number) and with any disc (key:
             0), oldest first.
         last_met: For each disc, an upper bound of the times of its past impacts; 0 before the first impact.
-        partner: Body that each disc met last; None before its first impact.
+        partner: Body that each disc met last; None before the disc's first impact.
         acceleration: Acceleration of each disc in contact, relative to the walls; None for a disc in flight.
-        spin_rate: Rate at which contact changes each disc's spin, in radians per second squared.
+        spin_rate: Rate at which contact changes each disc's spin, in rad/s^2.
         contacts: Lasting contacts of discs with walls.
     """
 
@@ -120,7 +120,7 @@ class BallBodies:
         return len(self.x)
 
     def lower_precision(self, bits: int) -> None:
-        """Lower the precision to `bits`, and discard constants that were computed with the old precision."""
+        """Lower the precision to `bits`, and discard constants that were computed with the higher precision."""
         ctx.prec = bits
         self._legs.clear()
         self.laws = Laws(self.scene, self.obstacles)
@@ -129,7 +129,7 @@ class BallBodies:
         """Return the number of accurate bits in the state of disc `i`.
 
         Errors of velocities are relative to the scene's greatest speed. Errors of positions are relative to the
-        distance from the origin plus the radius.
+        distance of the disc's centre from the origin plus the radius.
         """
         radius = arb(self.scene.discs[i].radius_m)
         x, y = self.centre(i, self.time[i]) if self.falls else (self.x[i], self.y[i])
@@ -152,27 +152,24 @@ class BallBodies:
         return max((self._compute_accuracy_bits(i) for i in inexact), default=int(ctx.prec))
 
     def _compute_accuracy_bits(self, i: int) -> int:
-        """Return the accuracy of the velocity of disc `i`, in bits; the precision if the velocity is exact."""
+        """Return the accuracy of the velocity of disc `i`, in bits. For an exact velocity, return the precision."""
         bits = [v.rel_accuracy_bits() for v in (self.vx[i], self.vy[i]) if not v.is_zero()]
         return max(0, min(int(ctx.prec), max(bits, default=int(ctx.prec))))
 
     def are_at_start(self, *bodies: int) -> bool:
-        """Return whether none of these discs has had an impact, so that they are still on their initial paths."""
+        """Return whether none of these discs has had an impact, so that they are on their initial paths."""
         return all(body < 0 or self.partner[body] is None for body in bodies)
 
     def have_just_met(self, i: int, j: int) -> bool:
-        """Return whether the last impact of discs `i` and `j` was with each other, so that they separate."""
+        """Return whether the last impact of discs `i` and `j` was with each other, so that they move apart."""
         return (not self.movable[i] or self.partner[i] == j) and (not self.movable[j] or self.partner[j] == i)
 
     def path_start(self, i: int, body: int) -> float:
-        """Return the instant from which on the stored paths of disc `i` and another body are both valid.
-
-        From this instant on both paths are valid.
-        """
+        """Return the instant from which on the stored paths of disc `i` and of another body are both valid."""
         return self.time[i] if body < 0 else max(self.time[i], self.time[body])
 
     def find_last_impact(self, i: int, second: int) -> arb:
-        """Return the time of the last impact of disc `i` that can affect its next one with `second`; 0 if none can.
+        """Return the time of disc `i`'s last impact that affects its next impact with `second`; 0 if there is none.
 
         Without friction, an impact on one of two orthogonal walls changes neither the distance from the other nor the
         speed towards it.
@@ -184,7 +181,7 @@ class BallBodies:
         return latest
 
     def find_last_impact_of_either(self, i: int, second: int, instant_s: float) -> arb | None:
-        """Return the time of the last impact that can affect two bodies' next impact; None if before `instant_s`."""
+        """Return the time of the last impact that affects two bodies' next impact; None if before `instant_s`."""
         times = [
             self.find_last_impact(disc, second)
             for disc in (i, second)
@@ -193,9 +190,9 @@ class BallBodies:
         return times[0].max(times[-1]) if times else None
 
     def are_orthogonal(self, one: int, other: int) -> bool:
-        """Return whether two straight obstacles are exactly orthogonal and have no friction.
+        """Return whether two straight obstacles are exactly orthogonal and without friction.
 
-        Then an impact on one of them does not affect impacts on the other.
+        Then an impact on one of them does not change impacts on the other.
         """
         orthogonal = self._orthogonal.get((one, other))
         if orthogonal is None:
@@ -211,7 +208,7 @@ class BallBodies:
         return body if body >= 0 else wall_body(self.obstacles[wall_index(body)].wall)
 
     def legs(self, body: int) -> tuple[BallLeg, ...]:
-        """Return the parts of a body's prescribed motion; empty if it has none. Obstacles have body numbers, too."""
+        """Return the parts of a body's prescribed motion; empty for a body without one."""
         key = self.trace_body(body)
         if key not in self._drives:
             return ()
@@ -224,41 +221,41 @@ class BallBodies:
         return bool(self.legs(wall_body(k)))
 
     def legs_after(self, body: int, instant_s: float) -> tuple[BallLeg | None, ...]:
-        """Return the parts of a prescribed motion from an instant on; ``(None,)`` for bodies without such a motion."""
+        """Return the parts of a prescribed motion from an instant on; ``(None,)`` for a body without such a motion."""
         return tuple(leg for leg in self.legs(body) if leg.end_s > instant_s) or (None,)
 
     def bound_wait(self, instant_s: float, leg: BallLeg | None, *discs: int) -> arb:
-        """Return an upper bound of the time from `instant_s` until `leg` ends or the acceleration of a disc changes."""
+        """Return an upper bound of the time from `instant_s` until `leg` ends or a disc changes its acceleration."""
         ends = self.contacts.bound_wait(instant_s, *discs)
         return ends if leg is None else ends.min(arb(leg.end_s) - instant_s)
 
     def is_curved(self, body: int) -> bool:
-        """Return whether a body's path has a curve or a corner in the falling reference frame."""
+        """Return whether a body's path is not straight in the reference frame that falls with gravity."""
         fixed = body < 0 or not self.movable[body]
         if body >= 0 and self.acceleration[body] is not None:
             return True
         return fixed and (self.falls or len(self.legs(body)) > 1)
 
     def state_in_frame(self, i: int, instant_s: float) -> State:
-        """Return position and velocity of disc `i` at an instant, relative to the falling reference frame."""
+        """Return position and velocity of disc `i`, relative to the reference frame that falls with gravity."""
         leg = None if self.movable[i] else self.legs_after(i, instant_s)[0]
         return *self.centre_in_frame(i, instant_s), *((self.vx[i], self.vy[i]) if leg is None else (leg.vx, leg.vy))
 
     def relative_state(self, i: int, instant_s: float, leg: BallLeg | None) -> State:
-        """Return position and velocity of disc `i` at an instant, relative to a body that moves by `leg`."""
+        """Return position and velocity of disc `i`, relative to a body with the constant velocity of `leg`."""
         return self.subtract_leg(
             leg, instant_s, *self.centre(i, instant_s), *self.velocity(i, arb(instant_s), instant_s)
         )
 
     def subtract_leg(self, leg: BallLeg | None, instant_s: float, x: arb, y: arb, vx: arb, vy: arb) -> State:
-        """Return a state at an instant, relative to a body that moves by `leg`."""
+        """Return position and velocity, relative to a body with the constant velocity of `leg`."""
         if leg is None:
             return x, y, vx, vy
         moved_x, moved_y = leg.moved_at(arb(instant_s))
         return x - moved_x, y - moved_y, vx - leg.vx, vy - leg.vy
 
     def centre_in_frame(self, i: int, instant_s: float) -> tuple[arb, arb]:
-        """Return the centre of disc `i` at the exact instant `instant_s`, relative to the falling reference frame."""
+        """Return the centre of disc `i` at the exact `instant_s`, relative to the frame that falls with gravity."""
         if not self.movable[i] and (leg := self.legs_after(i, instant_s)[0]) is not None:
             x, y = leg.moved_at(arb(instant_s))
             return self.x[i] + x, self.y[i] + y
@@ -271,12 +268,12 @@ class BallBodies:
         return self.x[i] + self.vx[i] * dt, self.y[i] + self.vy[i] * dt
 
     def centre_at(self, i: int, time: arb) -> tuple[arb, arb]:
-        """Return the centre of disc `i` at a time, relative to the walls. The disc must have no prescribed motion."""
+        """Return the centre of disc `i`, which must not be driven, at a time, relative to the walls."""
         if not self.movable[i]:
             return self.x[i], self.y[i]
         dt, pull = time - self.time[i], self.acceleration[i]
-        # The state of a disc in flight is relative to the falling reference frame, and that of a disc in contact to the
-        # walls.
+        # The state of a disc in flight is relative to a frame that falls with gravity. The state of a disc in contact
+        # is relative to the walls.
         (ax, ay), half_square = (self.gravity, time * time / 2) if pull is None else (pull, dt * dt / 2)
         return (
             self.x[i] + self.vx[i] * dt + ax * half_square,
@@ -301,9 +298,9 @@ class BallBodies:
         return x + self.gravity[0] * half_square, y + self.gravity[1] * half_square
 
     def velocity(self, i: int, time: arb, instant_s: float) -> tuple[arb, arb]:
-        """Return the velocity of disc `i` at `time` relative to the walls.
+        """Return the velocity of disc `i` at `time`, relative to the walls.
 
-        For a prescribed motion, return the velocity at `instant_s`.
+        For a driven disc, return the velocity at `instant_s`.
         """
         if not self.movable[i] and (leg := self.legs_after(i, instant_s)[0]) is not None:
             return leg.vx, leg.vy
@@ -319,7 +316,7 @@ class BallBodies:
         return self.spin[i] + self.spin_rate[i] * (time - self.time[i])
 
     def bound_acceleration(self) -> arb:
-        """Return a bound of the accelerations of discs and rims by gravity, a table and walls in contact."""
+        """Return a bound of the accelerations of discs and rims by gravity, a table, and contact with walls."""
         gx, gy = self.gravity
         friction = arb(max((material.friction for material in self.materials), default=0.0))
         turns = max([arb(1), *self.inverse_inertia_ratio], key=float)
@@ -328,17 +325,17 @@ class BallBodies:
         return table + (gx * gx + gy * gy).sqrt() * (1 + 2 * resists * turns)
 
     def rim_speed(self, i: int) -> arb:
-        """Return the rim speed of disc `i` relative to its centre; counterclockwise is positive."""
+        """Return the rim speed (spin times radius) of disc `i`; counterclockwise is positive."""
         return arb(self.scene.discs[i].radius_m) * self.spin[i]
 
     def apply_spin_impulse(self, i: int, impulse: arb) -> None:
-        """Reduce the spin of disc `i` by an impulse along its rim. The impulse is divided by the disc's mass."""
+        """Reduce the spin of disc `i` by an impulse along its rim. The argument is the impulse divided by the mass."""
         self.spin[i] = self.spin[i] - impulse * self.inverse_inertia_ratio[i] / arb(self.scene.discs[i].radius_m)
 
     def record_impact(self, i: int, other: int, instant_s: float, time: arb, latest: float) -> None:
         """Record an impact of disc `i` with another body at `time`, which is at most `latest`.
 
-        The disc's state refers to the instant `instant_s`.
+        From now on, the disc's state is that at the instant `instant_s`.
         """
         self.time[i] = instant_s
         self.last_met[i] = max(self.last_met[i], latest)

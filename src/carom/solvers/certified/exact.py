@@ -1,9 +1,9 @@
-"""Tests in exact rational arithmetic: whether impacts are simultaneous, discs only graze, or bodies touch at the start.
+"""Exact tests in rational numbers: whether impacts are simultaneous, discs only graze, or bodies touch at the start.
 
 For bodies on their initial paths, times of impact have the form ``(P - sqrt(Q)) / A`` with rational P, Q and A > 0. For
-two discs, ``P = -b, Q = b^2 - a c, A = a``, where ``a t^2 + 2 b t + c`` is their squared distance minus the squared sum
-of their radii. For a disc of radius r, centre p and velocity v, and a wall through q with normal n, ``P = (p - q).n, Q
-= r^2 n.n, A = -v.n``.
+two discs whose squared distance minus the squared sum of their radii is ``a t^2 + 2 b t + c``, these are ``P = -b``,
+``Q = b^2 - a c`` and ``A = a``. For a disc of radius r, centre p and velocity v, and a wall through q with normal n,
+``P = (p - q).n``, ``Q = r^2 n.n`` and ``A = -v.n``.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ from carom.solvers.certified.result import Degeneracy, Degenerate
 
 
 def find_contact_at_start(bodies: BallBodies, grounds: Mapping[int, int]) -> Degeneracy | None:
-    """Return the first pair of bodies that touch or overlap at the start and approach each other, if any.
+    """Return the first pair of bodies that touch or overlap at the start and approach each other, or else None.
 
-    The motion after such a start has no certain result. Discs that start in lasting contact with a wall are ignored;
-    `grounds` maps their numbers to walls. Finite walls are not checked here.
+    The motion after this start has no certain result. Discs that start in lasting contact with a wall are ignored.
+    `grounds` maps the numbers of these discs to their walls. Finite walls are not checked here.
     """
     for i, j in _find_near_bodies(bodies):
         body = bodies.trace_body(j)
@@ -49,15 +49,16 @@ def find_contact_at_start(bodies: BallBodies, grounds: Mapping[int, int]) -> Deg
 
 
 def do_graze(bodies: BallBodies, i: int, j: int) -> bool:
-    """Return whether two discs on their initial paths only graze each other, or have the same velocity."""
+    """Return whether two discs on their initial paths graze each other without an impact, or have equal velocities."""
     _, d, a = _find_root_form(bodies, i, j)
     return d == 0 or a == 0
 
 
 def does_graze_wall(bodies: BallBodies, i: int, k: int) -> bool:
-    """Return whether a thrown disc on its initial path turns back under gravity exactly where it touches a half-plane.
+    """Return whether a disc on its initial path turns back under gravity exactly where it touches a half-plane.
 
-    The condition is ``s^2 = 2 a (P - r |n|)``, where s, a and P are the speed, gravity and the centre's offset along n.
+    With the normal n, the condition is ``s^2 = 2 a (P - r |n|)``. The components along n of velocity, gravity and the
+    centre's offset are s, a and P, and the radius is r.
     """
     offset, rim2, toward = _find_root_form(bodies, i, wall_body(k))
     pull = dot(bodies.scene.gravity_m_s2, _plane_of(bodies, wall_body(k)).normal)
@@ -68,12 +69,10 @@ def does_graze_wall(bodies: BallBodies, i: int, k: int) -> bool:
 def are_simultaneous(bodies: BallBodies, one: tuple[int, int], other: tuple[int, int]) -> bool:
     """Return whether two impacts on initial paths are at exactly the same instant.
 
-    Both impacts must certainly take place.
+    Both impacts must certainly happen. If an impact is on a finite wall, the result is False.
 
-    For impacts on finite walls, the result is False.
-
-    The condition ``(P1 - sqrt(Q1)) / A1 = (P2 - sqrt(Q2)) / A2`` is equivalent to ``k + sqrt(C) = sqrt(B)`` with k = P2
-    A1 - P1 A2, C = A2^2 Q1 and B = A1^2 Q2. By squaring twice, this equation can be tested exactly.
+    The condition ``(P1 - sqrt(Q1)) / A1 = (P2 - sqrt(Q2)) / A2`` is equivalent to ``k + sqrt(C) = sqrt(B)`` with ``k =
+    P2 A1 - P1 A2``, ``C = A2^2 Q1`` and ``B = A1^2 Q2``. Squaring twice makes this equation rational.
     """
     if any(body < 0 and bodies.obstacles[wall_index(body)].kind is not None for body in (one[1], other[1])):
         return False
@@ -106,7 +105,7 @@ def _build_pair_polynomial(scene: Scene, i: int, j: int) -> tuple[Fraction, Frac
 
 
 def _find_curvature_sign(scene: Scene, i: int, j: int, spread: Fraction) -> int:
-    """Return the sign of the second derivative of two discs' squared distance; 0 if both discs fall or neither falls.
+    """Return the sign of the second derivative of two discs' squared distance; 0 if both fall or neither falls.
 
     `spread` is the squared relative velocity of the discs.
     """
@@ -119,7 +118,7 @@ def _find_curvature_sign(scene: Scene, i: int, j: int, spread: Fraction) -> int:
 
 
 def _find_root_form(bodies: BallBodies, first: int, second: int) -> tuple[Fraction, Fraction, Fraction]:
-    """Return P, Q and A (see the module's docstring) of a disc and another disc or half-plane."""
+    """Return P, Q and A (see the module's docstring) for a disc and another disc or a half-plane."""
     scene = bodies.scene
     if second >= 0:
         a, b, c = _build_pair_polynomial(scene, first, second)
@@ -132,7 +131,7 @@ def _find_root_form(bodies: BallBodies, first: int, second: int) -> tuple[Fracti
 
 
 def _find_near_bodies(bodies: BallBodies) -> list[tuple[int, int]]:
-    """Return all pairs whose gap at the start is at most float rounding, ordered by disc, with discs before walls."""
+    """Return all pairs whose gap at the start is at most a rounding error, ordered by disc, with discs before walls."""
     start = bodies.scene.arrays
     numbers = [k for k, obstacle in enumerate(bodies.obstacles) if obstacle.kind is None]
     walls = np.array([start.walls[bodies.obstacles[k].wall] for k in numbers]).reshape(-1, 4)

@@ -1,9 +1,9 @@
 """Effect of an impact on discs, in interval arithmetic.
 
-Two kinds of impacts are linear in the state: impacts on walls, and impacts of two discs on a line parallel to an axis.
-These impacts use linear formulas, in which errors do not grow. Friction is added afterwards. If it is undecided whether
-discs stick or slide, the resulting intervals include both cases. The state after an impact is stored for the instant
-`Meeting.at` just before the impact, by extending the new path backwards.
+Two kinds of impacts are linear in the state: impacts on walls, and impacts of two discs along an axis. These two kinds
+use linear formulas, in which errors do not grow. Friction is added afterwards. If it is undecided whether discs stick
+or slide, the resulting intervals include both cases. The state after an impact is stored for the instant `Meeting.at`
+just before the impact, by extending the new path backwards.
 """
 
 from __future__ import annotations
@@ -26,8 +26,9 @@ from carom.solvers.certified.two_frictions import BallFrictions, limit_sticking,
 class BallImpact(NamedTuple):
     """A certified impact: its time, its normal (of any length), and the velocities and spins after it.
 
-    `before` contains the velocities just before the impact; None if they equal those after the previous impact.
-    `second` is the body's number in traces, and `edge` is the part of a finite wall that the disc hit.
+    `before` contains the velocities just before the impact. `before` is None if no velocity has changed since the
+    previous impact. `second` is the second body's number in traces. `edge` is the part of a finite wall that the disc
+    hit.
     """
 
     first: int
@@ -44,17 +45,17 @@ class BallImpact(NamedTuple):
 
 
 class BallEvent(NamedTuple):
-    """An event: an impact, and changes of discs between flight, sliding, rolling and rest."""
+    """An impact, or changes of discs between flight, sliding, rolling and rest, or both."""
 
     impact: BallImpact | None
     modes: tuple[BallMode, ...] = ()
 
 
 def apply_meeting(bodies: BallBodies, meeting: Meeting) -> BallEvent:
-    """Apply an impact that certainly happens to its bodies, and return the event.
+    """Apply an impact that certainly happens, and return the event.
 
     Raises:
-        Undecided: With this precision it is unknown whether the disc is in contact after the impact.
+        Undecided: With this precision it is unknown whether the disc stays in contact after the impact.
     """
     contacts, (first, second) = BallContacts(bodies), meeting[:2]
     if first == second:
@@ -77,7 +78,7 @@ def apply_meeting(bodies: BallBodies, meeting: Meeting) -> BallEvent:
 
 
 def _replace_by_tangents(bodies: BallBodies, meeting: Meeting, near: PairApproach) -> PairApproach:
-    """Return two discs before their impact, with curved paths replaced by their tangents at the impact."""
+    """Return two discs before their impact, where tangents at the impact replace curved paths."""
     wait, places, speeds = near.wait, [], []
     for i in meeting[:2]:
         u, v = bodies.velocity(i, meeting.time, meeting.at)
@@ -132,7 +133,7 @@ def _apply_impact(bodies: BallBodies, meeting: Meeting) -> BallImpact:
 def _apply_impact_at_joint(bodies: BallBodies, meeting: Meeting, seam: Seam) -> BallImpact:
     """Apply an impact near the smooth joint of two edges of a wall.
 
-    It is undecided which edge the disc meets, so the intervals of its new state include the results for both edges.
+    It is undecided which edge the disc meets. So the intervals of its new state include the results for both edges.
     """
     i, states = meeting.first, (bodies.x, bodies.y, bodies.vx, bodies.vy, bodies.spin)
     state_before, time = [state[i] for state in states], bodies.time[i]
@@ -154,7 +155,7 @@ def _apply_impact_at_joint(bodies: BallBodies, meeting: Meeting, seam: Seam) -> 
 def _find_edge(bodies: BallBodies, meeting: Meeting) -> tuple[int, int]:
     """Return the number and kind of the edge of a finite wall that the disc has hit.
 
-    If the obstacle consists of several edges, the disc's position determines the edge.
+    A part of a wall can consist of several edges. Then the disc's position determines the edge.
     """
     obstacle = bodies.obstacles[wall_index(meeting.second)]
     if obstacle.kind is None:
@@ -183,7 +184,7 @@ def _compute_velocity_from_wall(bodies: BallBodies, meeting: Meeting) -> tuple[a
 
 
 def _collide_discs(bodies: BallBodies, meeting: Meeting, near: PairApproach) -> tuple[arb, arb, arb]:
-    """Apply the impact of two discs. At contact, ``d.u = -sqrt(D)`` and ``|d| = R`` are already known."""
+    """Apply the impact of two discs, whose distance R and relative normal speed ``-sqrt(D) / R`` are already known."""
     i, j = meeting.first, meeting.second
     law = bodies.laws.of_discs(i, j)
     (_, _, vxi, vyi), (_, _, vxj, vyj) = bodies.state_in_frame(i, meeting.at), bodies.state_in_frame(j, meeting.at)
@@ -210,7 +211,7 @@ def _collide_discs(bodies: BallBodies, meeting: Meeting, near: PairApproach) -> 
 def _exchange(law: PairLaw, vi: arb, vj: arb, xi: arb, xj: arb, contact: arb) -> tuple[arb, arb, arb, arb]:
     """Return velocities and positions after an impact along one axis, as weighted means of the values before it.
 
-    The formula ``x + share * gap`` would use x twice and add its error twice. In a weighted mean, the error hardly
+    The formula ``x + share * gap`` would use x twice, and so add its error twice. In a weighted mean, the error hardly
     grows.
     """
     return (
@@ -224,7 +225,7 @@ def _exchange(law: PairLaw, vi: arb, vj: arb, xi: arb, xj: arb, contact: arb) ->
 def _bounce_off_straight(
     bodies: BallBodies, meeting: Meeting, near: WallApproach | RoundApproach | None
 ) -> tuple[arb, arb, arb]:
-    """Apply the impact of a disc on a straight wall: a reflection, unless gravity has a component along the normal."""
+    """Apply the impact of a disc on a straight wall. The formulas are linear if gravity has no normal component."""
     i = meeting.first
     if isinstance(near, RoundApproach):
         return _bounce_off_round(bodies, meeting, near)
@@ -240,7 +241,7 @@ def _bounce_off_straight(
     elif not law.m_xy.is_zero():
         x, y = law.m_xx * x + law.m_xy * y + law.shift_x, law.m_xy * x + law.m_yy * y + law.shift_y
         vx, vy = law.m_xx * vx + law.m_xy * vy, law.m_xy * vx + law.m_yy * vy
-    elif law.ny.is_zero():  # do not multiply by exactly 1, because this would round
+    elif law.ny.is_zero():  # do not multiply by exactly 1, because the multiplication would round
         x, vx = law.m_xx * x + law.shift_x, law.m_xx * vx
     else:
         y, vy = law.m_yy * y + law.shift_y, law.m_yy * vy
@@ -252,7 +253,7 @@ def _bounce_off_straight(
 
 
 def _bounce_off_round(bodies: BallBodies, meeting: Meeting, near: RoundApproach) -> tuple[arb, arb, arb]:
-    """Apply the impact of a disc on a vertex or an arc. The disc approaches with the speed ``root / reach``."""
+    """Apply the impact of a disc on a vertex or an arc. The disc approaches it with the speed ``root / reach``."""
     i = meeting.first
     x, y = bodies.centre_in_frame(i, meeting.at)
     change = near.law.change * near.root
@@ -268,7 +269,7 @@ def _find_restitution(bodies: BallBodies, meeting: Meeting) -> arb:
 
 
 def _rub_discs(bodies: BallBodies, meeting: Meeting, near: PairApproach, normal: tuple[arb, arb, arb]) -> None:
-    """Apply friction to two discs at contact, like `pair_tangential_impulse` of `core/impact_law.h`."""
+    """Apply friction to two discs at contact, as `pair_tangential_impulse` of `core/impact_law.h` does."""
     i, j = meeting.first, meeting.second
     nx, ny, reach = normal
     law, scene = bodies.laws.of_discs(i, j), bodies.scene
@@ -289,10 +290,7 @@ def _rub_discs(bodies: BallBodies, meeting: Meeting, near: PairApproach, normal:
 def _rub_wall(
     bodies: BallBodies, meeting: Meeting, velocity: tuple[arb, arb], normal: tuple[arb, arb, arb]
 ) -> BallFrictions:
-    """Apply friction and rolling resistance of a wall to a disc.
-
-    Return the slip speed and rim speed that they remove.
-    """
+    """Apply a wall's friction and rolling resistance to a disc. Return the slip and rim speed that they remove."""
     i, near = meeting.first, meeting.near
     wall = bodies.obstacles[wall_index(meeting.second)].wall
     material = bodies.materials[wall]
@@ -318,7 +316,7 @@ def _rub_wall(
 
 
 def _change_velocity(bodies: BallBodies, i: int, dvx: arb, dvy: arb, wait: arb) -> None:
-    """Change the velocity of a disc at its impact, `wait` seconds after the instant of its stored state."""
+    """Change the velocity of a disc at an impact, `wait` seconds after the instant for which its state is stored."""
     if bodies.movable[i]:
         bodies.vx[i], bodies.vy[i] = bodies.vx[i] + dvx, bodies.vy[i] + dvy
         bodies.x[i], bodies.y[i] = bodies.x[i] - dvx * wait, bodies.y[i] - dvy * wait

@@ -1,7 +1,7 @@
-"""End of infinitely many bounces in certified runs: the disc's state, and a check that nothing else happens until then.
+"""End of infinitely many bounces in certified runs: the disc's state, and a check that no other event comes earlier.
 
-If the disc slips in the same direction in all bounces, or sticks in all of them, its speed, slip and position after the
-bounces follow from geometric series: see `docs/theory/contact.md`.
+If the disc slips in one direction in all bounces, or sticks in all of them, geometric series give its later speed, slip
+and position: see `docs/theory/contact.md`.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ from carom.solvers.certified.two_frictions import share_frictions, sign_of
 def sum_bounces(
     bodies: BallBodies, i: int, ground: BallGround, bounce: Bounce, hop: arb, tolerance: arb | None
 ) -> GlideState | None:
-    """Return the state of a disc after all remaining bounces; None if it may slip in some of them and stick in others.
+    """Return the state of a disc after all remaining bounces; None if it may slip in some and stick in others.
 
-    If friction can reverse the slip, `tolerance` is the largest uncertainty of the remaining slip, as a fraction of the
-    slip. None means no limit.
+    If friction can reverse the slip, the remaining slip may be uncertain by at most the fraction `tolerance`. None
+    means no limit.
     """
     material = bodies.materials[bodies.obstacles[wall_index(bounce.body)].wall]
     y, e, c = bodies.inverse_inertia_ratio[i], arb(material.restitution), bodies.scene.wall_rolling_resistance
@@ -66,15 +66,15 @@ def _sum_reversing_bounces(
 ) -> GlideState | None:
     """Return the state after bounces in which friction may reverse the slip; None if the final slip is undecided.
 
-    Let e be the restitution, f the coefficient of friction, and r the slip speed divided by the speed of approach. A
-    bounce and its hop change r to ``(g(r) + A) / e``. With b the tangential restitution and ``C = f (1 + e)(1 + y)``,
-    g(r) is ``-b r`` up to ``|r| = C / (1 + b)``, and ``r - C`` above this. So r stays within ``R = (C - |A|) / (1 -
-    e)`` if ``|b| C / (1 + b) + |A|`` is at most ``e R``. Then the slip and the speed of approach go to 0 together,
-    whether the disc slides or sticks. The speed follows from ``y u
-    - q``, which friction does not change.
+    Let e be the restitution, f the coefficient of friction, b the tangential restitution, y the reciprocal of the
+    inertia factor, and r the slip speed divided by the speed of approach. A bounce and the flight after it change r to
+    ``(g(r) + A) / e``. With ``C = f (1 + e)(1 + y)``, g(r) is ``-b r`` up to ``|r| = C / (1 + b)``, and ``r - C`` above
+    this. So r stays within ``R = (C - |A|) / (1 - e)`` if ``|b| C / (1 + b) + |A|`` is at most ``e R``. Then the slip
+    and the speed of approach go to 0 together, whether the disc slides or sticks. The speed u and the rim speed q
+    follow from ``y u - q``, which friction does not change.
 
-    Otherwise some slip remains if it is larger than the amount that all these impacts can remove. The remaining slip is
-    uncertain by this amount.
+    If r may be outside of this range, some slip remains if it is larger than the amount that all these impacts can
+    remove. The remaining slip is uncertain by this amount.
     """
     (place, speed, slip, rim), hop = state, 2 * bounce.leaves / ground.presses
     e, b = arb(material.restitution), arb(bodies.scene.wall_tangential_restitution)
@@ -98,17 +98,17 @@ def _sum_reversing_bounces(
 
 
 def meets_only_ground(bodies: BallBodies, i: int, ground: BallGround, time: arb, window: arb) -> bool:
-    """Return whether disc `i` certainly meets no other body than its surface for the time `window` after `time`.
+    """Return whether disc `i` certainly meets only its surface in the duration `window` after `time`.
 
-    The speed of each disc is bounded by means of the energy E of all discs. Impacts, friction and walls at rest do not
-    increase E, and gravity increases ``sqrt(2 E)`` by at most ``sqrt(M) g`` per second.
+    The energy E of all discs bounds the speed of each disc. Impacts, friction and walls at rest do not increase E.
+    Gravity g increases ``sqrt(2 E)`` by at most ``sqrt(M) g`` per second, where M is the total mass.
     """
     discs = bodies.scene.discs
     if bodies.fastest_drive:
         return False
     movable = [j for j in range(len(bodies)) if bodies.movable[j]]
     if any(bodies.inverse_inertia_ratio[j].is_zero() and discs[j].spin_rad_s for j in movable):
-        return False  # friction with a disc of prescribed motion can speed up other discs
+        return False  # friction on a disc with fixed spin can speed up other discs
     root_energy_bound = _bound_root_energy(bodies, movable, time + window)
     x, y = bodies.centre_at(i, time)
     own_reach = root_energy_bound / arb(discs[i].mass_kg).sqrt() * window
@@ -119,7 +119,7 @@ def meets_only_ground(bodies: BallBodies, i: int, ground: BallGround, time: arb,
         if bodies.movable[j]:
             fastest = root_energy_bound / arb(disc.mass_kg).sqrt()
             since = [(last - time).upper() for last in bodies.met[j].values()]
-            late = max([ZERO, *since])  # the disc may already have had a slightly later impact
+            late = max([ZERO, *since])  # the disc may have had an impact slightly after `time`
             far = far + fastest * (window + 2 * late) + bodies.bound_acceleration() * late * late
         ox, oy = bodies.centre_at(j, time)
         reach = arb(disc.radius_m) + arb(discs[i].radius_m) + far
@@ -134,7 +134,7 @@ def meets_only_ground(bodies: BallBodies, i: int, ground: BallGround, time: arb,
 
 
 def _bound_root_energy(bodies: BallBodies, movable: Iterable[int], until: arb) -> arb:
-    """Return a bound of ``sqrt(2 E)`` up to a time, for the energy E of all discs."""
+    """Return a bound of ``sqrt(2 E)`` up to a time, where E is the energy of all discs."""
     energy = mass = ZERO
     for j in movable:
         disc = bodies.scene.discs[j]
@@ -146,7 +146,7 @@ def _bound_root_energy(bodies: BallBodies, movable: Iterable[int], until: arb) -
 
 
 def _is_out_of_reach(bodies: BallBodies, i: int, k: int, place: tuple[arb, arb], far: arb) -> bool:
-    """Return whether the distance of disc `i` from an obstacle is certainly greater than `far`."""
+    """Return whether the distance of disc `i` from part k of the walls is certainly greater than `far`."""
     (x, y), radius = place, bodies.scene.discs[i].radius_m
     shape = bodies.obstacles[k].shape
     if isinstance(shape, Round):

@@ -1,4 +1,4 @@
-"""Constants of impacts in interval arithmetic: of two discs, and of a disc with a straight or a round obstacle."""
+"""Constants of impacts in interval arithmetic, for two discs, and for a disc and a straight or round part of a wall."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from carom.solvers.certified.obstacles import Obstacle, Plane, Round
 
 
 class PairLaw(NamedTuple):
-    """Constants of a pair of discs, as intervals of the present precision.
+    """Constants of a pair of discs, as intervals of the current precision.
 
-    The change of a disc's velocity is its `share` times the relative velocity along the normal.
+    An impact changes a disc's velocity by its `share` times the relative velocity along the normal.
     """
 
     reach: arb
@@ -33,7 +33,8 @@ class PairLaw(NamedTuple):
 class WallLaw(NamedTuple):
     """Constants of a wall for discs of one radius.
 
-    An impact changes velocities to ``M v`` and positions to ``M x + shift``. With restitution 1, this is a reflection.
+    An impact changes a velocity v to ``M v`` and a position x to ``M x + shift``. With restitution 1, the impact is a
+    reflection.
     """
 
     nx: arb
@@ -48,10 +49,10 @@ class WallLaw(NamedTuple):
 
 
 class RoundLaw(NamedTuple):
-    """Constants of a vertex or an arc for discs of one radius: its centre, and its distance from a touching disc.
+    """Constants of a vertex or arc for discs of one radius: its centre, and the distance of a touching disc's centre.
 
-    `change` is the factor in the formula for the disc's velocity change. `root` and (px, py) are explained in
-    `carom.solvers.certified.meeting`.
+    `change` is the factor in the formula of the disc's velocity change. `RoundApproach` explains the other numbers of
+    this formula.
     """
 
     cx: arb
@@ -62,11 +63,11 @@ class RoundLaw(NamedTuple):
 
 
 class Laws:
-    """Constants of a scene's impacts as intervals of the present precision. Each constant is computed once.
+    """Constants of a scene's impacts, as intervals of the current precision. Each constant is computed once.
 
     Attributes:
-        of_straight: Function that returns the constants of the k-th obstacle, a half-plane or a face, for discs of a
-            given radius (None for 0).
+        of_straight: Function that returns the constants of the k-th obstacle, a half-plane or straight side, for discs
+            of a given radius (None for 0).
         of_round: Function that returns the constants of the k-th obstacle, a vertex or an arc, for discs of a given
             radius.
     """
@@ -85,7 +86,7 @@ class Laws:
         return self._of_kinds(*self._kind[i], *self._kind[j])
 
     def _build_pair_law(self, mass_i: float, radius_i: float, mass_j: float, radius_j: float) -> PairLaw:
-        """Return the constants of two discs. The share of the first is ``(1 + e) (1/m1) / (1/m1 + 1/m2)``."""
+        """Return the constants of two discs. The share of disc 1 is ``(1 + e) (1/m1) / (1/m1 + 1/m2)``."""
         turn = arb(self._scene.restitution) + 1
         if math.isinf(mass_i) or math.isinf(mass_j):
             share_i, share_j = (turn, ZERO) if math.isinf(mass_j) else (ZERO, turn)
@@ -98,8 +99,8 @@ class Laws:
     def _build_wall_law(self, k: int, radius: float | None) -> WallLaw:
         """Return the constants of a straight obstacle.
 
-        The half-plane is ``(p - q).n >= 0``. The direction of the stored normal n is exact, but its length is not
-        exactly 1 because of rounding. So distances are divided by ``|n|``, and reflections by ``|n|^2``.
+        The half-plane is ``(p - q).n >= 0``. The direction of the stored normal n is exact, but its length differs
+        from 1 by rounding. So distances are divided by ``|n|``, and reflections by ``|n|^2``.
         """
         obstacle = self._obstacles[k]
         shape = obstacle.shape
@@ -110,7 +111,7 @@ class Laws:
         thick = ZERO if radius is None else arb(radius) + ball(obstacle.half_width)
         level = px * nx + py * ny + thick * length
         turn = arb(self._materials[obstacle.wall].restitution) + 1
-        if ny.is_zero() or nx.is_zero():  # components of 1 and 0 need no division, so they stay exact
+        if ny.is_zero() or nx.is_zero():  # along an axis no division is needed, so the numbers stay exact
             xx, xy, yy = (1 - turn, ZERO, arb(1)) if ny.is_zero() else (arb(1), ZERO, 1 - turn)
         else:
             xx, xy, yy = 1 - turn * nx * nx / length2, ZERO - turn * nx * ny / length2, 1 - turn * ny * ny / length2

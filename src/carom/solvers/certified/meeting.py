@@ -1,4 +1,4 @@
-"""Possible impacts of two bodies, with their relative motion just before the impact."""
+"""Possible impacts of two bodies, with the relative motion of the bodies just before the impact."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from carom.solvers.certified.sign_changes import find_falls
 
 
 class PairApproach(NamedTuple):
-    """Two discs at the instant `Meeting.at` just before their impact: their centres, relative position and velocity.
+    """Centres, relative position and relative velocity of two discs at the instant `Meeting.at` before their impact.
 
-    `root` is the closing speed at contact times the sum of the radii. `wait` is the time until contact in seconds.
-    `pull` is the relative acceleration; None if both discs have the same acceleration.
+    `root` is the closing speed at contact times the sum of the radii. `wait` is the time until contact, in seconds.
+    `pull` is the relative acceleration, and None if both discs have the same acceleration.
     """
 
     xi: arb
@@ -41,7 +41,7 @@ class PairApproach(NamedTuple):
         return x + self.pull[0] * half_square, y + self.pull[1] * half_square
 
     def slip(self) -> arb:
-        """Return the tangential relative speed of the discs at contact, times their distance."""
+        """Return the tangential relative speed of the discs at contact, times the distance of their centres."""
         if self.pull is None:  # the cross product u x d is constant on straight paths
             return self.ux * self.dy - self.uy * self.dx
         x, y = self.offset()
@@ -51,7 +51,7 @@ class PairApproach(NamedTuple):
 class WallApproach(NamedTuple):
     """A disc that falls onto a wall.
 
-    `root` is the disc's speed at contact times the normal's length, and `wait` is the time until contact in seconds.
+    `root` is the disc's speed at contact times the normal's length. `wait` is the time until contact, in seconds.
     """
 
     root: arb
@@ -59,9 +59,10 @@ class WallApproach(NamedTuple):
 
 
 class RoundApproach(NamedTuple):
-    """A disc that meets a vertex or an arc. (px, py) is the vector from the obstacle's centre to the disc's at contact.
+    """A disc that meets a vertex or arc. (px, py) is the vector from the vertex or arc's centre to the disc's centre.
 
-    `root` is the closing speed times the distance at contact. `wait` is the time until contact in seconds.
+    `root` is the closing speed at contact times the length of this vector. `wait` is the time until contact, in
+    seconds.
     """
 
     law: RoundLaw
@@ -72,29 +73,27 @@ class RoundApproach(NamedTuple):
 
 
 class Seam(NamedTuple):
-    """An impact near the smooth joint of two edges of a wall, with a possible impact on each of them."""
+    """An impact near the smooth joint of two edges of a wall: a possible impact on each of the two edges."""
 
     one: Meeting
     other: Meeting
 
 
 class Meeting(NamedTuple):
-    """A possible impact of two bodies on their present paths.
+    """A possible impact of two bodies on their current paths.
 
     Attributes:
         first: Number of a disc.
-        second: A disc with a higher number, or the body number of an obstacle. If `second` equals `first`, the event is
-            no impact: the disc stops sliding, rolling or resting.
-        at: Lower bound of the time, as a 64-bit float in seconds. Paths that the impact changes are stored for this
+        second: A disc with a higher number, or the body number of a part of a wall. If `second` equals `first`, the
+            event is not an impact: the disc stops sliding, rolling or resting.
+        at: Lower bound of the time, as a 64-bit float in seconds. The new paths after the impact are stored for this
             instant.
-        time: Interval that contains the time of impact. If it is undecided whether there is an impact, this is the
-            earliest possible time.
+        time: Interval that contains the time of impact. For an uncertain impact, the earliest possible time.
         latest: Upper bound of `time`, as a 64-bit float.
         decided: Whether the impact is certain.
-        resting: Whether the impact is undecided because the bodies may already be in contact. If False, the bodies may
-            only graze each other.
-        turning: Whether the impact is undecided because the velocity of a body with a prescribed motion may change
-            before it.
+        resting: Whether the impact is undecided because the bodies may already be in contact. With False, the
+            bodies may only graze each other.
+        turning: Whether the impact is undecided because a driven body may change its velocity before.
         proven: Whether the bodies certainly touch, so that only the order of impacts is undecided.
         near: Relative motion just before the impact; None for a straight obstacle that the disc approaches at constant
             speed.
@@ -113,29 +112,29 @@ class Meeting(NamedTuple):
 
     @property
     def obstacles(self) -> frozenset[int]:
-        """Obstacles that the disc may touch at the impact: two at a smooth joint of edges, otherwise one."""
+        """Parts of walls that the disc may touch at the impact: two at a smooth joint of edges, else one."""
         near = self.near
         return frozenset({near.one.second, near.other.second} if isinstance(near, Seam) else {self.second})
 
     def holds(self, other: Meeting) -> bool:
-        """Whether this impact is at a smooth joint of two edges, and `other` is an impact on one of these edges."""
+        """Whether this impact is at the smooth joint of two edges, and `other` is an impact on one of these edges."""
         return isinstance(self.near, Seam) and self.first == other.first and other.obstacles <= self.obstacles
 
 
 def build_undecided(
     first: int, second: int, instant_s: float, time: arb, *, resting: bool, proven: bool = False, turning: bool = False
 ) -> Meeting:
-    """Return a possible impact that is not certain. `time` is its earliest possible time."""
+    """Return an impact that is not certain. `time` is its earliest possible time."""
     return Meeting(first, second, instant_s, time, float_above(time), False, resting, proven, turning)
 
 
 def find_contacts(
     bodies: BallBodies, i: int, second: int, instant_s: float, powers: Sequence[arb], leg: BallLeg | None
 ) -> Iterator[tuple[arb, Meeting]]:
-    """Yield each time after `instant_s` at which a gap changes from positive to negative, with the impact at this time.
+    """Yield each time after `instant_s` at which a gap changes from positive to negative, and the impact at this time.
 
-    `powers` contains the gap's coefficients of powers of the time since `instant_s`. An impact is undecided if the sign
-    change is uncertain, or may come before the start of a path.
+    `powers` are the coefficients of the gap as a polynomial of the time since `instant_s`. An impact is undecided if
+    the sign change is uncertain, or may come before the start of a path.
     """
     begin, discs = bodies.find_last_impact_of_either(i, second, instant_s), [body for body in (i, second) if body >= 0]
     for wait, certain in find_falls(powers, bodies.bound_wait(instant_s, leg, *discs)):

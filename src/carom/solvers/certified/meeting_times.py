@@ -1,13 +1,11 @@
-"""Times, as intervals, at which two bodies meet.
-
-It may be certain that they meet, certain that they do not, or undecided.
+"""Times, as intervals, at which two bodies meet. An impact is certain, undecided, or certainly does not happen.
 
 The time is the root of a quadratic equation (`docs/theory/pic.md`). In this equation, time is measured from an instant
-that is proven to be shortly before the impact. So the constant term c is nearly 0, and the root has only the error of
-the distance.
+that is proven to be shortly before the impact. So the equation's constant term is nearly 0, and the error of the root
+is only that of the distance.
 
-A prescribed motion consists of *legs*, in each of which the velocity is constant. The legs are examined one by one. An
-impact during one leg must come before the next leg starts.
+A driven body's path consists of straight parts with constant velocity, called *legs*. The legs are examined one by one.
+An impact during one leg must come before the next leg starts.
 """
 
 from __future__ import annotations
@@ -25,7 +23,7 @@ from carom.solvers.certified.wall_meetings import meet_feature, meet_straight
 
 
 def meet(bodies: BallBodies, disc: int, body: int, instant_s: float) -> Meeting | None:
-    """Return the next impact of a disc with another body; None if there is certainly none.
+    """Return the next impact of a disc with another body; None if there is certainly no impact.
 
     `instant_s` is a lower bound of the impact's time.
     """
@@ -50,7 +48,7 @@ def meet(bodies: BallBodies, disc: int, body: int, instant_s: float) -> Meeting 
 
 
 def _meet_on_leg(bodies: BallBodies, disc: int, body: int, instant_s: float, leg: BallLeg | None) -> Meeting | None:
-    """Return the result of `meet` as if the body with a prescribed motion kept the velocity of one leg for ever."""
+    """Return the result of `meet` for a body with a prescribed motion, as if it kept the velocity of `leg` for ever."""
     if body >= 0:
         pair = min(disc, body), max(disc, body)
         curved = bodies.falls or any(bodies.acceleration[i] is not None for i in pair)
@@ -62,7 +60,7 @@ def _meet_on_leg(bodies: BallBodies, disc: int, body: int, instant_s: float, leg
 
 
 def _meet_on_curves(bodies: BallBodies, i: int, j: int, instant_s: float, leg: BallLeg | None) -> Meeting | None:
-    """Return the impact of discs `i` < `j` if at least one path is curved; None if there is certainly none."""
+    """Return the impact of discs `i` < `j`, at least one on a curved path; None if certainly none."""
     law, (ax, ay), (bx, by) = bodies.laws.of_discs(i, j), bodies.acceleration_of(i), bodies.acceleration_of(j)
     pull = (bx - ax, by - ay)
     (xi, yi), (xj, yj) = bodies.centre(i, instant_s), bodies.centre(j, instant_s)
@@ -84,7 +82,7 @@ def _meet_on_curves(bodies: BallBodies, i: int, j: int, instant_s: float, leg: B
 
 
 def _meet_pair(bodies: BallBodies, i: int, j: int, instant_s: float) -> Meeting | None:
-    """Return the impact of discs `i` < `j` on straight paths; None if there is certainly none."""
+    """Return the impact of discs `i` < `j` on straight paths; None if certainly none."""
     law = bodies.laws.of_discs(i, j)
     (xi, yi, vxi, vyi), (xj, yj, vxj, vyj) = bodies.state_in_frame(i, instant_s), bodies.state_in_frame(j, instant_s)
     dx, dy, ux, uy = xj - xi, yj - yi, vxj - vxi, vyj - vyi
@@ -123,7 +121,7 @@ def _meet_pair(bodies: BallBodies, i: int, j: int, instant_s: float) -> Meeting 
 
 
 def _do_graze(bodies: BallBodies, i: int, j: int) -> bool:
-    """Return whether two discs on straight initial paths touch without an impact."""
+    """Return whether two discs on straight initial paths touch without an impact, because they only graze."""
     straight = bodies.are_at_start(i, j) and not (bodies.is_curved(i) or bodies.is_curved(j))
     return straight and do_graze(bodies, i, j)
 
@@ -131,7 +129,7 @@ def _do_graze(bodies: BallBodies, i: int, j: int) -> bool:
 def _solve_on_line(d: arb, u: arb, reach: arb) -> tuple[arb | None, arb | None]:
     """Return `root` and `wait` (see `PairApproach`) of an impact along an axis.
 
-    Without an impact, `root` is None. For an undecided impact, `wait` is None.
+    Without an impact, `root` is None. If the impact is undecided, `wait` is None.
     """
     if d > 0:
         gap, closing = d - reach, ZERO - u

@@ -1,9 +1,9 @@
-"""Obstacles with exact coordinates: half-planes, and faces, vertices and arcs of finite walls.
+"""Obstacles with exact coordinates. An obstacle is a half-plane, or a side or vertex of a finite wall.
 
 All coordinates are rational numbers. A finite wall consists of several obstacles, in the order of
 `carom.core.wall_features.build_features`: its straight sides (faces), the sides of its arcs, and its vertices. At each
-end, a side continues with a vertex, or with the next side if the joint is smooth. At a smooth joint a disc touches both
-sides at the same time.
+of its ends, a side continues with a vertex, or at a smooth joint with the next side. At a smooth joint, a disc touches
+both sides at the same time.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _NOWHERE = Fraction(0)
 
 
 class Between(NamedTuple):
-    """The edge to which a straight side belongs, given by its first and last point."""
+    """First and last point of the edge to which a straight side belongs."""
 
     begin: Exact
     end: Exact
@@ -55,11 +55,11 @@ class Round(NamedTuple):
 
     Attributes:
         centre: Centre, in metres.
-        radius2: Square of the radius of the wall's centre line, in square metres; 0 for a vertex.
-        inside: Whether this is the inner side of an arc.
-        sector: Vectors from the centre to the start and end of the arc, counterclockwise; None for the whole circle.
-        stops2: Square of the arc's radius, if this point represents the inside of an arc for discs that are too large
-            for it; otherwise 0.
+        radius2: Square of the radius of the line in the middle of the wall, in square metres; 0 for a vertex.
+        inside: Whether the side is the inner side of an arc.
+        sector: Vectors from the centre to the start and end of the arc, counterclockwise; None for a whole circle.
+        stops2: Square of the arc's radius for a stop, a point of an arc that only discs too large for the arc can meet;
+            0 for all other shapes.
     """
 
     centre: Exact
@@ -76,12 +76,11 @@ class Obstacle:
     Attributes:
         wall: Number of the wall.
         shape: Shape of the part.
-        half_width: Half of the wall's thickness, in metres: the wall is all points within this distance of its centre
-            line.
-        kind: Which part of an edge this is; None for a half-plane.
-        edges: Numbers of the edges to which the part belongs; for a vertex, only the lower number.
-        neighbours: Body numbers of the obstacles that follow at the beginning and the end of this one; None if there is
-            none.
+        half_width: The wall consists of all points within this distance of the line in its middle, in metres.
+        kind: Kind of the part; None for a half-plane.
+        edges: Numbers of the edges to which the part belongs. A vertex has only the lower number.
+        neighbours: Body numbers of the obstacles that follow at the beginning and at the end of this one. A number is
+            None if no obstacle follows.
     """
 
     wall: int
@@ -115,7 +114,7 @@ def dot(a: tuple[float, float] | Exact, b: tuple[float, float] | Exact) -> Fract
 
 
 def _build_outline_obstacles(k: int, outline: Outline, before: int, widest: Fraction) -> list[Obstacle]:
-    """Return the obstacles of a finite wall: the sides of its edges, then its vertices and stops (`_build_stop`).
+    """Return the obstacles of a finite wall: the sides of its edges, its vertices, and the points of `_build_stop`.
 
     `before` is the number of obstacles of earlier walls, and `widest` is the largest radius of a disc, in metres.
     """
@@ -159,14 +158,14 @@ def _build_stop(side: Obstacle, arc: Round, offset: Exact) -> Obstacle:
 
 
 def _link_side(sides: list[Obstacle], number: int, run: JoinedEdges, end: int, body: int) -> None:
-    """Store which obstacle follows at an end of a side. For a clockwise arc, beginning and end are exchanged."""
+    """Store the obstacle that follows at an end of a side. On a clockwise arc, beginning and end are exchanged."""
     at_begin, at_end = sides[number].neighbours
     at_the_end = bool(end) == (run.turn >= 0)
     sides[number] = replace(sides[number], neighbours=(at_begin, body) if at_the_end else (body, at_end))
 
 
 def _build_vertex(k: int, left: JoinedEdges | None, right: JoinedEdges | None, thick: Fraction) -> Obstacle:
-    """Return the vertex between two joined edges, or at an end of an open chain, where one of them is None."""
+    """Return the vertex between two edges. At an end of an open chain, one of the two edges is None."""
     ends = []
     if left:
         ends.append((left.numbers[-1], left.edge.b))
@@ -177,7 +176,7 @@ def _build_vertex(k: int, left: JoinedEdges | None, right: JoinedEdges | None, t
 
 
 def _build_sides(run: JoinedEdges, thick: Fraction) -> Iterator[tuple[Plane | Round, Fraction, EdgeKind]]:
-    """Yield the left side and the right side of a sequence of smoothly joined edges."""
+    """Yield the left side and the right side of a series of smoothly joined edges."""
     a, b = to_exact(run.edge.a), to_exact(run.edge.b)
     if run.circle is None:
         ex, ey = subtract(b, a)

@@ -8,25 +8,25 @@ from carom.support.options import DeclaredOptions, build_seconds_kind, build_who
 
 MOST_DIGITS = 10_000
 
-#: Default of the greatest precision, in bits. It suffices for half a million impacts of 64 discs, which take about an
-#: hour.
+#: Default of the greatest precision, in bits. This precision suffices for half a million impacts of 64 discs, which
+#: take about an hour to compute.
 MAX_PRECISION_BITS = 65536
 
-#: Largest allowed value of the greatest precision: sixteen times the default. With this precision, computing one
-#: exponential takes about a second.
+#: Largest allowed value of the greatest precision: sixteen times the default. One exponential of this precision takes
+#: about a second.
 MOST_PRECISION_BITS = 2**20
 
-#: If two events agree in this many bits, the run ends. Different times don't agree so closely by chance, because the
-#: numbers of a scene have only 53 bits.
+#: If the times of two events agree in this many bits, the run ends. Different times don't agree so closely by chance,
+#: because the numbers of a scene have only 53 bits.
 TIE_BITS = 512
 
-#: Smallest allowed value of the greatest precision: the 53 bits of floats, rounded up to a machine word.
+#: Smallest allowed value of the greatest precision: the 53 bits of floats, rounded up to a power of two.
 LEAST_BITS = 64
 
 
 @dataclass(frozen=True)
 class CertifyOptions(DeclaredOptions):
-    """Options of a certified run, except for its scene; `carom.certify` explains them.
+    """Options of a certified run. `carom.certify` explains them.
 
     Raises:
         InputError: A value is invalid.

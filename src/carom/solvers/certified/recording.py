@@ -27,9 +27,9 @@ from carom.solvers.certified.slowing import damped_time, speed_fraction
 
 Spins = tuple[float, float, float, float]
 
-#: Number of bits with which numbers are converted, in addition to the bits of the requested digits.
+#: Bits of precision for the conversion of numbers, in addition to the bits of the requested digits.
 GUARD_BITS = 64
-#: Number of decimal digits that a 64-bit float can always represent.
+#: Any decimal number with this many digits is restored from the nearest 64-bit float.
 MOST_FLOAT_DIGITS = 15
 BITS_A_DIGIT = math.log2(10)
 
@@ -42,7 +42,7 @@ class Vector(NamedTuple):
 
 
 class RecordedImpact(NamedTuple):
-    """An impact: its values, their error bounds, and decimal numbers of the time and the state after it."""
+    """An impact: its numbers, their error bounds, and the time and the state after the impact as decimal numbers."""
 
     values: ImpactRecord
     radii: ImpactRecord
@@ -50,7 +50,7 @@ class RecordedImpact(NamedTuple):
 
 
 class RecordedMode(NamedTuple):
-    """A change of a disc between flight, sliding, rolling and rest: its values, and their error bounds."""
+    """A change of a disc between flight, sliding, rolling and rest: its numbers, and their error bounds."""
 
     values: ModeRecord
     radii: ModeRecord
@@ -68,16 +68,15 @@ def to_vector(x: arb, y: arb) -> Vector:
 class Recording:
     """Log of those impacts of a run that are known to the requested digits.
 
-    All attempts, each with a higher precision, use the same log. A new attempt does not record again the impacts that
-    the log already contains.
+    All attempts of a run, each with a higher precision, use the same log. A new attempt does not record the impacts
+    again that the log already contains.
 
     Attributes:
         digits: Requested decimal digits.
         bits: Precision with which numbers are converted, in bits.
         rows: The impacts, in order.
         mode_rows: The changes of discs between flight, sliding, rolling and rest, in order.
-        events: Number of events. An event is an impact, or a change of a disc between flight, sliding, rolling and
-            rest.
+        events: Number of recorded impacts and changes of discs between flight, sliding, rolling and rest.
     """
 
     def __init__(self, scene: Scene, digits: int) -> None:
@@ -108,11 +107,11 @@ class Recording:
         return build_impact_array(row.values for row in self.rows)
 
     def spins(self) -> NDArray[np.void] | None:
-        """Return the spins of impacts as a read-only array of `carom.model.trace.SPIN_DTYPE`; None if no disc spins."""
+        """Return the spins of impacts as an array of `trace.SPIN_DTYPE`; None if no disc spins."""
         return build_spin_array(row.values for row in self.rows) if self._turns else None
 
     def edges(self) -> NDArray[np.void] | None:
-        """Return the edges of impacts, as an array of `trace.EDGE_DTYPE`; None without finite walls."""
+        """Return the wall edges that impacts hit, as `trace.EDGE_DTYPE`; None without finite walls."""
         return build_edge_array(row.values for row in self.rows) if self._has_edges else None
 
     def modes(self) -> NDArray[np.void] | None:
@@ -129,7 +128,7 @@ class Recording:
         return ()
 
     def begin_again(self) -> None:
-        """Prepare for a new attempt, which first repeats all recorded events."""
+        """Prepare for a new attempt, which first repeats the recorded events."""
         self._pending.clear()
         self._skip = self.events
 
@@ -190,8 +189,8 @@ class Recording:
         time, *after = +impact.time, *(+v for v in impact.after)
         t, t_radius = round_to_float(time)
         velocities = [to_vector(*after[:2]), to_vector(*after[2:])]
-        # These error bounds include float rounding. If they exceed the limit, compare the limit with the widths of the
-        # intervals instead.
+        # These error bounds include float rounding. Where error bounds exceed the limit, the widths of the intervals
+        # are compared with the limit instead.
         widest = max(velocities[0].radius + velocities[1].radius)
         if self._speed_tolerance < widest and not all(v.rad() <= self._speed_tolerance for v in after):
             return False
@@ -222,9 +221,9 @@ class Recording:
         return True
 
     def _convert_spins(self, discs: list[int], after: list[arb]) -> tuple[Spins | None, Spins | None]:
-        """Return the spins before and after an impact, and their error bounds.
+        """Return the spins before and after an impact, and their error bounds. A wall's spin is 0.
 
-        Store the spins after the impact. A wall's spin is 0.
+        The spins after the impact are stored for the next impact.
         """
         if not self._turns:
             return None, None

@@ -1,4 +1,4 @@
-"""Result of a certified run: a trace, and an error bound (called radius) for each of its numbers."""
+"""Result of a certified run: a trace, and an error bound (called radius) for each number of the trace."""
 
 from __future__ import annotations
 
@@ -48,12 +48,12 @@ class Degeneracy:
 
     Attributes:
         kind: Kind of event.
-        bodies: The bodies that take part, in ascending order. Walls are numbered as by `carom.model.trace.wall_body`.
+        bodies: The bodies of the event, in ascending order. Walls are numbered as by `carom.model.trace.wall_body`.
         earliest_s: Earliest possible time of the event, in seconds.
-        latest_s: Latest possible time of the event, in seconds. It is infinity for a graze that may be no contact, and
-            the time of the last counted impact for a collapse.
-        proven: Whether exact arithmetic proves that this is such an event. Otherwise the event is undecided although
-            the state is known to `bits` bits.
+        latest_s: Latest possible time of the event, in seconds. For a collapse, it is the time of the last counted
+            impact. For a graze that may be no contact, it is infinity.
+        proven: Whether exact arithmetic proves this event. Without a proof, the event is undecided although the state
+            of the bodies is known to `bits` bits.
         bits: Accuracy of the state of the bodies, in bits.
     """
 
@@ -73,7 +73,7 @@ class Degeneracy:
         return f"{self.kind.value}: {names}, {time_text} ({how})"
 
 
-class Undecided(Exception):  # noqa: N818 - not an error: a signal that a higher precision may be needed
+class Undecided(Exception):  # noqa: N818 - a signal that more precision may be needed, not an error
     """Signal that a higher precision may be needed to decide which event is next.
 
     `degeneracy` is reported if the event is undecided with the greatest precision.
@@ -86,29 +86,29 @@ class Undecided(Exception):  # noqa: N818 - not an error: a signal that a higher
 
 @dataclass(frozen=True, repr=False, eq=False)
 class CertifiedTrace(ByValue, Drawn):
-    """A trace with a proven error bound for every number. Traces are compared by value and are not hashable.
+    """A trace with a proven error bound for every number. Traces with equal values are equal.
 
     Attributes:
-        trace: The trace, with method "certified". The trace ends at the end of the scene or at the last certified
+        trace: The trace, with the method "certified". The trace ends at the end of the scene or at the last certified
             impact. Each number differs from its true value by at most its radius.
-        radii: Structured array like ``trace.impacts``. It contains a bound of each number's error, including float
-            rounding. The fields `first` and `second` contain the bodies.
+        radii: Structured array like ``trace.impacts`` with the bound of each number's error, including float rounding.
+            The fields `first` and `second` are the numbers of the bodies.
         final_position_radius_m: Error bounds of `trace.final_position_m`, shape ``(n, 2)``.
         final_velocity_radius_m_s: Error bounds of `trace.final_velocity_m_s`, shape ``(n, 2)``.
         spin_radii: Error bounds of ``trace.spins``, as a structured array; None if ``trace.spins`` is None.
         final_spin_radius_rad_s: Error bounds of `trace.final_spin_rad_s`, shape ``(n,)``.
         mode_radii: Error bounds of ``trace.modes``, as a structured array; None if ``trace.modes`` is None.
         digits: The requested decimal digits.
-        decimals: Decimal numbers for each impact: time and velocities after the impact ``(t, x1, y1, x2, y2)``, then
-            the spins of the discs if any disc turns. The numbers have an error of at most one unit in the last digit.
-            The tuple is empty for up to 15 digits, which float64 can represent.
+        decimals: Decimal numbers for each impact: the time and the velocities after the impact ``(t, x1, y1, x2, y2)``.
+            If any disc turns, the spins of the discs follow. Errors are at most one unit in the last digit. Up to 15
+            digits, the tuple is empty, because floats suffice.
         ending: How the run ended.
         degeneracy: The event that stopped the run early; None if the run reached its end.
         commuted: Pairs of indices of impacts whose order is unknown and does not affect the result.
         precision_bits: Precision at the start of the last attempt, in bits.
-        bits_lost: Number of bits of accuracy that the least accurate disc lost until the end.
+        bits_lost: Number of accurate bits that the least accurate disc lost until the end.
         replays: Number of restarts with a higher precision.
-        elapsed_s: Elapsed seconds; ignored when two traces are compared.
+        elapsed_s: Elapsed seconds. The comparison of two traces ignores this field.
 
     Examples:
         >>> found = carom.certify("classics/gas", max_impacts=3)
@@ -138,10 +138,10 @@ class CertifiedTrace(ByValue, Drawn):
 
 
 def proven_decimal(value: float, radius: float) -> str:
-    """Return a value with an error of at most `radius` as a decimal number with all proven digits.
+    """Return a value, whose error is at most `radius`, as a decimal number with all proven digits.
 
-    With k decimals, the number in the text differs from the true value by at most ``radius + 10^-k / 2``. k is chosen
-    so that this difference is at most one unit in the last digit. If no digit is proven, the text is a bound.
+    With k decimals, the decimal number differs from the true value by at most ``radius + 10^-k / 2``. The largest k is
+    chosen with which this difference is at most one unit in the last digit. If no digit is proven, the text is a bound.
     """
     if radius == 0.0:
         return repr(value)

@@ -1,7 +1,7 @@
-"""Certified run, which is repeated with a higher precision whenever a comparison is undecided.
+"""Certified run. Whenever a comparison is undecided, the run is repeated with a higher precision.
 
-A repetition keeps the certified order of impacts, and only recomputes the motion. As the intervals become wider, the
-precision is lowered, because it is useless to compute with more bits than are known.
+A repetition keeps the certified order of impacts, and only recomputes the motion. During a run, intervals become wider.
+The precision is then lowered, because it is useless to compute with more bits than are known.
 """
 
 from __future__ import annotations
@@ -28,15 +28,15 @@ from carom.solvers.certified.wall_meetings import find_finite_contact_at_start
 from carom.solvers.options import require_goal
 from carom.solvers.run import Progress
 
-#: Bits of the first attempt in addition to those of the requested digits. They suffice for a few hundred impacts in
-#: most scenes.
+#: Precision of the first attempt, in bits, in addition to the bits of the requested digits. This precision suffices for
+#: a few hundred impacts in most scenes.
 _FIRST_BITS = 160
-#: The next precision is predicted from the bits that were lost so far, and multiplied by the first factor. But it is at
-#: least 1.5 times and at most 8 times the last one, because predictions from few impacts are inaccurate.
+#: The next precision is predicted from the bits that were lost so far, and multiplied by the first of these factors.
+#: Predictions from few impacts are inaccurate. So the next precision is limited to 1.5 to 8 times the last precision.
 _MARGIN, _MOST_RISE, _LEAST_RISE = 1.125, 8.0, 1.5
-#: Outcomes of runs that end with infinitely many impacts.
+#: Outcomes of runs that end with infinitely many impacts: a collapse or a crush.
 _ENDLESS = {Degenerate.COLLAPSE: Outcome.STANDSTILL, Degenerate.CRUSH: Outcome.CRUSHED}
-#: Outcomes of runs that can be advanced further, by the run's ending.
+#: Outcomes of runs that can be advanced further, by ending of the run.
 _GOES_ON = {
     None: Outcome.COMPLETED,
     Ending.COMPLETED: Outcome.COMPLETED,
@@ -48,11 +48,11 @@ class CertifiedRun:
     """A run of a scene with proven digits; implements `carom.solvers.run.Run`.
 
     If a run is advanced in several calls, its digits are the same as with one call. Error bounds can differ, because
-    the precision depends on the goal. A run that ended early can't be advanced further.
+    the precision depends on the calls. A run that ended early can't be advanced further.
 
     Attributes:
         ending: How the last call of `advance_to` ended; None before the first call.
-        degeneracy: The event that could not be decided with any precision; None without such an event.
+        degeneracy: The event that could not be decided with any precision; None if all events were decided.
         replays: Number of restarts at a higher precision.
         precision_bits: Precision at the start of the last attempt, in bits.
     """
@@ -72,7 +72,7 @@ class CertifiedRun:
 
     @property
     def counts(self) -> dict[str, int]:
-        """Number of impacts and replays."""
+        """Number of impacts, and number of restarts with a higher precision."""
         return {"impacts": len(self.log), "replays": self.replays}
 
     @property
@@ -100,8 +100,7 @@ class CertifiedRun:
         Args:
             time_s: Seconds from the start.
             max_impacts: Stop after this many impacts in all; None for no limit.
-            progress: Function that is called at intervals with the number of impacts so far and the time reached, in
-                seconds.
+            progress: Function called at intervals with the number of impacts and the time so far, in seconds.
             time_budget_s: Limit of elapsed seconds; None for no limit.
 
         Raises:
@@ -137,22 +136,22 @@ class CertifiedRun:
         return self.result().trace.final_position_m
 
     def velocities(self) -> NDArray[np.float64]:
-        """Return the current velocities, in metres per second, shape ``(n, 2)``."""
+        """Return the current velocities, in m/s, shape ``(n, 2)``."""
         return self.result().trace.final_velocity_m_s
 
     def spins(self) -> NDArray[np.float64] | None:
-        """Return the current spins, in radians per second, shape ``(n,)``; None if no disc in the scene turns."""
+        """Return the current spins, in rad/s; None if no disc turns."""
         return self.result().trace.final_spin_rad_s
 
     def impacts_per_disc(self) -> NDArray[np.int64]:
-        """Return the number of certified impacts that each disc has had with discs and walls, shape ``(n,)``."""
+        """Return the number of certified impacts of each disc, shape ``(n,)``."""
         bodies = [body for row in self.log.rows for body in (row.values.first, row.values.second) if body >= 0]
         return np.bincount(np.array(bodies, np.int64), minlength=len(self.scene.discs)).astype(np.int64)
 
     def result(self) -> CertifiedTrace:
-        """Return the certified part of the run, with the state at the exact instant `time_s`."""
+        """Return the certified part of the run. Its final state is at the exact instant `time_s`."""
         attempt, impacts = self._attempt, len(self.log)
-        # After an interrupt or an undecided contact, the last event may be only partly applied.
+        # After an interrupt or an undecided contact, the last event may be applied only in part.
         if self.log.events < len(attempt.events) or attempt.is_cut or self.ending is Ending.INTERRUPTED:
             attempt = Attempt(self.scene, attempt.bits, self.log, attempt, self.log.events)
             if (
@@ -214,7 +213,7 @@ class CertifiedRun:
             return undamped_time_of(self.scene.damping_per_s, arb(time_s))
 
     def _decide_ending(self, stop: Stop, attempt: Attempt) -> Stop:
-        """Decide after an attempt whether a higher precision may help. The returned ending is None if it may help."""
+        """Return the end of the run after an attempt. If a higher precision may help, the ending is None."""
         trouble = stop.degeneracy
         if stop.ending is not None:
             return stop
@@ -226,7 +225,7 @@ class CertifiedRun:
         return Stop(Ending.DEGENERATE if undecided else Ending.PRECISION_CAP, trouble)
 
     def _choose_next_bits(self, attempt: Attempt, stop: Stop, goal: Goal) -> int:
-        """Return the next precision, predicted from the bits that were lost so far."""
+        """Return the next precision, in bits, predicted from the bits that were lost so far."""
         done = max(len(attempt.events), 1)
         reached_s = max(attempt.bodies.time)
         expected = done * (float_above(goal.time) / reached_s) if reached_s > 0 else math.inf
@@ -240,9 +239,9 @@ class CertifiedRun:
 
 
 def find_degenerate_start(bodies: BallBodies) -> Degeneracy | None:
-    """Find bodies that touch at the start, so that the motion has no certain result.
+    """Return the first pair of bodies whose contact at the start makes the motion uncertain; None if there is none.
 
-    A disc may touch a wall below it.
+    A disc may start in contact with a wall below it.
     """
     lying = BallContacts(bodies).find_resting() if bodies.falls else ()
     grounds = {i: bodies.trace_body(ground.body) for i, ground in lying}

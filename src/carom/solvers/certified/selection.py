@@ -1,13 +1,14 @@
 """Selection of the next impact by comparisons of intervals.
 
 Each possible event has a lower bound of its time. To *solve* an event means to compute its time as an interval, which
-increases the bound. The event with the smallest bound is solved until the smallest bound belongs to a solved event. Its
-*rivals* are the events whose bounds are not after its time; they are solved as well. The solved event is next if it
-certainly comes before each rival, or if their order does not matter. Otherwise the next impact is undecided.
+increases the bound. The event with the smallest bound is solved until the smallest bound belongs to a solved event.
+*Rivals* of this event are all events whose bounds are not after its time. Rivals are solved too. The event is next if
+it certainly comes before each rival, or if their order does not matter. In all other cases, the next event is
+undecided.
 
 The first bound of an event can be much earlier than the impact, for example the start of both paths. A solution that
-starts from such a bound is inaccurate, and is only used as a better bound. When this bound is the smallest of all
-events, the event's time is computed again, starting from the bound.
+starts from an early bound is inaccurate, and is only used as a better bound. When the better bound is the smallest of
+all, the event's time is computed again from there.
 """
 
 from __future__ import annotations
@@ -27,16 +28,16 @@ from carom.solvers.certified.meeting import Meeting
 from carom.solvers.certified.meeting_times import meet
 from carom.solvers.certified.result import Degeneracy, Degenerate, Undecided
 
-#: Number of computed times between two checks of the clock.
+#: The clock is checked each time this number of times of impact has been computed.
 _CHUNK = 1024
 
 
 class OutOfTime(Exception):  # noqa: N818 - not an error: a signal to stop
-    """Signal that the time limit was reached during a search."""
+    """Signal that the deadline has passed during a search."""
 
 
 class Choice(NamedTuple):
-    """The next impact, and whether its order with the following impact is unknown but does not matter."""
+    """The next impact, and whether its order with the impact after it is unknown without an effect on the result."""
 
     meeting: Meeting
     commutes: bool
@@ -63,13 +64,13 @@ class Selection:
             self.expect_end(i)
 
     def expect_end(self, i: int) -> None:
-        """Add the time at which disc `i` stops sliding, rolling or resting to the events, if there is one."""
+        """Add the end of disc `i`'s sliding, rolling or rest to the possible events, if it has an end."""
         if self.bodies.contacts.end_of(i) is not None:
             self._meetings.pop((i, i), None)
             self.bounds.raise_to(i, i, self.bodies.time[i])
 
     def changed(self, meeting: Meeting) -> None:
-        """Update the possible events after an impact."""
+        """Update the possible events after an impact has happened."""
         for i in self._find_moved_discs(meeting):
             for key in self._of[i]:
                 self._meetings.pop(key, None)
@@ -79,10 +80,11 @@ class Selection:
             self.expect_end(i)
 
     def next_impact(self) -> Choice | None:
-        """Return the impact that certainly comes next; None if there is certainly none up to `end_s`.
+        """Return the impact that certainly comes next; None if there is certainly no impact up to `end_s`.
 
         Raises:
-            Undecided: With this precision it is unknown which impact is next. OutOfTime: The deadline has passed.
+            Undecided: With this precision it is unknown which impact is next.
+            OutOfTime: The deadline has passed.
         """
         bounds, meetings = self.bounds, self._meetings
         while True:
@@ -97,7 +99,7 @@ class Selection:
                     return Choice(meeting, False)
                 continue
             limit, rivals = -math.inf, [(bound, disc, body)]
-            while (latest := self._latest(rivals)) > limit:  # a rival with a late upper bound may add further rivals
+            while (latest := self._latest(rivals)) > limit:  # rivals with a late upper bound may have rivals
                 limit, rivals = latest, bounds.up_to(latest)
             unsolved = [rival for rival in rivals if rival[1:] not in meetings]
             if not unsolved:
@@ -115,7 +117,7 @@ class Selection:
     def _solve(self, instant_s: float, disc: int, body: int) -> Meeting | None:
         """Compute the time of an impact as an interval, starting from its bound.
 
-        Return the impact if the bound was close to it.
+        Return the impact if the bound was close to its time.
         """
         self.solved += 1
         if self.solved % _CHUNK == 0 and time.perf_counter() > self.deadline_s:
@@ -159,7 +161,7 @@ class Selection:
         raise blocking
 
     def raise_at_the_end(self, meeting: Meeting) -> NoReturn:
-        """Raise a signal: it is undecided whether an impact comes before the end of the scene.
+        """Raise the signal that it is undecided whether an impact comes before the end of the scene.
 
         Raises:
             Undecided: Always.
@@ -179,11 +181,11 @@ class Selection:
         return {body for body in (meeting.first, meeting.second) if body >= 0 and self.bodies.movable[body]}
 
     def _are_out_of_reach(self, i: int, j: int, window: arb) -> bool:
-        """Return whether two discs are too far apart to meet in the time `window`, whatever the impacts' results are.
+        """Return whether two discs are too far apart to meet in the time `window`, even after other impacts.
 
-        By an impact with a body of speed s, a disc of speed v becomes at most as fast as ``v + 2 (v + s)``. Friction
-        adds at most twice the slip speed, which is at most ``2 (v + s)`` plus both rim speeds. Both v and s are at most
-        the greatest speed of all bodies.
+        A disc of speed v that hits a body of speed s gets at most the speed ``v + 2 (v + s)``. Friction adds at most
+        twice the slip speed, which is at most ``2 (v + s)`` plus both rim speeds. Both v and s are at most the greatest
+        speed of all bodies.
         """
         bodies = self.bodies
         instant_s = float(window.mid())
@@ -193,10 +195,10 @@ class Selection:
         fastest, speed_factor = fastest.sqrt().max(arb(bodies.fastest_drive)), 5
         if bodies.rubs:
             fastest, speed_factor = max([fastest, *(abs(bodies.rim_speed(k)).upper() for k in range(len(bodies)))]), 13
-        # Each disc moves at most with 5 times the greatest speed (13 times with friction), for twice the window plus
-        # the time from `instant_s`.
+        # Each disc moves at most with 5 times the greatest speed (13 times with friction). The disc moves for at most
+        # twice the window plus the time from `instant_s`.
         length = 2 * (window.upper() - window.lower()) + abs(window - instant_s).upper()
-        gained_speed = bodies.bound_acceleration() * (window.upper() + length)  # the velocities are values at time 0
+        gained_speed = bodies.bound_acceleration() * (window.upper() + length)  # stored velocities are those at time 0
         reach = bodies.laws.of_discs(i, j).reach + 2 * speed_factor * (fastest + gained_speed) * length
         return bool(dx * dx + dy * dy > reach * reach)
 

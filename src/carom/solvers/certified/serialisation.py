@@ -1,4 +1,4 @@
-"""Conversion of certified runs to JSON values, without loss. These can be read without python-flint."""
+"""Exact conversion of certified runs to JSON values, which can be read without python-flint."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from carom.solvers.certified.result import CertifiedTrace
 
 _FORMAT = "carom certified run, 1"
 NUMBERS = ("digits", "precision_bits", "bits_lost", "replays")
-#: Written fields of the trace: arrays with their types, and the final state. Fields that are None are omitted.
+#: Fields of the trace that are written: arrays with their types, and the final state. Fields with None are omitted.
 ROWS = {"impacts": IMPACT_DTYPE, "spins": SPIN_DTYPE, "modes": MODE_DTYPE}
 FINAL = ("final_position_m", "final_velocity_m_s", "final_spin_rad_s")
 RADII = {"radii": IMPACT_DTYPE, "spin_radii": SPIN_DTYPE, "mode_radii": MODE_DTYPE}

@@ -1,9 +1,9 @@
-"""Search for *falls*: times at which a polynomial with interval coefficients changes from positive to negative.
+"""Search for falls: times at which a polynomial with interval coefficients changes from positive to negative.
 
-The time axis is repeatedly divided into halves, until on each piece the sign of the polynomial or of its slope is
-certain. This is tested with a Taylor expansion about the middle of the piece. A fall is certain if the polynomial is
-positive, then has negative slope on all pieces, and then is negative. If the polynomial comes too close to zero for the
-precision, the fall is uncertain.
+The time axis is repeatedly divided into halves, until the sign of the polynomial or of its slope is certain on each
+piece. A Taylor expansion about the middle of the piece shows this. A fall is certain if the polynomial is
+positive, then has negative slope, and then is negative. If the polynomial comes too close to zero for the precision,
+the fall is uncertain.
 """
 
 from __future__ import annotations
@@ -15,21 +15,18 @@ from flint import arb, arb_poly, ctx
 
 from carom.solvers.certified.ball_arithmetic import ZERO
 
-#: The first pieces end at the end of the searched time, at half of it, at a quarter, and so on. This is the number of
-#: halvings.
+#: Number of halvings before the search: the first pieces of the searched time end at its end, at half of it, at a
+#: quarter, and so on.
 _FIRST = 8
-#: A piece stays undecided after _HALVINGS + p / 2 halvings, where p is the precision in bits. This number of halvings
-#: suffices to find a double zero. A piece also stays undecided if the polynomial changes in it by at most _BLUR times
-#: the uncertainty of its coefficients.
+#: A piece stays undecided after _HALVINGS + p / 2 halvings, where p is the precision in bits. This suffices to find a
+#: double zero. A piece also stays undecided if the polynomial changes on it by at most _BLUR times the uncertainty of
+#: its coefficients.
 _HALVINGS, _BLUR = 60, 4
 _INFINITY = float("inf")
 
 
 class Fall(NamedTuple):
-    """A sign change from positive to negative: its time, and whether it certainly happens.
-
-    The time is an interval that contains all possible times.
-    """
+    """A sign change from positive to negative: an interval that contains its time, and whether it certainly happens."""
 
     time: arb
     certain: bool
@@ -44,9 +41,10 @@ class _Piece(NamedTuple):
 def build_squared_gap_powers(
     place: tuple[arb, arb], velocity: tuple[arb, arb], pull: tuple[arb, arb], reach2: arb, *, inside: bool = False
 ) -> list[arb]:
-    """Return a squared distance from the origin minus `reach2`, as coefficients of powers of time, lowest first.
+    """Return the squared distance from the origin minus `reach2`, as coefficients of powers of time, lowest first.
 
-    `place`, `velocity` and `pull` (the acceleration) are those at time 0. For `inside`, all signs are reversed.
+    The arguments `place`, `velocity` and `pull` (the acceleration) are values at time 0. With `inside`, the polynomial
+    is negated.
     """
     (x, y), (u, v), (a, b) = place, velocity, pull
     powers = [x * x + y * y - reach2, 2 * (x * u + y * v), u * u + v * v + x * a + y * b, u * a + v * b]
@@ -57,8 +55,8 @@ def build_squared_gap_powers(
 def find_falls(powers: Sequence[arb], until: float | arb = _INFINITY) -> Iterator[Fall]:
     """Yield the times from 0 to `until` at which a polynomial changes from positive to negative, in order.
 
-    Coefficients are given lowest power first. If the first coefficients are exactly zero, the next one determines the
-    sign just after time 0.
+    Coefficients are given lowest power first. Where leading coefficients are exactly zero, the next coefficient
+    determines the sign just after time 0.
     """
     left = list(powers)
     while left and left[-1].is_zero():
@@ -90,7 +88,7 @@ def find_falls(powers: Sequence[arb], until: float | arb = _INFINITY) -> Iterato
 
 
 def _find_parabola_falls(c: arb, b: arb, a: arb = ZERO) -> tuple[Fall, ...] | None:
-    """Return the fall of ``c + b t + a t^2`` after time 0, if any; None if undecided, or if c is not above 0."""
+    """Return the falls of ``c + b t + a t^2`` after time 0. Return None if undecided, or if c is not above 0."""
     d = b * b - 4 * a * c
     if not c > 0:
         return None
@@ -102,7 +100,7 @@ def _find_parabola_falls(c: arb, b: arb, a: arb = ZERO) -> tuple[Fall, ...] | No
 
 
 def _find_fall(polynomial: arb_poly, sign: int, pending: list[_Piece], at_end: int) -> Fall | None:
-    """Return the fall on consecutive pieces, if any, from the signs before and after them; 0 is unknown."""
+    """Return the fall on consecutive pieces, or None. `sign` and `at_end` are the signs before and after them."""
     slopes = {piece.slope for piece in pending}
     if slopes <= {1} or (at_end > 0 and 0 not in slopes) or (sign < 0 and 0 not in slopes):
         return None
@@ -113,9 +111,9 @@ def _find_fall(polynomial: arb_poly, sign: int, pending: list[_Piece], at_end: i
 
 
 def _split_time(polynomial: arb_poly, horizon: arb) -> Iterator[tuple[_Piece | None, int]]:
-    """Yield pieces of the time up to `horizon` in order, with the polynomial's signs at their ends; 0 if undecided.
+    """Yield pieces of the time up to `horizon` in order, with the polynomial's signs at their ends (0 if undecided).
 
-    None replaces a piece that certainly has no zero.
+    A piece that certainly has no zero is yielded as None.
     """
     edges = [arb(0), *((horizon * arb((1, k - _FIRST))).mid() for k in range(_FIRST)), horizon]
     max_depth = int(ctx.prec) // 2 + _HALVINGS
@@ -142,7 +140,7 @@ def _expand_about(polynomial: arb_poly, middle: arb) -> list[arb]:
 
 
 def _bound_change(powers: Sequence[arb], half: arb) -> arb:
-    """Return a bound of a polynomial without its constant term, for arguments of magnitude up to `half`."""
+    """Return a bound of a polynomial without its constant term, for arguments from ``-half`` to `half`."""
     total, power = arb(0), arb(1)
     for coefficient in powers[1:]:
         power = power * half
@@ -157,7 +155,7 @@ def _sign(value: arb, spread: arb) -> int:
 
 
 def _bound_zeros(powers: Sequence[arb], until: float | arb) -> arb:
-    """Return a time after which a polynomial has no zero (Fujiwara's bound), at most `until`."""
+    """Return a time, at most `until`, after which a polynomial has no zero (Fujiwara's bound)."""
     degree, last = len(powers) - 1, powers[-1].abs_lower()
     end = arb(until)
     if not last > 0:
@@ -173,12 +171,10 @@ def _bound_zeros(powers: Sequence[arb], until: float | arb) -> arb:
 
 
 def _refine_zero(polynomial: arb_poly, low: arb, high: arb) -> arb:
-    """Return the zero between two times, as an interval that is as narrow as possible.
+    """Return the zero between two times as an interval that is as narrow as possible.
 
-    The polynomial must decrease between the times.
-
-    Both times are stored instead of one interval, because an interval around them would be slightly wider, and might
-    contain another zero.
+    The polynomial must decrease between the times. The times are two numbers and not one interval, because an interval
+    would be slightly wider, and might contain another zero.
     """
     while True:
         middle, half = ((low + high) / 2).mid(), ((high - low) / 2).upper()

@@ -1,7 +1,7 @@
 """Deceleration of discs in certified runs, by damping or by a table.
 
-A scene with damping is run without it, and times are converted afterwards: see `carom.model.damping`. On a table, each
-disc has the same constant deceleration until it stops.
+A scene with damping is run without damping, and times are converted afterwards: see `carom.model.damping`. On a table,
+each disc has the same constant deceleration until it stops.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ def damped_time(damping_per_s: float, undamped_time: arb) -> arb:
 
 
 def speed_fraction(damping_per_s: float, undamped_time: arb) -> arb:
-    """Return the fraction of a speed that remains at a time of the undamped run."""
+    """Return the fraction of a speed that damping leaves at a time of the run without damping."""
     return 1 - damping_per_s * undamped_time
 
 
 def start_deceleration(bodies: BallBodies, i: int, time: arb, instant_s: float) -> None:
-    """Let the table decelerate disc `i`, whose velocity has changed at `time`.
+    """Let the table decelerate disc `i`, whose velocity has just changed at `time`.
 
     Raises:
         Undecided: With this precision it is unknown whether the disc moves.
@@ -56,7 +56,7 @@ def start_deceleration(bodies: BallBodies, i: int, time: arb, instant_s: float) 
 
 
 def stop_disc(bodies: BallBodies, meeting: Meeting) -> None:
-    """Set the velocity and acceleration of a disc that a table has stopped to 0."""
+    """Set the velocity and acceleration of a disc to 0, because the table has stopped it."""
     i = meeting.first
     bodies.x[i], bodies.y[i] = bodies.centre_at(i, meeting.time)
     bodies.vx[i] = bodies.vy[i] = ZERO

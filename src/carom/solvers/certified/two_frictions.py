@@ -2,8 +2,8 @@
 
 `limit_sticking` is a copy of the friction law of impacts in `core/impact_law.h`.
 
-If it is undecided whether a force exceeds its limit, the interval of the limited force includes both cases. This
-interval is narrow, because both cases have nearly the same result.
+If it is undecided whether a force exceeds its limit, the interval of the limited force includes both cases. Both cases
+have nearly the same result, so this interval is narrow.
 """
 
 from __future__ import annotations
@@ -16,10 +16,7 @@ from carom.solvers.certified.ball_arithmetic import ZERO
 
 
 class BallFrictions(NamedTuple):
-    """`Frictions` of `core/wall_contact_law.h` with intervals as numbers.
-
-    `sticks` and `blocks` are None if undecided.
-    """
+    """Intervals of the struct `Frictions` of `core/wall_contact_law.h`. Undecided `sticks` and `blocks` are None."""
 
     friction: arb
     rolling: arb
@@ -37,19 +34,19 @@ def sign_of(ball: arb) -> int | None:
 
 
 def clamp(x: arb, limit: arb) -> arb:
-    """Return x, limited to the range from minus `limit` to `limit`."""
+    """Return x limited to the range from ``-limit`` to `limit`."""
     return x.min(limit).max(ZERO - limit)
 
 
 def limit_sticking(sticking: arb, limit: arb) -> BallFrictions:
-    """Return the slip that friction alone removes: `sticking`, but at most Coulomb's `limit`."""
+    """Return the slip speed that friction alone removes: `sticking`, but at most Coulomb's `limit`."""
     return BallFrictions(clamp(sticking, limit), ZERO, sticks=_is_within(sticking, limit), blocks=False)
 
 
 def share_frictions(
     s1: arb, q1: arb, limits: tuple[arb, arb], y: arb, signs: tuple[int, int] = (0, 0)
 ) -> BallFrictions:
-    """Compute the function `share_frictions` of `core/wall_contact_law.h`, with intervals as numbers."""
+    """Return the result of `share_frictions` in `core/wall_contact_law.h`, computed with intervals."""
     (slip, rim), (f_most, h_most) = signs, limits
     f = h = ZERO
     blocks: bool | None = False

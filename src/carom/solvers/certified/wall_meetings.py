@@ -1,17 +1,17 @@
 """Times, as intervals, at which a disc meets a half-plane, a face, a vertex or an arc.
 
-`docs/theory/walls.md` derives the formulas. All states are relative to the wall. A wall with a prescribed motion is
-considered for a time in which its velocity is constant.
+`docs/theory/walls.md` derives the formulas. All states are relative to the wall. For a driven wall, each part of its
+path with constant velocity is examined on its own.
 
-A disc meets a face like a half-plane. With gravity the gap to a line is ``w + s t + a t^2 / 2``. When the gap is 0, its
-derivative is ``+-sqrt(D)`` with ``D = s^2 - 2 a w``. At an impact the derivative is negative, so the only possible time
-is ``(-s - sqrt(D)) / a``.
+A face (a straight side of a wall) is met like a half-plane. With gravity, the gap to a line is ``w + s t + a t^2 / 2``.
+Where the gap is 0, its derivative is ``+-sqrt(D)`` with ``D = s^2 - 2 a w``. At an impact the derivative is negative,
+so the only possible time is ``(-s - sqrt(D)) / a``.
 
-A disc meets a vertex or an arc's outer side like another disc: at the earlier root of ``|d + t u| = R``. The disc meets
-an arc's inner side at the later root. With gravity, the time is a root at which a polynomial of degree four decreases.
+A vertex, or an arc from outside, is met like another disc: at the earlier root of ``|d + t u| = R``. An arc from inside
+is met at the later root. With gravity, the time is a root at which a polynomial of degree four decreases.
 
-The point of contact with a finite wall must be on the edge. Near the joint of two edges it can be undecided which of
-them the disc meets. If the joint is smooth, both have nearly the same result. The intervals of the time and of the
+The point of contact with a finite wall must be on the edge. Near the joint of two edges, it can be undecided which edge
+the disc meets. If the joint is smooth, both edges give nearly the same result. The intervals of the time and of the
 state after the impact then include both results.
 """
 
@@ -35,14 +35,14 @@ from carom.solvers.certified.obstacles import Between, Plane, Round
 from carom.solvers.certified.result import Degeneracy, Degenerate
 from carom.solvers.certified.sign_changes import build_squared_gap_powers, find_falls
 
-#: Precision in bits for checking contact at the start. This is far more than 64-bit input needs.
+#: Precision, in bits, of the check for contact at the start. This precision is far more than 64-bit input needs.
 _START_BITS = 2048
 
 
 def meet_straight(bodies: BallBodies, i: int, second: int, instant_s: float, leg: BallLeg | None) -> Meeting | None:
-    """Return the impact of disc `i` on a straight obstacle; None if there is certainly none.
+    """Return the impact of disc `i` on a straight obstacle; None if there is certainly no impact.
 
-    `leg` is the motion of the wall.
+    `leg` is the current part of the wall's path if the wall is driven.
     """
     if bodies.acceleration[i] is not None:
         return _glide_to_plane(bodies, i, second, instant_s, leg)
@@ -50,7 +50,7 @@ def meet_straight(bodies: BallBodies, i: int, second: int, instant_s: float, leg
 
 
 def _glide_to_plane(bodies: BallBodies, i: int, second: int, instant_s: float, leg: BallLeg | None) -> Meeting | None:
-    """Return the impact of disc `i` on a half-plane or face while it slides, rolls or rests on another one."""
+    """Return the impact of disc `i` on a half-plane or face while it slides, rolls or rests on another surface."""
     law = bodies.laws.of_straight(wall_index(second), bodies.scene.discs[i].radius_m)
     x, y, vx, vy = bodies.relative_state(i, instant_s, leg)
     gap, speed = x * law.nx + y * law.ny - law.level, vx * law.nx + vy * law.ny
@@ -70,11 +70,11 @@ def _meet_plane(bodies: BallBodies, i: int, second: int, instant_s: float, leg: 
     if speed >= 0:
         return None
     gap = x * law.nx + y * law.ny - law.level
-    if not speed < 0:  # may move parallel to the wall: use its greatest possible speed
+    if not speed < 0:  # the disc may move parallel to the wall: use the greatest possible speed towards the wall
         time = arb(instant_s) + (gap / (ZERO - speed.lower())).lower().max(ZERO)
         return build_undecided(i, second, instant_s, time, resting=not gap > 0)
     time = arb(instant_s) - gap / speed
-    if time < instant_s:  # the time is before the start of this path, and no impact is before `instant_s`
+    if time < instant_s:  # this root is before the start of the path, and there is no impact before `instant_s`
         return None
     begin = bodies.find_last_impact_of_either(i, second, instant_s)
     decided = begin is None or bool(time > begin)
@@ -101,7 +101,7 @@ def _fall_on_plane(bodies: BallBodies, i: int, second: int, instant_s: float, le
         time = arb(instant_s) + wait
     if time < begin or (
         d > 0 and time < instant_s
-    ):  # the time is before the start of this path, and no impact is before `instant_s`
+    ):  # this root is before the start of the path, and there is no impact before `instant_s`
         return None
     if d > 0 and time > begin:
         return Meeting(i, second, instant_s, time, float_above(time), near=WallApproach(root, wait))
@@ -110,7 +110,7 @@ def _fall_on_plane(bodies: BallBodies, i: int, second: int, instant_s: float, le
 
 
 def _turns_back(bodies: BallBodies, i: int, k: int) -> bool:
-    """Return whether a disc on its initial path turns back exactly where it touches a half-plane (no impact)."""
+    """Return whether a disc on its initial path turns back (without impact) exactly where it touches a half-plane."""
     obstacle = bodies.obstacles[k]
     is_at_start = obstacle.kind is None and bodies.are_at_start(i) and not bodies.is_driven(k)
     return is_at_start and does_graze_wall(bodies, i, k)
@@ -132,13 +132,14 @@ class _Touch(NamedTuple):
 
 
 def meet_feature(bodies: BallBodies, i: int, second: int, instant_s: float, leg: BallLeg | None) -> Meeting | None:
-    """Return the impact of disc `i` on an obstacle of a finite wall; None if there is certainly no impact.
+    """Return the impact of disc `i` on a part of a finite wall; None if there is certainly no impact.
 
-    `leg` is the wall's motion.
+    `leg` is the current part of the wall's path if the wall is driven.
     """
     launch = bodies.contacts.launch_from(i, second)
     if launch is not None:
-        # At the launch, the gap and its rate of change were 0, so the next contact follows from the other coefficients.
+        # When the disc flew off its surface, the gap and its rate of change were 0. The other coefficients give the
+        # next contact.
         fall = next(find_falls(launch.powers), None)
         if fall is None:
             return None
@@ -197,12 +198,12 @@ def _round_of(bodies: BallBodies, second: int) -> Round:
 
 
 def _passes_stop(bodies: BallBodies, i: int, k: int, shape: Round) -> bool:
-    """Return whether an obstacle only stops discs that do not fit inside an arc, but disc `i` fits."""
+    """Return whether the part only stops discs that are too large for the inside of an arc, but disc `i` fits."""
     return (Fraction(bodies.scene.discs[i].radius_m) + bodies.obstacles[k].half_width) ** 2 < shape.stops2
 
 
 def _fall_on_round(bodies: BallBodies, i: int, second: int, instant_s: float, leg: BallLeg | None) -> _Touch | None:
-    """Return the first contact of a falling disc with an arc or vertex; None if there is none."""
+    """Return the first contact of a disc on a curved path with an arc or vertex; None if there is none."""
     law, shape = bodies.laws.of_round(wall_index(second), bodies.scene.discs[i].radius_m), _round_of(bodies, second)
     if law.reach <= 0:
         return None
@@ -233,10 +234,10 @@ def _touch_round(bodies: BallBodies, i: int, second: int, instant_s: float, leg:
     if d < 0 or a.is_zero() or (not shape.inside and (b >= 0 or d.is_zero() or _does_graze(bodies, i, second))):
         return None
     c = dx * dx + dy * dy - law.reach2
-    if c < 0 and not shape.inside:  # the disc is inside the circle: behind the arc or beyond its end
+    if c < 0 and not shape.inside:  # the disc is inside the full circle: behind the arc, or beyond the arc's end
         return None
     if not (d > 0 and law.reach > 0 and (shape.inside or b < 0)):
-        # Use the time at which the disc is nearest to the centre, and widen it by the uncertainty of D.
+        # The time at which the disc is nearest to the centre is used, widened by the uncertainty of D.
         wait = ((ZERO - b) - _compute_upper_root(d)).union(_compute_upper_root(d) - b) / a
         if shape.sector is not None and _locate_direction(shape.sector, dx + ux * wait, dy + uy * wait) is On.BESIDE:
             return None
@@ -248,7 +249,7 @@ def _touch_round(bodies: BallBodies, i: int, second: int, instant_s: float, leg:
     px, py, time = dx + ux * wait, dy + uy * wait, arb(instant_s) + wait
     on = On.INSIDE if shape.sector is None else _locate_direction(shape.sector, px, py)
     begin = bodies.find_last_impact_of_either(i, second, instant_s)
-    past = ZERO if shape.inside else 2 * root / a  # time during which the disc would be inside the circle of contact
+    past = ZERO if shape.inside else 2 * root / a  # time for which the disc would be inside the circle
     if time < instant_s if begin is None else time + past < begin:
         return None
     if begin is not None and not time > begin:
@@ -259,7 +260,7 @@ def _touch_round(bodies: BallBodies, i: int, second: int, instant_s: float, leg:
 
 
 def _locate_foot(stretch: Between, x: arb, y: arb) -> On:
-    """Return whether the orthogonal projection of a point is inside, outside or at an end of an edge."""
+    """Return whether the nearest point of an edge's line to the point (x, y) is on the edge, at an end, or outside."""
     (ax, ay), (bx, by) = stretch
     ex, ey = ball(bx - ax), ball(by - ay)
     after_begin = ex * (x - ball(ax)) + ey * (y - ball(ay))
@@ -274,7 +275,7 @@ def _locate_foot(stretch: Between, x: arb, y: arb) -> On:
 
 
 def _locate_direction(sector: Between, x: arb, y: arb) -> On:
-    """Return whether a direction is inside, outside or at an end of an arc's sector."""
+    """Return whether the direction (x, y) is inside, outside or at an end of an arc's sector."""
     (fx, fy), (lx, ly) = sector
     turns = []
     for ex, ey, end in ((fx, fy, On.BEGIN), (lx, ly, On.END)):
@@ -295,10 +296,10 @@ def _locate_direction(sector: Between, x: arb, y: arb) -> On:
 
 
 def _does_graze(bodies: BallBodies, i: int, second: int) -> bool:
-    """Return whether a disc on its initial path only grazes a vertex, or an arc from outside. This is no impact.
+    """Return whether a disc on its initial path only grazes a vertex, or an arc from outside, which is no impact.
 
-    The condition is ``u^2 (R + r)^2 = (d x u)^2``, where r is the radius plus the half width. The condition has the
-    form ``A + B R = 0`` with rational A, B and R^2, so it can be tested exactly by squaring.
+    The condition is ``u^2 (R + r)^2 = (d x u)^2``, where r is the disc's radius plus the half width. This condition has
+    the form ``A + B R = 0`` with rational A, B and R^2, so squaring gives an exact test.
     """
     if not bodies.are_at_start(i) or bodies.is_driven(wall_index(second)):
         return False
@@ -319,10 +320,10 @@ def _compute_upper_root(square: arb) -> arb:
 def find_finite_contact_at_start(scene: Scene, grounds: Mapping[int, int]) -> Degeneracy | None:
     """Find the first disc that touches a finite wall at the start and moves towards it; None if there is none.
 
-    Discs that start in lasting contact with a wall are ignored; `grounds` maps their numbers to walls.
+    Discs that start in lasting contact with a wall are ignored. `grounds` maps the numbers of these discs to walls.
 
-    The gap is computed as an interval of many bits. If the interval contains positive and negative numbers, the result
-    is marked as not proven.
+    The gap is an interval of many bits. If it contains positive and negative numbers, the result is marked as not
+    proven.
     """
     with ctx.workprec(_START_BITS):
         bodies = BallBodies(scene)
@@ -348,7 +349,7 @@ def _find_farthest_coordinate(wall: Outline) -> float:
 
 
 def _check_start(bodies: BallBodies, i: int, number: int) -> tuple[Degenerate, arb] | None:
-    """Return the kind of uncertain contact of a disc and an obstacle at the start, and the sign of the gap."""
+    """Return the kind of an uncertain contact of a disc with a part of a wall at the start, and the gap."""
     shape, radius = bodies.obstacles[number].shape, bodies.scene.discs[i].radius_m
     x, y, ux, uy = bodies.relative_state(i, 0.0, bodies.legs_after(wall_body(number), 0.0)[0])
     gx, gy = bodies.gravity

@@ -1,1 +1,1 @@
-"""Event-driven PIC for any number of discs: see `carom.solvers.event_driven.run`."""
+"""Event-driven PIC: runs for any number of discs, which compute from impact to impact."""

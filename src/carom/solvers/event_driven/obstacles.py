@@ -1,4 +1,4 @@
-"""Walls of a run as arrays for the compiled core: their sides and vertices, and surfaces on which discs can rest."""
+"""Walls of a run as arrays for the compiled core. An obstacle is one side or one vertex of a wall."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from carom.model.chain_geometry import Outline
 from carom.model.disc_arrays import DiscArrays
 from carom.model.trace import EDGE_DTYPE, NO_EDGE
 
-#: Largest number of sides and vertices of walls; equal to `MOST_OBSTACLES` of pic/state.h.
+#: Largest number of sides and vertices of walls. The number equals `MOST_OBSTACLES` of pic/state.h.
 MOST_OBSTACLES = 67_108_863
-#: Marks an end of a straight side at which the wall continues smoothly, without a vertex; equal to `NO_OBSTACLE` of
-#: pic/state.h.
+#: Value for an end of a straight side that has no vertex, because the wall continues smoothly. The value equals
+#: `NO_OBSTACLE` of pic/state.h.
 NO_OBSTACLE = -1
 
 
 class Obstacles:
-    """Sides and vertices of walls, for a scene in which a wall is finite, moving, a belt, or of its own material.
+    """Sides and vertices of walls, for scenes with finite walls, moving walls, conveyors, or walls of own materials.
 
     Attributes:
-        rows: Data of each obstacle, as returned by `carom.core.input_rows.build_feature_row`.
-        driven: A row for each body with a prescribed motion and each conveyor wall: see `build_driven_rows`.
-        legs: A row for each part of a prescribed motion, in which the velocity is constant.
+        rows: Data of each side or vertex, as returned by `carom.core.input_rows.build_feature_row`.
+        driven: One row for each body with a prescribed motion and for each conveyor, see `build_driven_rows`.
+        legs: One row for each part of a prescribed motion with constant velocity.
     """
 
     def __init__(self, start: DiscArrays) -> None:
@@ -52,7 +52,7 @@ class Obstacles:
         return build_grounds(self._start, self._finite, self.rows[:, 1].astype(int).tolist())
 
     def format_names(self, one: int, other: int) -> str:
-        """Return the names of two obstacles: walls, or edges of finite walls."""
+        """Return the names of two obstacles. An obstacle is named by its wall, or by its edge of a finite wall."""
         walls = [f"wall {int(self.rows[number, 1])}" for number in (one, other)]
         edges = [self._finite[number][1].edges[0] if number in self._finite else None for number in (one, other)]
         if walls[0] == walls[1] and None not in edges:
@@ -61,17 +61,17 @@ class Obstacles:
         return f"{self.format_name(one)} and {self.format_name(other)}"
 
     def format_name(self, number: int) -> str:
-        """Return the name of an obstacle: a wall, or an edge of a finite wall."""
+        """Return the name of an obstacle: the name of its wall, or of its edge of a finite wall."""
         wall = f"wall {int(self.rows[number, 1])}"
         return f"edge {self._finite[number][1].edges[0]} of {wall}" if number in self._finite else wall
 
     def is_order_free(self, one: int, other: int, elastic: bool) -> bool:
-        """Return whether impacts of a disc on two features at one instant have the same result in both orders."""
+        """Return whether simultaneous impacts of a disc on two parts of a wall have the same result in both orders."""
         first, second = self._finite[one][1], self._finite[other][1]
         return are_decidable(first.feature, second.feature, elastic=elastic)
 
     def to_edges(self, contacts: NDArray[np.void]) -> NDArray[np.void]:
-        """Convert contacts (`CONTACT_DTYPE`) to the edges of impacts (`carom.model.trace.EDGE_DTYPE`)."""
+        """Convert contacts (`CONTACT_DTYPE`) to the wall edges that were hit (`carom.model.trace.EDGE_DTYPE`)."""
         lowest, is_joined = self._lowest_edges
         edges: NDArray[np.void] = lowest[contacts["feature"]]
         for row in np.flatnonzero(is_joined[contacts["feature"]]):
@@ -82,9 +82,9 @@ class Obstacles:
 
     @cached_property
     def _lowest_edges(self) -> tuple[NDArray[np.void], NDArray[np.bool_]]:
-        """The lowest edge of each obstacle, and whether the obstacle consists of several edges.
+        """The lowest edge number of each obstacle, and whether the obstacle consists of several edges.
 
-        The last row is for contacts without an obstacle.
+        The last row is for contacts without a finite wall.
         """
         lowest = np.full(len(self.rows) + 1, np.array(NO_EDGE, EDGE_DTYPE))
         is_joined = np.zeros(len(lowest), bool)
@@ -97,13 +97,12 @@ class Obstacles:
 class Grounds(NamedTuple):
     """For each side and vertex of a wall, whether discs can slide, roll or rest on it.
 
-    A *ground* is a half-plane, or a straight side of a finite wall, on which a disc can slide, roll or rest under
-    gravity.
+    A *ground* is a half-plane or straight side of a finite wall on which a disc can slide, roll or rest under gravity.
 
     Attributes:
-        rows: Shape ``(features, 4)``: whether a disc can be in lasting contact with the feature, the numbers of the
-            vertices at its two ends, and the number of features in `never_met`.
-        never_met: For each ground in order, the numbers of the features that a disc on this ground never meets.
+        rows: Shape ``(features, 4)``, one row for each side or vertex: whether it is a ground, the numbers of the
+            vertices at its two ends, and the number of its entries in `never_met`.
+        never_met: For each ground in order, the numbers of the sides and vertices that a disc on it never meets.
     """
 
     rows: NDArray[np.float64]
@@ -111,14 +110,14 @@ class Grounds(NamedTuple):
 
 
 def build_grounds(start: DiscArrays, features: dict[int, tuple[Outline, WallFeature]], walls: list[int]) -> Grounds:
-    """Find the grounds among the features of a scene's walls: surfaces on which a disc can slide, roll or rest.
+    """Find the grounds of a scene: surfaces of walls on which a disc can slide, roll or rest.
 
     Half-planes and straight sides of finite walls are grounds, unless the wall moves or is a conveyor belt.
 
     Args:
         start: The discs and walls.
-        features: The features of finite walls, by number.
-        walls: The wall of each feature, by number.
+        features: The sides and vertices of finite walls, by number.
+        walls: The wall of each side or vertex, by number.
     """
     rows = np.tile(np.array([0, NO_OBSTACLE, NO_OBSTACLE, 0], np.float64), (len(walls), 1))
     never_met: list[int] = []
@@ -144,7 +143,7 @@ def build_grounds(start: DiscArrays, features: dict[int, tuple[Outline, WallFeat
 
 
 class _Surroundings:
-    """Features of a finite wall, indexed by position."""
+    """Sides and vertices of a finite wall, indexed by position."""
 
     def __init__(self, outline: Outline, parts: dict[int, WallFeature]) -> None:
         self._vertices: dict[tuple[Point, float], int] = {}
@@ -164,10 +163,10 @@ class _Surroundings:
                     self._arcs[end].append(number)
 
     def find_face_surroundings(self, face: Face) -> tuple[tuple[int, int], list[int]]:
-        """Return the vertices at the ends of a face, and the features that a disc on this face never meets.
+        """Return the vertices at the ends of a straight side, and the parts of the wall that a disc on it never meets.
 
-        These features are both sides of the edge, the vertices, and arcs that continue the wall smoothly. Without this
-        rule, it would depend on rounding whether the disc meets the arc or the face first.
+        The parts never met are both sides of the edge, the vertices, and arcs that continue the wall smoothly. Rounding
+        would decide whether a disc meets such an arc or the straight side first.
         """
         first, last = (self._vertices.get((end, face.half_width), NO_OBSTACLE) for end in (face.a, face.b))
         never = [*self._faces[frozenset((face.a, face.b))]]

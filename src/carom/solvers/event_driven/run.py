@@ -18,10 +18,10 @@ from carom.solvers.rows import RecordedImpacts
 from carom.solvers.run import Progress, Start
 from carom.support.escaping import format_value
 
-#: Number of events per call of the compiled code. A call takes about a tenth of a second. Between calls, progress is
-#: reported and Ctrl-C is handled.
+#: Number of events that one call of the compiled code processes, in about a tenth of a second. Between calls, the run
+#: reports progress and reacts to Ctrl-C.
 _EVENTS = 100_000
-#: Values of `Ending` of pic/state.h.
+#: Reasons why the compiled code ended a run; equal to `Ending` of pic/state.h.
 _DONE, _LIMIT, _STANDSTILL, _PAUSE, _, _GLIDES, _CRUSHED, _, _AT_REST, _PRESSED, _CORNER, _EDGE = range(12)
 _OUTCOMES = {
     _DONE: Outcome.COMPLETED,
@@ -38,45 +38,41 @@ _SHOWN = ("impacts", "wall_impacts", "predictions", "stale", "crossings", "beyon
 
 
 class RunState(NamedTuple):
-    """State of a run, from which a run of the same discs and walls can be resumed.
-
-    The state does not contain the recorded impacts.
-    """
+    """State of a run, from which a run of the same discs and walls can be resumed, without the recorded impacts."""
 
     kernel: Mapping[str, Any]  # see `Kernel.state` in pic.pyx
     time_s: float
     reached: tuple[float, float]
-    fixed: Mapping[str, Any]  # constants of the run by name; radii and masses are in `kernel`
-    ended: Outcome | None  # outcome if an impact has ended the run
+    fixed: Mapping[str, Any]  # constants of the run by name, without radii and masses, which are in `kernel`
+    ended: Outcome | None  # outcome of a run that an impact has ended, else None
     notes: tuple[str, ...]
 
 
 class EventDrivenRun:
-    """A PIC run that can be advanced in any number of pieces. The number of pieces does not change the result.
+    """A PIC run that can be advanced in any number of pieces, without an effect on the result.
 
-    The class implements `carom.solvers.run.Run` for any number of discs. `DiscArrays` allow a million discs. With
-    gravity, discs can slide, roll and rest on straight walls. Any other lasting contact ends the run: see
-    `carom.model.trace.Outcome` and `notes`.
+    The class implements `carom.solvers.run.Run`. With gravity, discs can slide, roll and rest on straight walls. Any
+    other lasting contact ends the run: see `carom.model.trace.Outcome` and `notes`.
 
     Args:
         start: A scene, or discs and walls as arrays.
-        record: Which impacts to record: "all" or "none". Impacts are counted in both cases; see `impacts_per_disc`.
-        window_s: First and last time of impacts to record, in seconds.
-        contact_duration_s: Contact time of the TC model (Luding & McNamara, Granular Matter 1 (1998) 113). An impact
-            within this time after the disc's previous impact has no energy loss and no friction. This prevents
-            inelastic collapse. 0 turns the model off.
-        resume: State of an earlier run from which to continue. Radii, masses, moments of inertia, walls, coefficients
-            and contact time must be the same. Positions, velocities and spins are those of the state.
+        record: "all" or "none": which impacts to record. `impacts_per_disc` counts impacts in both cases.
+        window_s: First and last time, in seconds, of the impacts to record.
+        contact_duration_s: Contact time of the TC model (Luding & McNamara, Granular Matter 1 (1998) 113). If a disc
+            has two impacts within this time, the second loses no energy and has no friction. The model prevents
+            inelastic collapse, an endless series of impacts in a finite time. 0 turns the model off.
+        resume: State of an earlier run from which to continue. Positions, velocities and spins are taken from the
+            state. All other data of discs and walls, and the contact time, must be the same.
         cell_factor: Factor that multiplies the width of the cells in which near discs are searched, at least 1;
-            infinity for a single cell. With 1, a run with few discs uses no cells. It does not change the result.
-        all_pairs: Whether to compute all pairs at each event, without cells, queue or stored predictions. It does not
-            change the result.
+            infinity for a single cell. With the factor 1, a run with few discs uses no cells. The factor does not
+            change results.
+        all_pairs: Whether to compute all pairs at each event, without cells, queue or stored predictions. This does not
+            change results.
 
     Raises:
-        InputError: The scene has damping. A contact time is given, and the scene has gravity or a table that slows
+        InputError: The scene has damping. A contact time is given for a scene with gravity or with a table that slows
             discs. The walls have too many sides and vertices. Discs given as arrays overlap. An option is outside its
-            range. `resume` is the state of a run with other discs, walls or coefficients; the message names the
-            difference.
+            range. `resume` belongs to a run with other discs, walls or coefficients; the message names the difference.
 
     Examples:
         >>> run = carom.EventDrivenRun(carom.scene("classics/gas"))
@@ -147,9 +143,7 @@ class EventDrivenRun:
             self._ended, self.notes = resume.ended, resume.notes
 
     def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:
-        """Apply every impact up to and including `time_s`.
-
-        Stop earlier if the run has had `max_impacts` impacts in total.
+        """Apply every impact up to and including `time_s`, or stop after `max_impacts` impacts in all.
 
         Raises:
             InputError: `time_s` is NaN, or `max_impacts` is not a whole number of 0 or more. Two discs meet so far from
@@ -159,7 +153,7 @@ class EventDrivenRun:
         if self._ended is not None:
             return self._ended
         ended = _PAUSE
-        while ended == _PAUSE:  # between calls, Python handles Ctrl-C
+        while ended == _PAUSE:  # between calls, Python reacts to Ctrl-C
             ended = self._kernel.run(time_s, NO_LIMIT if max_impacts is None else max_impacts, _EVENTS)
             if progress is not None:
                 progress(self.impacts, self._kernel.clock["reported"])
@@ -175,11 +169,11 @@ class EventDrivenRun:
     ) -> tuple[int, bool]:
         """Advance step by step, and write the state after each step, until a step has a recorded impact.
 
-        Step k ends at ``k * step_s``; the first step is number `first`.
+        Step k ends at ``k * step_s``. The number of the first step is `first`.
 
         Returns:
-            The number of states written, and whether these are all steps up to the first impact. They are not if the
-            run ends in the next step, or if that step is long. Then call `advance_to` for that step.
+            The number of states written, and whether they are all steps before the first impact. Some steps are missing
+            if the run ends in the next step, or if the next step is long. Then call `advance_to` for the next step.
         """
         if self._ended is not None:
             return 0, False
@@ -190,7 +184,7 @@ class EventDrivenRun:
         return steps, is_complete
 
     def _settle(self, ended: int, time_s: float) -> Outcome:
-        """Set the reached time and the notes after the core has advanced towards `time_s`, and return the outcome."""
+        """Set the reached time and the notes after the core has stopped, and return the outcome."""
         clock = self._kernel.clock
         has_completed = ended == _DONE and time_s < math.inf
         reached_s = time_s if has_completed else clock["reported"]
@@ -206,7 +200,7 @@ class EventDrivenRun:
         return _OUTCOMES[ended]
 
     def _format_note(self, ended: int, reached_s: float) -> str:
-        """Describe why a run ended early because of an impact or a contact."""
+        """Return a text that says why an impact or contact ended the run."""
         if ended == _CRUSHED:
             crush = self._kernel.crush
             one, other = map(body_name, crush["between"])
@@ -221,7 +215,7 @@ class EventDrivenRun:
     def _format_contact_note(
         self, ended: int, disc: int, other: int, obstacle: int, held_by: int, after_bounces: bool
     ) -> str:
-        """Describe why a run ended early because of a contact; see `ContactEnd` in accelerated_state.h."""
+        """Return a text that says why a contact ended the run; see `ContactEnd` in accelerated_state.h."""
         why = ", after infinitely many impacts" if after_bounces else ""
         if ended == _EDGE:
             wall = body_name(other)
@@ -241,34 +235,29 @@ class EventDrivenRun:
         return self._kernel.states(*self._reached)[:, :2].copy()
 
     def velocities(self) -> NDArray[np.float64]:
-        """Return the current velocities, in metres per second, shape ``(n, 2)``."""
+        """Return the current velocities, in m/s, shape ``(n, 2)``."""
         return self._kernel.states(*self._reached)[:, 2:].copy()
 
     def spins(self) -> NDArray[np.float64] | None:
-        """Return the current spins, in radians per second, shape ``(n,)``; None if no disc in the scene turns."""
+        """Return the current spins, in rad/s; None if no disc turns."""
         return self._kernel.spins_at(*self._reached)
 
     def impacts_per_disc(self) -> NDArray[np.int64]:
-        """Return the number of impacts that each disc has had with discs and walls, shape ``(n,)``."""
+        """Return the number of impacts of each disc, shape ``(n,)``."""
         return self._kernel.impact_counts
 
     def state(self) -> RunState:
-        """Return a copy of the run's state, with which a run can be resumed later."""
+        """Return a copy of the run's state, from which a run can be resumed later."""
         return RunState(self._kernel.state(), self.time_s, self._reached, self._fixed, self._ended, self.notes)
 
     @property
     def impacts(self) -> int:
-        """Number of impacts so far, recorded or not."""
+        """Number of impacts so far, whether recorded or not."""
         return self._kernel.counts["impacts"]
 
     @property
     def counts(self) -> dict[str, int]:
-        """Counts of the work so far, by name.
-
-        There are counts of impacts, impacts on walls, predictions after impacts, outdated events, discs that cross into
-        another cell, scans of all walls for discs outside the cells, changes of the cell grid, and shifts of the origin
-        of time.
-        """
+        """Numbers of operations so far, by name, such as impacts, predictions and changes of the cell grid."""
         counts = self._kernel.counts
         return {name: counts[name] for name in _SHOWN}
 
@@ -279,19 +268,19 @@ class EventDrivenRun:
 
 
 def compute_standstill_limit(bodies: int) -> int:
-    """Return the number of impacts at one instant after which a run ends, because time no longer advances.
+    """Return the largest allowed number of impacts at one instant. After more impacts, time is assumed to stand still.
 
-    The limit must be larger than any finite number of impacts at one instant. n equal discs that touch in a line have
-    at most n(n-1)/2 such impacts. Two discs in front of a wall have 31 impacts if their masses are 1:100, and 314
-    impacts if their masses are 1:10,000. For few bodies, the limit is a hundred times the square of their number, so
-    that a run ends within milliseconds. For many bodies, it is ten million above the number for a line of discs, so
+    The limit must be larger than any finite number of impacts at one instant. For n equal discs that touch in a line,
+    this number is at most ``n (n - 1) / 2``. Two discs in front of a wall have 31 impacts if their masses are 1:100,
+    and 314 impacts if their masses are 1:10,000. For few bodies, the limit is a hundred times the square of their
+    number, so that a run ends within milliseconds. For many bodies, it is ten million more than for a line of discs, so
     that a run ends within seconds.
     """
     return min(100 * bodies**2, 10_000_000 + bodies**2 // 2)
 
 
 def _build_obstacles(start: DiscArrays, *, accelerated: bool) -> Obstacles | None:
-    """Return the sides and vertices of the walls; None if all walls are half-planes that need no further data."""
+    """Return the sides and vertices of walls; None if all walls are half-planes without data of their own."""
     obstacles = None if start.has_plain_walls and not (start.driven or accelerated) else Obstacles(start)
     if (count := len(start.walls if obstacles is None else obstacles.rows)) > MOST_OBSTACLES:
         raise InputError(f"walls have {count} sides and vertices: at most {MOST_OBSTACLES} can be numbered")
@@ -324,7 +313,7 @@ def _require_same(state: RunState, fixed: Mapping[str, Any], discs: NDArray[np.v
         _require_equal(name, discs[field], theirs[field])
     for name, value in fixed.items():
         other = state.fixed[name]
-        if (value is None) != (other is None):  # only the inertia may be None, in a run without spins
+        if (value is None) != (other is None):  # only moments of inertia may be None, in a run without spins
             has, got = ("with", "without") if other is None else ("without", "with")
             raise InputError(f"resume must be the state of a run {has} friction or spin, like this run, got one {got}")
         if isinstance(value, np.ndarray):

@@ -1,4 +1,4 @@
-"""Times of the frames of a PIT run, at which it checks for overlap."""
+"""Times of the frames of a PIT run. At each frame, PIT checks for overlap."""
 
 from __future__ import annotations
 
@@ -13,18 +13,15 @@ from carom.solvers.units import Units
 class FrameClock(NamedTuple):
     """Times of frames: frame k, counted from 0, is at ``k * step_s / rate_hz``.
 
-    Either the length of a frame in seconds or the number of frames per second is given. The other number keeps its
-    value of 1, so that each time is rounded only once.
+    Either the length of a frame (`step_s`) or the number of frames per second (`rate_hz`) is given. The field that is
+    not given is 1, so that each time is rounded only once.
     """
 
     step_s: float = 1.0
     rate_hz: float = 1.0
 
     def convert_units(self, units: Units) -> FrameClock:
-        """Return the same clock in other units of time.
-
-        The units are powers of two of a second, so the conversion causes no rounding.
-        """
+        """Return the same clock in other units of time, which are powers of two of a second, so nothing is rounded."""
         if self.rate_hz != 1.0:
             return FrameClock(rate_hz=units.to_seconds(self.rate_hz))
         return FrameClock(step_s=units.from_seconds(self.step_s))
@@ -39,7 +36,7 @@ class FrameClock(NamedTuple):
         return frame * self.step_s / self.rate_hz
 
     def count_frames_before(self, time_s: float) -> int:
-        """Return the number of frames before a time. A frame at this time, except for rounding, is not counted.
+        """Return the number of frames before a time. A frame at this time (within rounding errors) is not counted.
 
         Raises:
             InputError: The time is not a finite number of seconds, 0 or more.

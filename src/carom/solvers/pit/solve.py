@@ -18,28 +18,28 @@ from carom.solvers.rows import RecordedImpacts
 from carom.solvers.run import Progress, Start, build_trace
 from carom.solvers.units import RunInUnits, Units, run_in_ordinary_units
 
-#: PIT searches around each disc to find frames at which no bodies can touch, and skips them. When the searches have
-#: cost more work than they saved, PIT stops skipping frames. The limit of this loss is the work of this many searches
-#: around all discs. The number is a guess that has not been tuned.
+#: PIT searches around each disc for frames at which no bodies can touch, and skips these frames. PIT stops skipping
+#: when the searches have cost more work than they saved, by the work of this many searches around all discs. The number
+#: is a guess that has not been tuned.
 MOST_WASTE = 2.0
-#: Number of overlap tests per call of the compiled code. A call takes some hundredths of a second. Between calls,
-#: progress is reported and Ctrl-C is handled.
+#: Number of overlap tests that one call of the compiled code makes, in some hundredths of a second. Between calls, the
+#: run reports progress and reacts to Ctrl-C.
 _WORK = 2.0**23
 #: A recorded contact stores the wall's edge as one number: the number of the edge times this factor, plus the kind of
-#: its part. See core/pit/chain_distance.h.
+#: the edge's part. See core/pit/chain_distance.h.
 _EDGE_KINDS = 4
 
 
 class FrameRun:
     """A PIT run in progress; implements `carom.solvers.run.Run`.
 
-    The stored state is that of the last frame so far. States at other times are computed from this state. So it does
-    not change the result if the run is advanced in pieces that end between frames.
+    The stored state is that of the last frame so far. States at other times are computed from this state. So pieces of
+    a run may end between frames, without an effect on the result.
 
     Args:
         loop: The compiled loop over the frames.
-        clock: Times of the frames. edges_of: Function that finds the edges of recorded impacts; None without finite
-            walls.
+        clock: Times of the frames.
+        edges_of: Function that finds the wall edges of recorded impacts; None without finite walls.
         damping: Damping of the discs.
     """
 
@@ -59,24 +59,24 @@ class FrameRun:
 
     @property
     def frames(self) -> int:
-        """Number of frames so far, including skipped frames, at which no test can find an impact."""
+        """Number of frames so far, including frames that were skipped because no bodies can touch."""
         return self._loop.frames
 
     @property
     def counts(self) -> dict[str, int]:
-        """Counts of the work so far, by name."""
+        """Numbers of operations so far, by name."""
         return self._loop.counts
 
     def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:
         """Run every frame before `time_s`, or stop after the frame with impact number `max_impacts`.
 
-        A frame at `time_s` itself is not run. All impacts of a frame are applied, so there may be slightly more than
-        `max_impacts`.
+        A frame at `time_s` itself is not run. All impacts of a frame are applied, so that a few more than `max_impacts`
+        are possible.
 
         Args:
             time_s: Seconds from the start.
             max_impacts: Number of impacts, counted from the start of the run; None for no limit.
-            progress: Function that is called at intervals with the number of impacts so far and the time reached.
+            progress: Function called at intervals with the number of impacts and the time so far.
 
         Raises:
             InputError: The time is negative or not finite, or `max_impacts` is not a whole number of 0 or more.
@@ -87,16 +87,16 @@ class FrameRun:
         return outcome
 
     def advance_frames(self, frames: int) -> None:
-        """Run this number of frames, and advance to the time of the next frame."""
+        """Run this many frames, and advance to the time of the next frame."""
         self._advance(self.frames + frames, None, None)
         self.time_s = max(self.time_s, self.clock.time_s(self.frames))
 
     def observe_frames(
         self, position_m: NDArray[np.float64], velocity_m_s: NDArray[np.float64], spin_rad_s: NDArray[np.float64]
     ) -> int:
-        """Run frames like `advance_frames`, and write the state after each, until a frame has an impact.
+        """Run frames until a frame has an impact, and write the state after each frame.
 
-        Return the number of states written; 0 with damping, for which states are not written.
+        Return the number of states written. With damping it is 0, because states with damping are not written.
         """
         if self._damping.per_s:
             return 0
@@ -112,18 +112,18 @@ class FrameRun:
         return self._loop.positions(self._damping.to_undamped(self.time_s))
 
     def velocities(self) -> NDArray[np.float64]:
-        """Return the current velocities, in metres per second, shape ``(n, 2)``."""
+        """Return the current velocities, in m/s, shape ``(n, 2)``."""
         velocities = self._loop.velocities(self._damping.to_undamped(self.time_s))
         kept_fraction = self._damping.compute_kept_fraction(self.time_s)
         return velocities if kept_fraction == 1.0 else velocities * kept_fraction
 
     def spins(self) -> NDArray[np.float64] | None:
-        """Return the current spins, in radians per second, shape ``(n,)``; None if no disc in the scene turns."""
+        """Return the current spins, in rad/s; None if no disc turns."""
         spins = self._loop.present_spins()
         return None if spins is None else spins * self._damping.compute_kept_fraction(self.time_s)
 
     def impacts_per_disc(self) -> NDArray[np.int64]:
-        """Return the number of impacts that each disc has had with discs and walls, shape ``(n,)``."""
+        """Return the number of impacts of each disc, shape ``(n,)``."""
         impacts = self.log.array()
         bodies = np.concatenate([impacts["first"], impacts["second"]])
         return np.bincount(bodies[bodies >= 0], minlength=len(self.positions()))
@@ -147,8 +147,8 @@ def start_pit_run(scene: Scene, clock: FrameClock, *, skipping: bool = True) -> 
 
     Args:
         scene: The scene.
-        clock: Instants of the frames.
-        skipping: Whether to skip tests that can't find an impact. This does not change any bit of the result.
+        clock: Times of the frames.
+        skipping: Whether to skip tests that can't find an impact. This does not change the result.
     """
 
     def make(start: Start, units: Units) -> FrameRun:
@@ -163,7 +163,7 @@ def start_pit_run(scene: Scene, clock: FrameClock, *, skipping: bool = True) -> 
 
 
 def build_edges(contacts: NDArray[np.void]) -> NDArray[np.void]:
-    """Convert recorded contacts to edges (`trace.EDGE_DTYPE`): see `recorded_edge` in core/pit/separation.h."""
+    """Convert recorded contacts to wall edges (`trace.EDGE_DTYPE`): see `recorded_edge` in core/pit/separation.h."""
     edges = np.full(len(contacts), np.array(NO_EDGE, EDGE_DTYPE))
     number, kind = np.divmod(contacts["feature"], _EDGE_KINDS)
     is_edge = contacts["feature"] >= 0
@@ -174,18 +174,18 @@ def build_edges(contacts: NDArray[np.void]) -> NDArray[np.void]:
 def solve_pit(scene: Scene | str, *, frame_rate_hz: float | None = None, skipping: bool = True) -> Trace:
     """Run a scene by PIT.
 
-    PIT checks for overlap at the times ``k / frame_rate_hz``, from k = 0 to the last one before `scene.duration_s`.
+    PIT checks for overlap at the times ``k / frame_rate_hz`` before `scene.duration_s`, with k = 0, 1, 2, ...
 
     Args:
         scene: The scene, or its name in the catalogue.
-        frame_rate_hz: Frames per second; the scene's own by default.
-        skipping: Whether to skip tests that can't find an impact. This only changes `Trace.counts`.
+        frame_rate_hz: Frames per second; None for the scene's frame rate.
+        skipping: Whether to skip tests that can't find an impact. Only `Trace.counts` depends on it.
 
     Raises:
         InputError: The frame rate is not a positive number, or leads to too many frames.
 
     Examples:
-        >>> len(carom.solve_pit("paper/missed", frame_rate_hz=24).impacts)  # there is one, between two frames
+        >>> len(carom.solve_pit("paper/missed", frame_rate_hz=24).impacts)  # misses the impact between two frames
         0
         >>> len(carom.solve_pit("paper/missed", frame_rate_hz=240).impacts)
         1

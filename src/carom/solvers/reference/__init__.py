@@ -1,1 +1,1 @@
-"""The two algorithms of the paper by which Carom is inspired, in readable Python: PIT, and PIC frame by frame."""
+"""The two algorithms of the paper that inspired Carom, PIT and PIC frame by frame, in readable Python."""

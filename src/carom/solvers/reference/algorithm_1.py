@@ -1,11 +1,11 @@
-"""Algorithm 1 of the paper by which Carom is inspired: PIT, for discs and half-planes on straight paths.
+"""Algorithm 1 of the paper that inspired Carom: PIT, for discs and half-planes on straight paths.
 
-Each pair of bodies is tested for overlap at each frame, and not in between. If two bodies overlap and approach each
+Each pair of bodies is tested for overlap at each frame, and not between frames. If two bodies overlap and approach each
 other, they get new velocities along the line of centres. Positions are not corrected. So an impact is up to a frame
-late, and its normal is that of the overlapping discs. PIT misses an impact if the overlap begins and ends between two
-frames.
+late, and its normal is the line of centres of the overlapping discs. PIT misses an impact if the overlap begins and
+ends between two frames.
 
-This module is for reading and for tests. `carom.solve_pit` returns exactly the same numbers. But it skips frames at
+This module is for reading and tests. `carom.solve_pit` returns exactly the same numbers, but skips frames at
 which no impact is possible, and supports all bodies and motions.
 """
 
@@ -24,15 +24,15 @@ from carom.solvers.request import compute_frames
 
 @dataclass
 class MovingDisc:
-    """State of a disc at the present frame.
+    """State of a disc at the current frame.
 
     Attributes:
         x: x coordinate of the centre, in metres.
         y: y coordinate of the centre, in metres.
-        vx: x component of the velocity, in metres per second.
-        vy: y component of the velocity, in metres per second.
+        vx: x component of the velocity, in m/s.
+        vy: y component of the velocity, in m/s.
         radius: Radius, in metres.
-        inverse_mass: One over the mass; 0 for an immovable disc.
+        inverse_mass: 1 divided by the mass; 0 for an immovable disc.
         last_partner: Number of the body that this disc met last. Walls have negative numbers.
     """
 
@@ -61,8 +61,8 @@ class PitResult:
     """Result of Algorithm 1.
 
     Attributes:
-        impacts: The impacts in order.
-        discs: The discs at the end.
+        impacts: The impacts in order of time.
+        discs: The discs at the end of the run.
     """
 
     impacts: list[ImpactRecord]
@@ -74,11 +74,11 @@ def run_algorithm_1(scene: Scene | str, *, frame_rate_hz: float | None = None) -
 
     Args:
         scene: The scene, or its name in the catalogue.
-        frame_rate_hz: Frames per second; the scene's own by default.
+        frame_rate_hz: Frames per second; None for the scene's frame rate.
 
     Raises:
-        InputError: The scene has anything but discs and half-planes on straight paths without friction, or the frame
-            rate is not a positive number.
+        InputError: The scene has friction, curved paths, or bodies other than discs and half-planes. Or the frame rate
+            is not a positive number.
     """
     scene = to_scene(scene)
     _require_simple(scene)
@@ -123,8 +123,8 @@ def does_wall_interfere(disc: MovingDisc, wall: HalfPlane) -> bool:
 def collide_discs(first: MovingDisc, second: MovingDisc, i: int, j: int, time_s: float, e: float) -> ImpactRecord:
     """Apply an impact along the line of centres to two discs. Return the record of the impact.
 
-    Let d be the vector from the first centre to the second. The impulse on the first disc is ``f d``. The formula
-    contains ``d.d`` without a square root, so that the rounding of a length does not change the energy.
+    Let d be the vector from the first centre to the second. The impulse on the first disc is ``f d``. The formula for f
+    contains ``d.d`` and no square root, so that the rounding of a root does not change the energy.
     """
     dx, dy = second.x - first.x, second.y - first.y
     along = dx * (second.vx - first.vx) + dy * (second.vy - first.vy)
@@ -155,7 +155,7 @@ def _move(discs: list[MovingDisc], seconds: float) -> None:
 
 
 def _has_just_met(disc: MovingDisc, partner: int) -> bool:
-    """Return whether the disc's last impact was with this partner, so that they do not approach each other."""
+    """Return whether the disc's last impact was with this partner. Then the two do not approach each other."""
     return disc.inverse_mass == 0.0 or disc.last_partner == partner
 
 

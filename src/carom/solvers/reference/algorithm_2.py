@@ -1,9 +1,9 @@
-"""Algorithm 2 of the paper by which Carom is inspired: PIC frame by frame, with a stop at each impact within a frame.
+"""Algorithm 2 of the paper that inspired Carom: PIC frame by frame, with a stop at each impact within a frame.
 
 The printed algorithm applies at most one impact per frame, but the paper's figure 9 has several. This module applies
-all impacts of a frame, as in the figure. At each impact, the times of all pairs are computed, without a queue, as in
-the paper. The state of a disc is stored at its last impact, so frames cause no rounding, and the result is exactly that
-of `carom.solve_pic`.
+all impacts of a frame, as in the figure. At each impact, the times of all pairs are computed without a queue, as in the
+paper. A disc's state is stored only at its impacts, so frames cause no rounding. The result is exactly that of
+`carom.solve_pic`.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from carom.solvers.run import build_trace
 
 
 def solve_pic_framewise(scene: Scene | str, *, frame_rate_hz: float | None = None) -> Trace:
-    """Run a scene by Algorithm 2 of the paper by which Carom is inspired, with all impacts of each frame.
+    """Run a scene by Algorithm 2 of the paper that inspired Carom, with all impacts of each frame.
 
     Args:
         scene: The scene, or its name in the catalogue.
-        frame_rate_hz: Frames per second; the scene's own by default.
+        frame_rate_hz: Frames per second; None for the scene's frame rate.
 
     Raises:
         InputError: The frame rate is not a positive number, or leads to too many frames.

@@ -133,7 +133,7 @@ def _render_report(results: Results, fail_on: Grade | None) -> Report:
     from carom.report.junit import render_junit
     from carom.report.render.html import render_html
     from carom.report.render.markdown import render_markdown
-    from carom.report.results_file.records import format_records
+    from carom.report.results_file.results_jsonl import format_records
 
     document = cross_check_document(results)
     files = {
@@ -150,7 +150,7 @@ def _render_report(results: Results, fail_on: Grade | None) -> Report:
 def _replace_unreportable(results: Results) -> Results:
     """Replace each result that can't be written or replayed by a failure with the reason."""
     from carom.report.replay_data import build_replay_data
-    from carom.report.results_file.records import format_record
+    from carom.report.results_file.results_jsonl import format_record
 
     def check(row: Row) -> Row:
         try:

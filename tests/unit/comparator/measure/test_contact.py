@@ -167,7 +167,7 @@ def test_hopping_of_a_sliding_disc_is_sampled_or_wrong(steps: float, grade: Grad
 
 @each("off, said", [(0.005, "held 0.005 m off its wall"), (-0.005, "held 0.005 m inside its wall")])
 def test_constant_gap_or_overlap_in_contact_is_reported(off: float, said: str) -> None:
-    """A disc that is held 5 mm off its wall, or 5 mm inside it, is reported with that distance."""
+    """If an engine keeps a disc 5 mm away from its wall, or 5 mm inside the wall, this distance is reported."""
     score = score_altered_states(
         lambda states: move_states(states, states.time_s >= 0.0, place=off), "contact/slide-to-roll"
     )

@@ -83,7 +83,7 @@ def test_pic_matches_the_first_admissible_outcome() -> None:
     # PIC takes the lower body numbers first.
     score = compare(ONE_INTO_TWO, ONE_INTO_TWO)
     assert (require_value(score.convention).nearest, require_value(score.convention).matches) == (0, True)
-    assert "matches admissible outcome 1 of 3" in score.findings[0].reason
+    assert "matches possible outcome 1 of 3" in score.findings[0].reason
     impacts = ONE_INTO_TWO.impacts.copy()
     for name in impacts.dtype.names or ():
         if impacts[name].ndim == 2:
@@ -98,7 +98,7 @@ def test_velocities_of_no_order_match_no_outcome() -> None:
     score = compare(ONE_INTO_TWO, alter_impact(ONE_INTO_TWO, 1, velocity_first_after=(0.5, 0.5)))
     assert not require_value(score.convention).matches
     assert score.verdicts[0] is Verdict.CONVENTION
-    assert "matches none of the 3 admissible outcomes" in score.findings[0].reason
+    assert "matches none of the 3 possible outcomes" in score.findings[0].reason
 
 
 @each("discs", [3, 4, 5])

@@ -1,4 +1,4 @@
-"""A manifest: what it may hold, and how it makes its engine known, asked for and listed like any other."""
+"""Manifests: allowed contents, and use of an engine with a manifest like any other engine."""
 
 import os
 import sys

@@ -81,7 +81,7 @@ def test_event_queue_of_any_length_returns_discs_in_order(discs: int) -> None:
         queue.set_time(disc, math.inf)
 
 
-# The cells of the kernel: whatever is put in is found, however crowded a cell is, and so is every wall in reach -------
+# The cells of the grid: all discs in a cell and all walls in reach are found, even in crowded cells -------
 
 
 #: Discs that a scan looks at in one go, `BATCH` of core/pic/state.h.

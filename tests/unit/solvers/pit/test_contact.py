@@ -112,7 +112,7 @@ def test_disc_hit_along_the_tangent_does_not_hit_the_body_again(kind: str) -> No
 @each("push_m_s", [1e-9, 1e-6, 1e-3])
 @each("slip_m_s", [0.0, 0.1])
 def test_push_is_an_impact_at_its_first_frame(kind: str, push_m_s: float, slip_m_s: float) -> None:
-    """A leg that approaches the touching disc slowly is an impact at the frame at which it begins."""
+    """If a touching wall starts to approach a disc slowly, PIT reports an impact at the frame at which it starts."""
     for seed in range(10):
         rng = random.Random(seed)
         scene, _, _ = build_contact(kind, rng, 1.0, 0.0, [(1.0, push_m_s + 1j * slip_m_s)], duration_s=1.25)

@@ -203,7 +203,7 @@ def test_scene_is_cut_before_simultaneous_impacts() -> None:
 
 @pytest.mark.long
 def test_step_of_pit_is_searched_with_friction() -> None:
-    """With friction PIT's step is found by running PIT: the step found meets the demand, the failing one does not."""
+    """With friction, PIT runs to find PIT's step. The found step meets the demand, and the failing step does not."""
     rough = Scene(**{**dict(build_pair(0.3)), "friction": 0.5})
     advice = ask(rough, ["pit"], 5 * DEGREE)
     assert (advice.closed_form, advice.answers) == (None, ())

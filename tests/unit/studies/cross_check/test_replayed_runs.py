@@ -1,4 +1,4 @@
-"""A replay as an object: a cell, a page and a film of the same two runs."""
+"""Replays: a notebook cell, a page and a film show the same two runs."""
 
 import base64
 import gzip

@@ -21,7 +21,7 @@ from carom.execution.pool import Pool
 from carom.model.trace import Setting
 from carom.report.junit import render_junit
 from carom.report.render.markdown import render_markdown
-from carom.report.results_file.records import format_records
+from carom.report.results_file.results_jsonl import format_records
 from carom.studies.cross_check.document import cross_check_document
 from carom.studies.cross_check.options import Options
 from carom.studies.cross_check.plan import Plan, build_plan

@@ -27,8 +27,8 @@ from carom.model.trace import Trace
 from carom.report.outcome_marks import Mark
 from carom.report.render.html import render_html
 from carom.report.render.markdown import render_markdown
-from carom.report.results_file.json_lines import build_records_schema
-from carom.report.results_file.records import format_records
+from carom.report.results_file.line_codec import build_records_schema
+from carom.report.results_file.results_jsonl import format_records
 from carom.studies.diff.compare_records import Diff, Kind, compare_records
 from carom.studies.diff.document import MOST_ROWS, build_diff_document
 

@@ -45,7 +45,7 @@ def speeds(low: float, high: float, **fields: Any) -> ReleaseCell:
 
 
 def places(low: float, high: float, **fields: Any) -> ReleaseCell:
-    """Return one whose disc is off along x by a range until the end, where it is off by a metre at each phase."""
+    """Return a result with a range of errors along x before the end, and an error of a metre at the end."""
     step = (high - low) / PHASES if high > low else 0.0
     own = {"digest": "b"} | fields
     off = [(low + k * step, 0.0) * (PLACES - 1) + (1.0, 0.0) for k in range(PHASES + 1)]

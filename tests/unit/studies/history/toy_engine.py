@@ -55,7 +55,8 @@ class Adapter:
 adapter = Adapter()
 """
 
-#: What each release keeps of a velocity, its slop, and whether it tells its contacts.
+#: For each release: the fraction of velocity after an impact, the tolerated overlap, and whether the release reports
+#: contacts.
 RELEASES = {
     "0.9": (1.0, 0.0, True),
     "1.0": (1.0, 0.0, True),

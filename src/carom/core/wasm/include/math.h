@@ -10,7 +10,7 @@
 #define fabs __builtin_fabs
 #define sqrt __builtin_sqrt
 
-/* memory.c defines these functions, as in the C standard. */
+/* memory.c defines these functions as the C standard describes them. */
 double frexp(double x, int *exponent);
 double ldexp(double x, int exponent);
 

@@ -1,5 +1,5 @@
-/* The functions of string.h that the core uses, for a target without a C library. WebAssembly has instructions for
-   them. */
+/* The functions of string.h that the core uses, for a target without a C library. Each function is one instruction of
+   WebAssembly. */
 
 #ifndef CAROM_WASM_STRING_H
 #define CAROM_WASM_STRING_H

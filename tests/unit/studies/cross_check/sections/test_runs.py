@@ -10,8 +10,8 @@ from carom.execution.results import Results, Row
 from carom.report import formatting
 from carom.report.document import Cell, Media, Section, Table
 from carom.report.render.markdown import render_markdown
-from carom.report.results_file.json_lines import OF_SPINS
-from carom.report.results_file.records import format_records
+from carom.report.results_file.line_codec import OF_SPINS
+from carom.report.results_file.results_jsonl import format_records
 from carom.studies.cross_check.document import cross_check_document
 from carom.studies.cross_check.grid import build_grid
 from carom.studies.cross_check.sections.runs import (

@@ -22,7 +22,7 @@ from carom.report.formatting import format_number
 from carom.report.render.html import render_html
 from carom.report.render.markdown import render_markdown
 from carom.report.render.terminal import render_terminal
-from carom.report.results_file.records import format_records
+from carom.report.results_file.results_jsonl import format_records
 from carom.studies.cross_check.document import cross_check_document
 from carom.studies.cross_check.grid import build_grid
 from carom.studies.cross_check.sections import sampling_cost as price

@@ -37,19 +37,19 @@ from carom.report.files import FORMATS
 from carom.report.results_file.line_types import RowLine, Summary
 from carom.support.escaping import format_value, shorten
 
-#: Fields of a score that are about spins. They are only written if a disc of the scene spins.
+#: Fields of a score about spins, which are only written if a disc of the scene spins.
 OF_SPINS = frozenset({"spin", "final_spin", "angular", "angular_excess", "arm"})
 
-#: Fields of a timing that files of earlier versions lack. They are omitted if they have no value.
+#: Fields of a timing that files of earlier versions lack, and that are omitted without a value.
 _LATER = frozenset({"ends"})
 
 
 def format_line(line: Summary | RowLine, *, spins: bool = True) -> str:
-    """Return a line as strict JSON without a line break. If `spins` is true, it has the fields about spins."""
+    """Return a line as strict JSON without a line break. If `spins` is true, the line has fields about spins."""
     leave_out = {} if spins else {part: set(OF_SPINS) for part in ("total", "against_pit", "consistency")}
     if isinstance(line, RowLine) and line.timing and line.timing.ends is None:
         leave_out["timing"] = set(_LATER)
-    kind: Any = type(line)  # mypy assumes that a class has no hash if its objects have none
+    kind: Any = type(line)  # for mypy, a class of unhashable objects is unhashable
     return _JSON(_build_type_adapter(kind).dump_python(line, mode="json", exclude=leave_out or None))
 
 
@@ -69,7 +69,7 @@ def read_summary(fields: Mapping[str, object], path: Path) -> Summary:
 
 
 def read_row(text: bytes, path: Path, number: int) -> RowLine:
-    """Parse a line after the first one. If a field may be null, it may also be missing.
+    """Parse a line after the first one. Fields that may be null may also be missing.
 
     Raises:
         InputError: The line is not JSON, or a field is missing or has a wrong type. The message names file, line and

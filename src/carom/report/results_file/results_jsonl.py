@@ -17,7 +17,7 @@ from carom.errors import InputError
 from carom.execution.results import Results, Row
 from carom.report.files import FORMATS
 from carom.report.results_file import format_2
-from carom.report.results_file.json_lines import format_line, read_row, read_summary
+from carom.report.results_file.line_codec import format_line, read_row, read_summary
 from carom.report.results_file.line_types import RowLine, Summary
 from carom.report.results_file.lines_from_rows import build_line, build_summary
 from carom.support.escaping import escape_controls, shorten
@@ -49,12 +49,12 @@ def read_records(path: Path) -> tuple[Summary, list[RowLine]]:
 
 
 def stream_records(path: Path) -> tuple[Summary, Iterator[RowLine]]:
-    """Read a file that `format_records` has written, line by line, so that it need not fit into memory.
+    """Read a file that `format_records` has written, line by line, so that the file need not fit into memory.
 
     The iterator checks whether the number of lines is as stated in the first line.
 
     Raises:
-        InputError: As in `read_records`. The iterator may also raise these errors.
+        InputError: The reasons are those of `read_records`. The iterator may also raise this error.
     """
     texts = _read_lines(path)
     head, is_earlier = _parse_head(path, next(texts, b"{}"))
@@ -139,7 +139,7 @@ def _read_lines(path: Path) -> Iterator[bytes]:
 def _summarise_local_errors(score: Score) -> dict[str, int | float]:
     """Return the median and the largest value of each kind of error of single impacts.
 
-    All errors would make lines too long.
+    Lines with all errors would be too long.
 
     If no impact has an error of some kind, this kind is omitted. For example, there are no spin errors if no disc
     spins.

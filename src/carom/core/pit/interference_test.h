@@ -1,7 +1,7 @@
 /* Interference tests and impacts of PIT.
 
-   Two bodies interfere if they approach while they touch or overlap. `carom.solvers.reference.algorithm_1` computes
-   tests and impacts by the same operations in the same order. The time of an impact is the time of its frame. */
+   Two bodies interfere if they approach while they touch or overlap. `carom.solvers.reference.algorithm_1` makes the
+   same operations in the same order. The time of an impact is the time of its frame. */
 
 #pragma once
 
@@ -20,14 +20,14 @@ static inline bool discs_interfere(const Disc *a, const Disc *b) {
     double along = dx * (b->vx - a->vx) + dy * (b->vy - a->vy);
     double squared = dx * dx + dy * dy;
     double contact = a->radius + b->radius;
-    /* Both conditions are first tested together and without a root: a processor cannot predict a branch that depends
-       only on whether the discs approach. */
+    /* Both conditions are first tested together and without a root, because a processor cannot predict a branch on the
+       direction of motion alone. */
     if (greater(along, squared - contact * contact * (1.0 + CAROM_ROOT_ROOM)) > 0.0)
         return false;
     return along < 0.0 && sqrt(squared) <= contact;
 }
 
-/* Return whether impacts change the velocity of neither of two discs. */
+/* Return whether both discs are immovable, so that no impact changes their velocities. */
 static inline bool are_immovable(const Disc *a, const Disc *b) {
     return a->inverse_mass == 0.0 && b->inverse_mass == 0.0;
 }
@@ -45,12 +45,13 @@ static inline bool pair_interferes(const State *s, Index i, Index j) {
 static inline bool plane_interferes(const Disc *a, const Wall *wall) {
     double along = a->vx * wall->nx + a->vy * wall->ny;
     double depth = (a->x - wall->x) * wall->nx + (a->y - wall->y) * wall->ny;
-    /* the depth is tested first: few discs are at a wall, and a processor cannot predict a branch that depends on the
-       approach */
+    /* the depth is tested first, because few discs are at a wall. A processor cannot predict a branch on the direction
+       of motion */
     return depth <= a->radius && along < 0.0;
 }
 
-/* Return whether a disc approaches a chain while it touches or overlaps it. `a` is disc i relative to chain k. */
+/* Return whether a disc approaches a chain (finite wall) while the disc touches or overlaps the chain. `a` is the
+   motion of disc i relative to chain k. */
 static inline bool chain_interferes(const State *s, const Disc *a, Index i, Index k) {
     const Chain *chain = &s->chains[k];
     Nearest nearest = find_nearest(chain, a->x, a->y, near_edge(s, i, k));
@@ -64,7 +65,8 @@ static inline bool chain_interferes(const State *s, const Disc *a, Index i, Inde
     return !is_leaving_chain(s, i, k, &hit) && !is_in_contact(s, i, k, a, hit.feature);
 }
 
-/* Return the part of chain k that is nearest to disc i, and the normal there. `a` is the disc relative to the chain. */
+/* Return the part of chain k that is nearest to disc i, and the normal there. `a` is the motion of the disc relative to
+   the chain. */
 static inline ChainHit find_hit(const State *s, const Disc *a, Index i, Index k) {
     Nearest nearest = find_nearest(&s->chains[k], a->x, a->y, near_edge(s, i, k));
     double dx = a->x - nearest.x;
@@ -86,14 +88,13 @@ static inline bool wall_interferes(const State *s, Index i, Index k) {
 
 /* ---- impacts ---- */
 
-/* Return the data of disc i for the impact law. */
 static inline Body body_of(const State *s, Index i) {
     Disc *a = &s->discs[i];
     return (Body){&a->vx, a->inverse_mass, a->radius, &s->turning[s->record.has_spins ? i : 0]};
 }
 
-/* Record an impact that was just applied at this frame. With damping, the undamped velocities and spins are converted
-   to damped ones. */
+/* Record an impact that was just applied at this frame. With damping, convert the undamped velocities and spins to
+   damped ones. */
 static inline void record_at_frame(State *s, const Impact *impact, const Spins *spins, Contact contact,
                                    const Ambiguity *ambiguity) {
     Record *r = &s->record;
@@ -108,8 +109,8 @@ static inline void record_at_frame(State *s, const Impact *impact, const Spins *
     }
 }
 
-/* Apply and record the impact of two interfering discs. The normal of the impact is the line through their present
-   centres. */
+/* Apply and record the impact of two interfering discs. The normal of the impact is along the line through the discs'
+   present centres. */
 static inline void apply_pair_impact(State *s, Index i, Index j) {
     Disc *a = &s->discs[i];
     Disc *b = &s->discs[j];
@@ -138,10 +139,10 @@ static inline void apply_pair_impact(State *s, Index i, Index j) {
                                  NO_FEATURE, false});
     slow_disc(s, i);
     slow_disc(s, j);
-    note_stopped_discs(s, i, j, &impact);
+    store_impact_of_discs(s, i, j, &impact);
 }
 
-/* Apply the impact of a disc that falls onto a wall, like `collide_wall`, but with rolling resistance. */
+/* Apply the impact of a falling disc on a wall, like `collide_wall`, but with rolling resistance. */
 static inline void collide_falling(const State *s, const Law *law, const Wall *wall, const Surface *surface, Body *a,
                                    Spins *spins) {
     Law smooth = *law;
@@ -187,5 +188,5 @@ static inline void apply_wall_impact(State *s, Index i, Index k) {
     record_at_frame(s, &impact, &spins, (Contact){seen->x, seen->y, edge},
                     &(Ambiguity){0.0, law->wall_contact.friction > 0.0, true, false, NO_FEATURE, false});
     slow_disc(s, i);
-    note_stopped_by_wall(s, i, k, seen, is_chain(s, k) ? s->hits[i].feature : NO_FEATURE, &impact);
+    store_impact_on_wall(s, i, k, seen, is_chain(s, k) ? s->hits[i].feature : NO_FEATURE, &impact);
 }
