@@ -27,7 +27,7 @@ def format_scene_file(entry: CatalogueScene) -> str:
     if entry.known.convention:
         lines.append(f"No unique answer: {entry.known.convention}")
     if isinstance(entry, BugReport):
-        lines += [f"Reported for {entry.about}: {entry.reported}", f"Thread: {entry.thread}", entry.made]
+        lines += [f"Reported for {entry.about}: {entry.summary}", f"Thread: {entry.thread}", entry.number_sources]
     comments = "".join(f"# {line}\n" for line in lines)
     return comments + tomli_w.dumps(entry.scene.model_dump(mode="python"))
 

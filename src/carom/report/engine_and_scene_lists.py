@@ -201,7 +201,7 @@ def _build_hazards(info: EngineInfo) -> Section:
     found = [entry for entry in all_scenes().values() if isinstance(entry, BugReport) and entry.engine == info.name]
     blocks: list[Block] = []
     if found:
-        columns = (Column("scene", lambda entry: entry.name), Column("what was reported", lambda entry: entry.reported))
+        columns = (Column("scene", lambda entry: entry.name), Column("what was reported", lambda entry: entry.summary))
         blocks.append(Table(columns, found, note=f"To check your version: carom run SCENE -e {info.name}."))
     measured = "Results at many phases: docs/results/hazards.md."
     blocks.append(Lines((measured,) if found else (f"No bug report in the catalogue. {measured}",)))

@@ -93,7 +93,7 @@ def test_catalogue_has_at_least_twenty_bug_reports_with_threads() -> None:
     for entry in BUG_REPORTS:
         assert re.fullmatch(r"https://github\.com/[\w.-]+/[\w.-]+/(issues|pull)/\d+", entry.thread)
         assert entry.thread.rpartition("/")[2] in entry.name
-        assert all(text.endswith(".") for text in (entry.reported, entry.made))
+        assert all(text.endswith(".") for text in (entry.summary, entry.number_sources))
         assert entry.about
 
 

@@ -32,20 +32,20 @@ class BugReport(CatalogueScene):
 
     Attributes:
         thread: Web address of the thread that contains the report.
-        reported: Summary of the report in the thread.
+        summary: Summary of the report in the thread.
         symptom: Symptom by which the bug is found in the results of a run.
-        at_least: Smallest error that counts as the reported bug, as a fraction of the scene's speed or energy. The
-            default is one per cent, since users notice such an error.
-        made: Which numbers of the scene are from the thread, and which were chosen for the catalogue.
+        smallest_error: Smallest error that counts as the reported bug, as a fraction of the scene's speed or energy.
+            The default is one per cent, since users notice such an error.
+        number_sources: Which numbers of the scene are from the thread, and which were chosen for the catalogue.
         about: Name of the engine or package that the report is about.
         engine: Name of Carom's adapter of that engine; empty if there is none.
     """
 
     thread: str = ""
-    reported: str = ""
+    summary: str = ""
     symptom: Symptom = Symptom.WRONG_VELOCITY
-    at_least: float = 0.01
-    made: str = ""
+    smallest_error: float = 0.01
+    number_sources: str = ""
     about: str = ""
     engine: str = ""
 

@@ -55,7 +55,11 @@ class ImpactCollector:
         self._inverse_mass = [1.0 / disc.mass_kg for disc in scene.discs]
         # Change of a disc's spin per newton second of tangential impulse; 0 for a disc that can't turn.
         self._spin_per_impulse = (1.0 / (arrays.inertia * arrays.mass_kg * arrays.radius_m)).tolist()
-        self._turns, self._rubs_discs, self._rubs_walls = arrays.turns, arrays.rubs_discs, arrays.rubs_walls
+        self._turns, self._has_disc_friction, self._has_wall_friction = (
+            arrays.turns,
+            arrays.has_disc_friction,
+            arrays.has_wall_friction,
+        )
         self._walls = [arrays.drive_of_wall(k) for k in range(len(arrays.walls))]
         self._driven = dict(zip(arrays.driven_discs, arrays.disc_drives, strict=True))
         self._gravity, self._pull = compute_gravity(scene), math.hypot(*scene.gravity_m_s2)
@@ -206,7 +210,7 @@ class ImpactCollector:
 
     def _has_all_impulses(self, contact: Contact) -> bool:
         """Whether the engine reports all impulses of a contact; with friction, also the tangential impulse."""
-        rubs = self._rubs_walls if contact.second < 0 else self._rubs_discs
+        rubs = self._has_wall_friction if contact.second < 0 else self._has_disc_friction
         return contact.impulse_n_s is not None and (not rubs or contact.tangential_impulse_n_s is not None)
 
     def _apply_impulse(self, motion: Motion, contact: Contact, body: int, sign: float) -> Motion:

@@ -359,7 +359,7 @@ def _describe_hardest_impact(advice: Advice) -> str:
     direction = f"error is too large if the impact is found more than {late_text} late"
     if math.isinf(late):
         direction = "meets the target even if the impact is found late"
-    if advice.scene.arrays.rubs_discs:  # there is no formula for the effect of friction
+    if advice.scene.arrays.has_disc_friction:  # there is no formula for the effect of friction
         direction += " (without friction)"
     return (
         f"{which} {bodies_and_time}: {why}. The bodies overlap and approach each other for "

@@ -231,7 +231,7 @@ def _find_closed_form(scene: Scene, hardest: Sequence[HardImpact]) -> ClosedForm
     slowed = scene.damping_per_s or scene.table_deceleration_m_s2
     is_accelerated = slowed or (any(scene.gravity_m_s2) and not all(scene.arrays.movable))
     turns = any(disc.legs for disc in scene.discs)
-    if len(scene.discs) != 2 or scene.walls or scene.arrays.rubs_discs or is_accelerated or turns:
+    if len(scene.discs) != 2 or scene.walls or scene.arrays.has_disc_friction or is_accelerated or turns:
         return None
     windows = [impact.limit.window for impact in hardest]
     never = min((window.length_s for window in windows if window is not None), default=math.inf)

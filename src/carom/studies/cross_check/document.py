@@ -84,7 +84,7 @@ def _build_document(title: str, about: str, grid: Grid) -> Document:
         build_cells_section(grid),
         build_impact_tables_section(grid),
     )
-    return Document(title, build_headline(grid), sections, about=about, watch=find_first_replay(grid))
+    return Document(title, build_headline(grid), sections, about=about, replay_link=find_first_replay(grid))
 
 
 class Report(NamedTuple):

@@ -58,7 +58,7 @@ def find_symptom(bug_report: BugReport, trace: Trace) -> tuple[bool, float, str]
     velocity, energy = _compute_velocity_error(trace, known, scene), _compute_energy_error(trace, known, scene)
     of_energy = symptom in {Symptom.GAINS_ENERGY, Symptom.LOSES_ENERGY} or math.isnan(velocity)
     figure, quantity = (energy, "energy") if of_energy else (velocity, "greatest speed")
-    threshold, is_seen, reason = bug_report.at_least, False, ""
+    threshold, is_seen, reason = bug_report.smallest_error, False, ""
     if symptom is Symptom.MISSES:
         missed = _count_missed(trace, known)
         is_seen = missed > 0 and abs(figure) > threshold

@@ -198,13 +198,12 @@ def _list_all_tasks(quick: bool) -> list[StressTask]:
 
 
 def _build_bug_report_row(bug_report: BugReport) -> StressRow:
-    criterion = (
-        f"{bug_report.symptom.value}; errors below {100 * bug_report.at_least:g} % do not count. {bug_report.made}"
-    )
+    threshold = f"errors below {100 * bug_report.smallest_error:g} % do not count"
+    criterion = f"{bug_report.symptom.value}; {threshold}. {bug_report.number_sources}"
     return StressRow(
         "complaint",
         bug_report.name.partition("/")[2],
-        f"{bug_report.about}: {bug_report.reported}",
+        f"{bug_report.about}: {bug_report.summary}",
         bug_report.known.source,
         capitalise(criterion),
         link=bug_report.thread,
