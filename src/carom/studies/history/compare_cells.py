@@ -283,7 +283,9 @@ def _has_same_motion(old: ReleaseRun, new: ReleaseRun) -> bool:
         (old.velocity_errors_m_s, new.velocity_errors_m_s, speed),
     )
     return not any(
-        _is_changed(a, b, limit) for ours, theirs, limit in states for a, b in zip(ours, theirs, strict=True)
+        _is_changed(a, b, limit)
+        for old_errors, new_errors, limit in states
+        for a, b in zip(old_errors, new_errors, strict=True)
     )
 
 

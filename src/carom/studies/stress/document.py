@@ -20,7 +20,7 @@ from carom.report.render.markdown import render_markdown
 from carom.studies.stress.result import CellEnding, CellResult, StressResults, StressRow
 from carom.support.folders import write_files
 
-#: Names of the kinds of tests in documents. Files and the command row use the keys.
+#: Names of the kinds of tests in documents. Files and the command line use the keys.
 WORDS = {"attack": "stress test", "relation": "invariance", "complaint": "reported bug"}
 
 HEADINGS = {"attack": "Where each method fails", "relation": "Invariances", "complaint": "Scenes of reported bugs"}
