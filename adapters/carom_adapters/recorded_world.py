@@ -41,7 +41,7 @@ class RecordedWorld:
     def __init__(self, run: Any, settings: Mapping[str, Setting]) -> None:
         self.settings = settings
         self._run = run
-        self._seen = 0
+        self._contacts_read = 0
         self._warning = ""
 
     def advance(self, steps: int) -> None:
@@ -56,14 +56,14 @@ class RecordedWorld:
             position_m[k], velocity_m_s[k] = run.positions(), run.velocities()
             if turns:
                 spin_rad_s[k] = run.spins()
-            if len(run.log) > self._seen or self._warning:
+            if len(run.log) > self._contacts_read or self._warning:
                 return k + 1
         return len(position_m)
 
     def observe(self) -> Observation:
         """Return the state at the end of the last step, and the impacts since the previous observation."""
-        contacts = list_contacts_since(self._run.log, self._seen)
-        self._seen += len(contacts)
+        contacts = list_contacts_since(self._run.log, self._contacts_read)
+        self._contacts_read += len(contacts)
         run = self._run
         return Observation(run.positions(), run.velocities(), contacts, self._warning, spin_rad_s=run.spins())
 

@@ -31,8 +31,8 @@ from carom.studies.bench.machine_noise import Noise, Spread
 from carom.studies.bench.result import Curve, Point, SceneBench
 from carom.studies.bench.tables import format_error
 from carom.studies.bench.timing_pass import CellTiming
-from carom.studies.stress.result import CellEnding, CellResult, StressTest
-from carom.studies.stress.run import list_lines
+from carom.studies.stress.result import CellEnding, CellResult, StressRow
+from carom.studies.stress.run import list_rows
 
 ROOT = Path(__file__).resolve().parents[2]
 SAMPLE = ROOT / "reports" / "sample" / "results.jsonl"
@@ -140,7 +140,7 @@ def bench_figures() -> dict[str, str]:
 def stability_block() -> str:
     """Return a row per method: the number of stress tests passed, and the test that fails at the mildest value."""
     head, _, *rows = stress_tables.kept(CAMPAIGN.read_text(encoding="utf-8"))["stress test"]
-    axes = {line.name: line for line in list_lines()}
+    axes = {line.name: line for line in list_rows()}
     lines = ["| method | tests passed | fails first in | changed quantity | fails at |", "| --- |" + " --- |" * 4]
     for method in STABLE:
         cells = [(axes[row[0]], row[head.index(method)]) for row in rows]
@@ -154,8 +154,8 @@ def stability_block() -> str:
     return "\n".join(lines) + "\n"
 
 
-def _depth(line: StressTest, value: float) -> float:
-    result = CellResult("attack", line.name, "", CellEnding.FAILS_AT_SIZE, value, stands_at=value)
+def _depth(line: StressRow, value: float) -> float:
+    result = CellResult("attack", line.name, "", CellEnding.FAILS_AT_SIZE, value, passes_until=value)
     return (line.compute_depth(result) or 0.0) if value > 0 else 1.0
 
 

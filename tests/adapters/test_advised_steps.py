@@ -109,15 +109,15 @@ def test_advised_steps_hold_in_bare_engines(advice_of_scene: tuple[str, Advice],
     answer = next((found for found in advice.answers if found.method.engine == engine), None)
     if answer is None:
         pytest.skip(f"{engine} is not installed")
-    shot, angle = Shot.of(advice.scene), advice.demand.direction_error_rad
-    for found, wholly in ((answer.never_misses, False), (answer.demand, True)):
-        assert found.passes is not None, name
-        tried = list(score_phases(engine, shot, found.passes.dt_s))
+    shot, angle = Shot.of(advice.scene), advice.target.direction_error_rad
+    for found, wholly in ((answer.never_misses, False), (answer.meets_target, True)):
+        assert found.largest_passing is not None, name
+        tried = list(score_phases(engine, shot, found.largest_passing.dt_s))
         assert len(tried) == 65
         assert all(hit for hit, _ in tried)
         assert all(wrong <= angle for _, wrong in tried) or not wholly
-        if found.fails is not None:
-            tried = list(score_phases(engine, shot, found.fails.dt_s))
+        if found.smallest_failing is not None:
+            tried = list(score_phases(engine, shot, found.smallest_failing.dt_s))
             assert not all(hit and (wrong <= angle or not wholly) for hit, wrong in tried)
 
 
@@ -128,9 +128,11 @@ def test_swept_engines_need_few_steps_and_pymunk_those_of_pit(advice_of_scene: t
     found = {answer.method.engine: answer for answer in advice.answers}
     most = {("bullet", "box2d"): 60, ("bullet", "mujoco"): 60, ("bullet", "pybullet"): 15, ("puck", "pybullet"): 30}
     for engine, answer in found.items():
-        assert 1 / require_value(answer.demand.passes).dt_s <= most.get((name, engine), math.inf) * (1 + 1e-9)
+        assert 1 / require_value(answer.meets_target.largest_passing).dt_s <= most.get((name, engine), math.inf) * (
+            1 + 1e-9
+        )
     if "pymunk" not in found:
         pytest.skip("pymunk is not installed")
     looks, closed = found["pymunk"], require_value(advice.closed_form)
-    for steps, closed_s in ((looks.never_misses, closed.never_misses_s), (looks.demand, closed.demand_s)):
-        assert closed_s / 1.5 < require_value(steps.passes).dt_s <= closed_s
+    for steps, closed_s in ((looks.never_misses, closed.never_misses_s), (looks.meets_target, closed.meets_target_s)):
+        assert closed_s / 1.5 < require_value(steps.largest_passing).dt_s <= closed_s

@@ -213,7 +213,7 @@ def test_contact_errors_of_bare_engines_match_the_score(named: Named, case: Case
     trace = observe_run(named(case.engine), scene, case.profile, DT_S)
     score = compare(solve_pic(scene), trace, sampling=solve_pit(scene, frame_rate_hz=240.0))
     assert score.contact is not None
-    steps = {round(time_s / DT_S) for time_s in require_value(trace.looks).time_s.tolist()} - {0}
+    steps = {round(time_s / DT_S) for time_s in require_value(trace.observed_states).time_s.tolist()} - {0}
     states = ENGINES[case.engine](case.start.stage(), case.profile, DT_S, max(steps))[:, 0]
     states = (states - (0.0, RADIUS_M, 0.0, 0.0, 0.0)) * (1.0, 1.0, 1.0, 1.0, RADIUS_M)
     off = np.array([states[k] - case.law(k * DT_S) for k in sorted(steps)])

@@ -135,7 +135,7 @@ def compute_extent(scene: Scene, trace: Trace, until_s: float) -> float:
             sizes.append(float(np.abs(flight.position_m).sum()) + 2.0 * way_m + float(arrays.radius_m[flight.disc]))
     for wall, drive in ((wall, arrays.drive_of_wall(k)) for k, wall in enumerate(arrays.walls)):
         lengths = [abs(length) for length in list_wall_lengths(wall)]
-        moved_m = 0.0 if drive.stands else math.hypot(*drive.moved_at(until_s))
+        moved_m = 0.0 if drive.is_stationary else math.hypot(*drive.moved_at(until_s))
         sizes.append(2.0 * max(lengths, default=0.0) + moved_m)
     return max(sizes)
 
@@ -285,7 +285,7 @@ class _Widened:
         if drag or not bodies.spin[i].is_exact():
             bodies.spin[i] = bodies.spin[i] + arb(0, spin_rad_s)
         second = self.bodies.trace_body(meeting.second)
-        is_driven = second < 0 and not self.scene.arrays.drive_of_wall(wall_index(second)).stands
+        is_driven = second < 0 and not self.scene.arrays.drive_of_wall(wall_index(second)).is_stationary
         rounds = bool(drag) or is_driven or restitution not in {0.0, 1.0}
         if not self.scene.table_deceleration_m_s2:
             bodies.x[i], bodies.y[i] = self._widen_point(bodies.x[i], bodies.y[i], gap_m)

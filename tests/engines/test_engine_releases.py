@@ -93,7 +93,7 @@ def test_history_does_not_blame_rapier_0_20_for_double_reports(release_cache: Re
     """`carom history` does not call 0.20 worse, nor 0.21 changed, where only contacts are reported twice."""
     moved = list_changes("rapier2d", "0.19.3,0.20.0,0.21.0", release_cache, "classics/sorting")
     assert ChangeKind.WORSE not in moved["0.20.0"]
-    assert not any(one.real for one in moved["0.21.0"])
+    assert not any(one.is_engine_change for one in moved["0.21.0"])
 
 
 def run_bare_matter(version: str, release_cache: ReleaseCache) -> dict[str, list[Any]]:
@@ -284,7 +284,10 @@ def test_history_finds_the_changes_of_matter(release_cache: ReleaseCache) -> Non
     )
     assert ChangeKind.BETTER in moved["0.14.0"]
     assert ChangeKind.WORSE in moved["0.19.0"]
-    assert {version for version, moves in moved.items() if any(one.real for one in moves)} == {"0.14.0", "0.19.0"}
+    assert {version for version, moves in moved.items() if any(one.is_engine_change for one in moves)} == {
+        "0.14.0",
+        "0.19.0",
+    }
 
 
 @each("version, scaled", [("0.12.0", False), ("0.14.0", True), ("0.20.0", True)])
@@ -363,7 +366,7 @@ def test_history_separates_other_settings_from_real_changes(
     """Changed defaults or requested settings are reported as such, and not as worse or better."""
     moved = list_changes(engine, f"{before},{release}", release_cache, *scenes)[release]
     assert ChangeKind.OTHER_SETTINGS in moved
-    assert not any(one.real for one in moved)
+    assert not any(one.is_engine_change for one in moved)
 
 
 #: Rapier, tuned, bare, five eighths into a run: a disc's coordinate, and how far off it is over 32 phases, in metres.
@@ -409,4 +412,4 @@ def test_history_does_not_run_pymunk_before_5_7(release_cache: ReleaseCache) -> 
     plain = [entry.scene for entry in find_scenes(["classics/box"])]
     found = run_history("pymunk", plain, release_cache, HistoryOptions(versions=["5.6.0", "5.7.0"], jobs=1))
     assert found.releases[0].not_run == "older than 5.7, the oldest release that its adapter drives"
-    assert found.ran == found.releases[1:]
+    assert found.completed == found.releases[1:]

@@ -1,8 +1,8 @@
-"""Symmetries of mechanics, and relations that need no truth: what changes a scene in a known way does so to its answer.
+"""Symmetries of mechanics, and invariances: what changes a scene in a known way does so to its answer.
 
 The results of catalogue scenes agree if the scene is rotated, moves uniformly, is renumbered, split, measured in other
 units, or gets a far disc. Mirrors and powers of two, which change no bit, are in ``test_equivalences.py``. Last come
-the very relations that `carom stress` measures of the engines.
+the invariances that `carom stress` measures for engines.
 """
 
 import math
@@ -21,7 +21,7 @@ from tests.transformed_scenes import Map, identity, transform_scene, turn_by
 from carom import Scene, Trace, solve_pic, solve_pit
 from carom.catalogue import CatalogueScene, Tag, catalogue
 from carom.model.trace import Vector, rim_speeds, velocities
-from carom.studies.stress.relations import HOLDS, build_rough_scene, build_superball_scene, list_relations
+from carom.studies.stress.invariances import DEVIATION_LIMIT, build_rough_scene, build_superball_scene, list_invariances
 
 ROUNDING = 1e-12
 
@@ -86,27 +86,27 @@ def test_boosted_scene_has_the_same_impacts(boost: tuple[float, float]) -> None:
         )
 
 
-# The relations of `carom stress` --------------------------------------------------------------------------------------
+# The invariances of `carom stress` ------------------------------------------------------------------------------------
 
 
-def test_pic_satisfies_every_relation() -> None:
-    """PIC satisfies each relation of `carom stress` to 1e-13, and those that change no digit to the bit."""
-    for relation in list_relations():
-        off = relation.deviation(relation.base(), solve_pic)
-        assert off <= 1e-13, relation.name
-        if relation.name.removeprefix("rough-") in {"mirror", "relabelling", "units-of-two", "far-disc"}:
-            assert off == 0.0, relation.name
+def test_pic_satisfies_every_invariance() -> None:
+    """PIC satisfies each invariance of `carom stress` to 1e-13, and those that change no digit to the bit."""
+    for invariance in list_invariances():
+        off = invariance.deviation(invariance.base(), solve_pic)
+        assert off <= 1e-13, invariance.name
+        if invariance.name.removeprefix("rough-") in {"mirror", "relabelling", "units-of-two", "far-disc"}:
+            assert off == 0.0, invariance.name
 
 
-def test_pit_satisfies_every_relation() -> None:
-    """PIT satisfies each relation of `carom stress`: units, frames of reference and numbering do not matter."""
-    for relation in list_relations():
-        assert relation.deviation(relation.base(), solve_pit) <= HOLDS, relation.name
+def test_pit_satisfies_every_invariance() -> None:
+    """PIT satisfies each invariance of `carom stress`: units, frames of reference and numbering do not matter."""
+    for invariance in list_invariances():
+        assert invariance.deviation(invariance.base(), solve_pit) <= DEVIATION_LIMIT, invariance.name
 
 
 @each("change", [abs, lambda spins: 0.999 * spins])
-def test_relations_detect_wrong_spins(change: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> None:
-    """A method with wrong spins violates exactly the relations that depend on spins."""
+def test_invariances_detect_wrong_spins(change: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> None:
+    """A method with wrong spins violates exactly the invariances that depend on spins."""
 
     def run(scene: Scene) -> Trace:
         trace = solve_pic(scene)
@@ -114,11 +114,15 @@ def test_relations_detect_wrong_spins(change: Callable[[NDArray[np.float64]], ND
             return trace
         return replace(trace, final_spin_rad_s=change(trace.final_spin_rad_s))
 
-    failed = {relation.name for relation in list_relations() if relation.deviation(relation.base(), run) > HOLDS}
+    failed = {
+        invariance.name
+        for invariance in list_invariances()
+        if invariance.deviation(invariance.base(), run) > DEVIATION_LIMIT
+    }
     assert failed == {"rough-split", "superball-reversal"} | ({"rough-mirror"} if change is abs else set())
 
 
-def test_rough_relation_scenes_slide_and_grip() -> None:
+def test_rough_invariance_scenes_slide_and_grip() -> None:
     """In the rough scene two impacts slide and one grips; in the superball scene each impact reverses the slip."""
     assert compute_slip_ratios(solve_pic(build_rough_scene())) == pytest.approx([0.4, 0.0, 0.06], abs=0.01)
     assert compute_slip_ratios(solve_pic(build_superball_scene())) == pytest.approx([-1.0, -1.0], abs=1e-12)

@@ -75,7 +75,7 @@ class Box2dWorld(QuietSteps):
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
         require_usable(scene, settings)
         self._box2d = _import_box2d()
-        self._asked = dict(settings)
+        self._requested_settings = dict(settings)
         # Number of time units of the world's clock in a second. Velocities are divided by this number.
         self._time = 1.0 / float(settings.get("velocity_scale", 1.0))
         scene = scaled(scene, time=self._time)
@@ -90,14 +90,14 @@ class Box2dWorld(QuietSteps):
         self._world.continuousPhysics = does_sweep(scene, settings, self._clock.dt_s)
         self._bodies: list[Any] = []
         self._walls: list[Any] = []
-        self._skinned: list[Any] = []  # shapes of walls whose only thickness is Box2D's skin
+        self._thin_walls: list[Any] = []  # shapes of walls whose only thickness is Box2D's skin
         self._chains: set[int] = set()
         self._movable: list[Any] = []
         self._driven: list[Any] = []
         self._legs = Legs[Any]()
         self._belts = {wall_body(k): wall.surface_speed_m_s for k, wall in enumerate(scene.walls)}
         self._turns = scene.arrays.turns
-        self._solved: list[tuple[Any, Any, Point, float, float]] = []
+        self._solved_contacts: list[tuple[Any, Any, Point, float, float]] = []
         self._normals: dict[int, Point] = {}
         self._listener: Any = None
         self._table = self._world.CreateStaticBody() if scene.table_deceleration_m_s2 else None
@@ -130,7 +130,7 @@ class Box2dWorld(QuietSteps):
                 linearDamping=scene.damping_per_s,
                 angularDamping=scene.damping_per_s,
                 fixedRotation=not (self._turns and math.isfinite(disc.inertia_factor)),
-                allowSleep=bool(self._asked.get("sleepingAllowed", True)),
+                allowSleep=bool(self._requested_settings.get("sleepingAllowed", True)),
                 bullet=self._sweep == "fast" and is_fast(disc, self._clock.dt_s),
             )
             self._movable.append(body)
@@ -181,10 +181,10 @@ class Box2dWorld(QuietSteps):
             if half_width_m is None:  # a circle, which has no skin
                 continue
             # Box2D copies shapes, and a copied chain has the default skin. So the skin of the copy is set.
-            skin = float(self._asked.get("polygon_radius_m", fixture.shape.radius))
+            skin = float(self._requested_settings.get("polygon_radius_m", fixture.shape.radius))
             fixture.shape.radius = skin + half_width_m
             if not half_width_m:
-                self._skinned.append(fixture.shape)
+                self._thin_walls.append(fixture.shape)
         body.userData = wall_body(k)
         self._walls.append(body)
 
@@ -199,20 +199,22 @@ class Box2dWorld(QuietSteps):
             "positionIterations": position,
             "velocity_scale": 1.0 / self._time,
             "sleepingAllowed": all(body.sleepingAllowed for body in self._movable)
-            and bool(self._asked.get("sleepingAllowed", True)),
+            and bool(self._requested_settings.get("sleepingAllowed", True)),
             "sweep": self._sweep,
             "continuousPhysics": bool(self._world.continuousPhysics),
             "polygon_radius_m": float(
-                self._skinned[0].radius if self._skinned else self._asked.get("polygon_radius_m", 0.0)
+                self._thin_walls[0].radius
+                if self._thin_walls
+                else self._requested_settings.get("polygon_radius_m", 0.0)
             ),
-            "chains": bool(self._asked.get("chains", False)),
+            "chains": bool(self._requested_settings.get("chains", False)),
         }
         return read
 
     def advance(self, steps: int) -> None:
         """Call `b2World.Step` `steps` times. Between steps, set the prescribed velocities of driven bodies."""
         step, dt_s, iterations = self._world.Step, self._clock.dt_s, self._iterations
-        self._solved.clear()
+        self._solved_contacts.clear()
         for count, changes in self._legs.split_steps(steps, self._clock):
             for body, velocity in changes:
                 body.linearVelocity = velocity
@@ -229,7 +231,7 @@ class Box2dWorld(QuietSteps):
             self._listen()
         numbers = to_rows(self.read())
         contacts = self._read_contacts()
-        self._solved.clear()
+        self._solved_contacts.clear()
         observation = Observation(
             numbers[:, :2], numbers[:, 2:4], contacts, spin_rad_s=numbers[:, 4] if self._turns else None
         )
@@ -247,10 +249,10 @@ class Box2dWorld(QuietSteps):
 
     def has_contacts(self) -> bool:
         """Whether a contact has an impulse in the last step."""
-        return any(push[3] > 0 for push in self._solved)
+        return any(push[3] > 0 for push in self._solved_contacts)
 
     def _listen(self) -> None:
-        solved, normals, belts = self._solved, self._normals, self._belts
+        solved, normals, belts = self._solved_contacts, self._normals, self._belts
         has_belts = any(belts.values())
 
         class Listener(self._box2d.b2ContactListener):  # type: ignore[misc, name-defined] # made at run time
@@ -284,7 +286,7 @@ class Box2dWorld(QuietSteps):
     def _sum_contacts(self) -> list[tuple[Any, Any, Point, float, float]]:
         """Return the solved contacts. If a disc touches several edges of one chain, these contacts are summed."""
         # Box2D reports a contact in every step while bodies touch, even if no impulse acts.
-        pushes = [push for push in self._solved if push[3] > 0]
+        pushes = [push for push in self._solved_contacts if push[3] > 0]
         found = [push for push in pushes if not self._chains & {push[0], push[1]}]
         for pair in dict.fromkeys(push[:2] for push in pushes if self._chains & {push[0], push[1]}):
             of_pair = [push[2:] for push in pushes if push[:2] == pair]
@@ -346,5 +348,5 @@ class Box2dWorld(QuietSteps):
     def close(self) -> None:
         """Drop the references to the world, so that its memory is freed."""
         self._world.contactListener = None
-        del self._bodies, self._movable, self._driven, self._legs, self._walls, self._skinned, self._table
+        del self._bodies, self._movable, self._driven, self._legs, self._walls, self._thin_walls, self._table
         del self._listener, self._world

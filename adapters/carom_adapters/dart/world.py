@@ -54,7 +54,7 @@ class DartWorld:
             self._add_shape(skeleton.createWeldJointAndBodyNodePair()[1], plane, wall_body(k), of_wall)
             skeleton.setMobile(False)
             self._world.addSkeleton(skeleton)
-        self._put([(disc.position_m, disc.velocity_m_s) for disc in scene.discs])
+        self._set_states([(disc.position_m, disc.velocity_m_s) for disc in scene.discs])
 
     def _set_detector(self, name: str) -> None:
         if hasattr(self._world, "setCollisionDetector"):
@@ -86,7 +86,7 @@ class DartWorld:
         node.getDynamicsAspect().setRestitutionCoeff(restitution)
         node.getDynamicsAspect().setFrictionCoeff(0.0)
 
-    def _put(self, states: Any) -> None:
+    def _set_states(self, states: Any) -> None:
         for skeleton, (position, velocity) in zip(self._discs, states, strict=True):
             skeleton.setPositions(position)
             skeleton.setVelocities(velocity)
@@ -177,7 +177,7 @@ class DartWorld:
         """Restore positions and velocities."""
         time_s, states = state
         self._clock.restart(time_s)
-        self._put(states)
+        self._set_states(states)
 
     def close(self) -> None:
         """Drop the references to the world, so that its memory is freed."""

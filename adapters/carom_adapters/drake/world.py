@@ -44,9 +44,9 @@ class DrakeWorld:
         scheme = settings.get("integration_scheme")
         if scheme is not None and scheme not in (schemes := drake.analysis.GetIntegrationSchemes()):
             raise AdapterError(f"Drake: integration_scheme must be one of {', '.join(schemes)}, got {scheme!r}")
-        self._asked = dict(settings)
+        self._requested_settings = dict(settings)
         self._clock = StepClock(float(settings["dt_s"]))
-        self._number: dict[Any, int] = {}
+        self._body_number: dict[Any, int] = {}
         builder = drake.framework.DiagramBuilder()
         # Drake's usual function, AddMultibodyPlantSceneGraph, is not used, since this function leaks 95 kB of memory.
         self._plant, _ = drake.plant.AddMultibodyPlant(drake.plant.MultibodyPlantConfig(time_step=0.0), builder)
@@ -71,8 +71,8 @@ class DrakeWorld:
                 joint.set_translational_velocity(self._context, disc.velocity_m_s)
         self._simulator.Initialize()
         #: For each contact of the last step, the greatest force, and the contact's normal when this force acted.
-        self._pushed: dict[tuple[int, int], tuple[float, tuple[float, float]]] = {}
-        self._watched = False
+        self._step_contacts: dict[tuple[int, int], tuple[float, tuple[float, float]]] = {}
+        self._has_monitor = False
 
     def _add_disc(self, scene: Scene, i: int) -> Any:
         """Add a disc and return its joint; None for an immovable disc, which is part of the world."""
@@ -90,14 +90,16 @@ class DrakeWorld:
     def _add_shape(self, body: Any, pose: Any, shape: Any, number: int) -> None:
         drake = self._drake
         properties = drake.geometry.ProximityProperties()
-        stiffness = self._asked.get("point_stiffness")
+        stiffness = self._requested_settings.get("point_stiffness")
         drake.geometry.AddContactMaterial(
             dissipation=0.0,
             point_stiffness=None if stiffness is None else float(stiffness),
             friction=drake.plant.CoulombFriction(0.0, 0.0),
             properties=properties,
         )
-        self._number[self._plant.RegisterCollisionGeometry(body, pose, shape, f"body {number}", properties)] = number
+        self._body_number[self._plant.RegisterCollisionGeometry(body, pose, shape, f"body {number}", properties)] = (
+            number
+        )
 
     @property
     def settings(self) -> Mapping[str, Setting]:
@@ -112,7 +114,7 @@ class DrakeWorld:
             # gravity and masses.
             **({} if shipped is None else {"point_stiffness": shipped}),
             "integration_scheme": _format_scheme(integrator),
-            **self._asked,
+            **self._requested_settings,
             "target_accuracy": integrator.get_target_accuracy(),
         }
 
@@ -122,7 +124,7 @@ class DrakeWorld:
         Within each step, Drake's integrator takes as many steps of its own as its error control requires.
         """
         for _ in range(steps):
-            self._pushed = {}
+            self._step_contacts = {}
             self._clock.count(1)
             self._simulator.AdvanceTo(self._clock.now_s)
 
@@ -132,8 +134,8 @@ class DrakeWorld:
         A contact can begin and end within a step, so the state at the end of the step may not show the contact. The
         first observation creates the monitor, so that timed runs, which are not observed, have no monitor.
         """
-        if not self._watched:
-            self._watched = True
+        if not self._has_monitor:
+            self._has_monitor = True
             self._simulator.set_monitor(self._record_contacts)
         position, velocity = self._position.copy(), np.zeros_like(self._position)
         count = len(self._movable)
@@ -146,15 +148,15 @@ class DrakeWorld:
         for k in range(results.num_point_pair_contacts()):
             info = results.point_pair_contact_info(k)
             force, pair = float(np.linalg.norm(info.contact_force())), info.point_pair()
-            bodies = (self._number[pair.id_B], self._number[pair.id_A])
-            if force > self._pushed.get(bodies, (0.0, None))[0]:
+            bodies = (self._body_number[pair.id_B], self._body_number[pair.id_A])
+            if force > self._step_contacts.get(bodies, (0.0, None))[0]:
                 nx, ny, _ = pair.nhat_BA_W  # Drake's normal points from B to A
-                self._pushed[bodies] = (force, (float(nx), float(ny)))
+                self._step_contacts[bodies] = (force, (float(nx), float(ny)))
         return self._drake.framework.EventStatus.DidNothing()
 
     def _read_contacts(self) -> list[Contact]:
         at_s, contacts = self._clock.step_began_s, []
-        for (b, a), (_, normal) in self._pushed.items():
+        for (b, a), (_, normal) in self._step_contacts.items():
             # The impulse is the integral of the force over time. The impulse is None here, since the force is known
             # only at single instants.
             contacts.append(replace(oriented_contact(b, a, at_s, normal, 0.0), impulse_n_s=None))

@@ -87,7 +87,7 @@ CAPABILITIES = replace(
 
 def does_solve_in_turn(scene: Scene, settings: Mapping[str, Setting]) -> bool:
     """Whether contacts are solved one after another. This requires friction and the setting ``in_turn``."""
-    return bool(settings.get("in_turn", False)) and scene.arrays.rubs
+    return bool(settings.get("in_turn", False)) and scene.arrays.has_friction
 
 
 def does_list_pairs(scene: Scene, settings: Mapping[str, Setting]) -> bool:

@@ -68,7 +68,7 @@ def choose_mass_unit(scene: Scene, settings: Mapping[str, Setting]) -> float:
     """Return the number of the model's mass units per kilogram: 1, or a power of two if friction needs another unit."""
     if not does_solve_in_turn(scene, settings):
         return 1.0
-    frictions = [scene.friction] * scene.arrays.rubs_discs + [wall.friction for wall in scene.arrays.materials]
+    frictions = [scene.friction] * scene.arrays.has_disc_friction + [wall.friction for wall in scene.arrays.materials]
     least_friction = min(friction for friction in frictions if friction > 0)
     return 2.0 ** math.floor(
         math.log2(min(1.0, MASS_OVER_FRICTION_SQUARED * least_friction**2) / _find_heaviest(scene))

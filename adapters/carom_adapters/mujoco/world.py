@@ -67,7 +67,7 @@ class MujocoWorld:
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
         require_usable(scene, settings)
-        self._asked = dict(settings)
+        self._requested_settings = dict(settings)
         self._mujoco: Any = importlib.import_module("mujoco")  # untyped: its classes come from C++ without stubs
         self._mujoco.set_mju_user_warning(_ignore)
         try:
@@ -80,7 +80,7 @@ class MujocoWorld:
             raise AdapterError(f"MuJoCo refuses the scene of {len(scene.discs)} discs: {error}") from error
         # Views of MuJoCo's arrays are kept, since creating a view takes long.
         self._warnings, self._qpos, self._qvel = self._data.warning.number, self._data.qpos, self._data.qvel
-        self._shared = True
+        self._is_model_shared = True
         #: For each array of contact dampings in the model: a view of the array, and its values times the step size.
         self._dampings: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []
         self._probe: Any = None
@@ -88,22 +88,22 @@ class MujocoWorld:
         # Damping times step size, a product that is the same for all step sizes; see `_compute_solref`.
         self._geom_damping = self._model.geom_solref[:, 1] * self._clock.dt_s
         self._pair_damping = self._model.pair_solref[:, 1] * self._clock.dt_s
-        self._rub_damping = self._model.pair_solreffriction[:, 1] * self._clock.dt_s
+        self._friction_damping = self._model.pair_solreffriction[:, 1] * self._clock.dt_s
         self._turns = scene.arrays.turns
         # Normals of cylinders lean out of the plane, although slide joints keep the cylinders upright. Normals of free
         # spheres lean out of the plane after some dozen impacts, since each impact amplifies rounding errors
         # perpendicular to the plane.
-        self._leans = settings.get("shape", "sphere") == "cylinder" or settings["joints"] == "free"
+        self._can_lean = settings.get("shape", "sphere") == "cylinder" or settings["joints"] == "free"
         self._unit = choose_mass_unit(scene, settings)
-        self._pieced = find_walls_in_pieces(scene)
+        self._walls_in_pieces = find_walls_in_pieces(scene)
         discs = [one for one in sort_bodies(scene) if one >= 0]
         # In MuJoCo, driven discs are also moving bodies.
         moving = [i for i in discs if scene.discs[i].driven or not scene.discs[i].immovable]
         self._movable = np.array(moving, dtype=np.intp)
         self._position = np.array([disc.position_m for disc in scene.discs], dtype=np.float64)
-        self._jointed = any(not disc.immovable for disc in scene.discs)
+        self._has_joints = any(not disc.immovable for disc in scene.discs)
         self._velocity = np.array([disc.velocity_m_s for disc in scene.discs], dtype=np.float64)
-        self._number = [parse_body(self._model.geom(i).name) for i in range(self._model.ngeom)]
+        self._body_number = [parse_body(self._model.geom(i).name) for i in range(self._model.ngeom)]
         self._spin = scene.arrays.spins.copy()
         # Indices of x and y of each movable disc, and of the spins of discs that turn. The bodies of the model have the
         # order of the movable discs. The spin is the disc's last coordinate.
@@ -159,16 +159,16 @@ class MujocoWorld:
             "speculative": bool(model.opt.enableflags & _find_flag_bit(mujoco, "speculative")),
             "ccd_tolerance": float(getattr(model.opt, f"{ccd}_tolerance")),
             "ccd_iterations": int(getattr(model.opt, f"{ccd}_iterations")),
-            "shape": self._asked.get("shape", "sphere"),
+            "shape": self._requested_settings.get("shape", "sphere"),
             "autoreset": not disabled & _find_flag_bit(mujoco, "autoreset"),
-            "joints": self._asked["joints"],
+            "joints": self._requested_settings["joints"],
             "listed_pairs": bool(model.npair),
-            "in_turn": self._asked.get("in_turn", False),
+            "in_turn": self._requested_settings.get("in_turn", False),
             "stiffness": abs(float(model.geom("0").solref[0])),
             "damping": abs(float(model.geom("0").solref[1])),
             "solimp": " ".join(f"{value:g}" for value in model.geom("0").solimp),
         }
-        if self._jointed and not self._turns:
+        if self._has_joints and not self._turns:
             read["joints"] = "slide" if model.jnt_type[0] == mujoco.mjtJoint.mjJNT_SLIDE else "free"
         if self._turns:
             read |= {
@@ -197,7 +197,7 @@ class MujocoWorld:
         if self._turns:
             spin = self._spin.copy()
             spin[self._turning] = self._qvel[self._about]
-        contacts = sum_contacts(self._read_contacts(), self._pieced) if self._data.ncon else ()
+        contacts = sum_contacts(self._read_contacts(), self._walls_in_pieces) if self._data.ncon else ()
         return Observation(position, velocity, contacts, self._find_warning(), spin)
 
     def take_quiet_steps(
@@ -234,9 +234,11 @@ class MujocoWorld:
                 continue
             normal = (float(frame[0]), float(frame[1]))  # MuJoCo's normal points from the first geom to the second
             impulse = force * self._clock.dt_s
-            if self._leans:
+            if self._can_lean:
                 normal, impulse = flattened(normal, impulse)
-            found.append(oriented_contact(self._number[geom1], self._number[geom2], at_s, normal, impulse, tangential))
+            found.append(
+                oriented_contact(self._body_number[geom1], self._body_number[geom2], at_s, normal, impulse, tangential)
+            )
         return found
 
     def _compute_impulses(self, contact: int, frame: NDArray[np.float64]) -> tuple[float, float]:
@@ -248,7 +250,7 @@ class MujocoWorld:
         force = np.zeros(6)
         self._mujoco.mj_contactForce(self._model, self._data, contact, force)
         along = force[1:3] @ frame[3:9].reshape(2, 3)
-        nx, ny = flattened((float(frame[0]), float(frame[1])), 0.0)[0] if self._leans else frame[:2]
+        nx, ny = flattened((float(frame[0]), float(frame[1])), 0.0)[0] if self._can_lean else frame[:2]
         tangential = float(nx * along[1] - ny * along[0])
         return float(force[0]) / self._unit, tangential * self._clock.dt_s / self._unit
 
@@ -277,15 +279,15 @@ class MujocoWorld:
 
     def cut(self, dt_s: float) -> None:
         """Set the size of the following steps, and the damping of contacts, which depends on this size."""
-        if self._shared:  # the model is shared with other worlds, which have another step size
-            self._model, self._shared = copy.copy(self._model), False
+        if self._is_model_shared:  # the model is shared with other worlds, which have another step size
+            self._model, self._is_model_shared = copy.copy(self._model), False
             model = self._model
             dampings = (
                 (model.geom_solref, self._geom_damping),
                 (model.pair_solref, self._pair_damping),
-                (model.pair_solreffriction, self._rub_damping),
+                (model.pair_solreffriction, self._friction_damping),
             )
-            by_step = float(self._asked["stiffness"]) == 0
+            by_step = float(self._requested_settings["stiffness"]) == 0
             self._dampings = [
                 (parameters[:, 1], damping) for parameters, damping in dampings if by_step and len(parameters)
             ]
@@ -303,7 +305,7 @@ class MujocoWorld:
         if not self._probe.ncon:
             return frozenset()
         geoms, overlaps = self._probe.contact.geom, self._probe.contact.dist < 0
-        return frozenset(pair_of(self._number[a], self._number[b]) for a, b in geoms[overlaps])
+        return frozenset(pair_of(self._body_number[a], self._body_number[b]) for a, b in geoms[overlaps])
 
     def save(self) -> object:
         """Return coordinates and velocities. With the settings of `located`, nothing else affects later steps."""

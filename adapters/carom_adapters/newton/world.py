@@ -38,12 +38,12 @@ class NewtonWorld:
         self._clock = StepClock(float(settings["dt_s"]))
         gx, gy = scene.gravity_m_s2
         builder = newton.ModelBuilder(gravity=(gx, 0.0, gy))
-        self._still = np.array([disc.position_m for disc in scene.discs], dtype=np.float64)
+        self._start_position_m = np.array([disc.position_m for disc in scene.discs], dtype=np.float64)
         #: Numbers of the discs that are bodies in Newton, and the number of the disc or wall of each of Newton's
         #: shapes.
         self._moved = [i for i, disc in enumerate(scene.discs) if not disc.immovable]
         walls = scene.half_planes()
-        self._number = np.array([*range(len(scene.discs)), *map(wall_body, range(len(walls)))])
+        self._body_number = np.array([*range(len(scene.discs)), *map(wall_body, range(len(walls)))])
         # Newton uses the mean of the restitutions of two bodies, and accepts any values.
         of_walls = 2.0 * scene.wall_restitution - scene.restitution
         for disc in scene.discs:
@@ -107,16 +107,16 @@ class NewtonWorld:
         """Return the state of every disc, and the contacts in which a force acted in the last step."""
         if self._forces is None:
             self._forces = self._solver.observables({"contact_f"}, contacts=self._contacts)
-        position, velocity = self._still.copy(), np.zeros_like(self._still)
+        position, velocity = self._start_position_m.copy(), np.zeros_like(self._start_position_m)
         if self._moved:
             position[self._moved] = self._state.body_q.numpy()[:, (0, 2)]
             velocity[self._moved] = self._state.body_qd.numpy()[:, (0, 2)]
         count = int(self._contacts.rigid_contact_count.numpy()[0])
         has_overflowed = count > self._contacts.rigid_contact_max
         warning = f"Newton kept {self._contacts.rigid_contact_max} of {count} contacts" if has_overflowed else ""
-        return Observation(position, velocity, () if has_overflowed else tuple(self._find_pushed(count)), warning)
+        return Observation(position, velocity, () if has_overflowed else tuple(self._list_contacts(count)), warning)
 
-    def _find_pushed(self, count: int) -> Iterator[Contact]:
+    def _list_contacts(self, count: int) -> Iterator[Contact]:
         """Yield the contacts in which a force acted, without impulses.
 
         The forces that the solver reports do not include the bounce, so impulses can't be computed.
@@ -131,7 +131,7 @@ class NewtonWorld:
     def _read_bodies(self, contacts: Any, those: NDArray[np.intp]) -> list[tuple[int, int]]:
         """Return the two bodies of each contact, numbered as in `Contact`, in Newton's order."""
         shapes = (contacts.rigid_contact_shape0, contacts.rigid_contact_shape1)
-        first, second = (self._number[shape.numpy()[those]].tolist() for shape in shapes)
+        first, second = (self._body_number[shape.numpy()[those]].tolist() for shape in shapes)
         return list(zip(first, second, strict=True))
 
     def cut(self, dt_s: float) -> None:

@@ -44,9 +44,9 @@ class OdeWorld:
             True: self._build_surface(scene.wall_restitution),
         }
         self._geoms: dict[int, Any] = {}
-        self._number: dict[int, int] = {}
+        self._body_number: dict[int, int] = {}
         self._bodies: list[Any] = []
-        self._still = np.array([disc.position_m for disc in scene.discs], dtype=np.float64)
+        self._start_position_m = np.array([disc.position_m for disc in scene.discs], dtype=np.float64)
         for i, disc in enumerate(scene.discs):
             geom = ode.OdeSphereGeom(self._space, disc.radius_m)
             body = None if disc.immovable else self._build_body(disc.mass_kg, disc.radius_m)
@@ -55,7 +55,7 @@ class OdeWorld:
                 geom.setPosition(*disc.position_m, 0.0)
             else:
                 geom.setBody(body)
-                self._put(body, disc.position_m, disc.velocity_m_s)
+                self._set_state(body, disc.position_m, disc.velocity_m_s)
             self._register(geom, i)
         for k, wall in enumerate(scene.half_planes()):
             (nx, ny), (x, y) = wall.normal, wall.point_m
@@ -65,7 +65,7 @@ class OdeWorld:
         self._met: list[tuple[Any, int, int, tuple[float, float]]] = []
 
     def _register(self, geom: Any, number: int) -> None:
-        self._geoms[number], self._number[geom.getId().this] = geom, number
+        self._geoms[number], self._body_number[geom.getId().this] = geom, number
 
     def _build_surface(self, restitution: float) -> Any:
         surface = self._ode.OdeSurfaceParameters()  # by default, surfaces have no friction, and bounce at any speed
@@ -80,7 +80,7 @@ class OdeWorld:
         return body
 
     @staticmethod
-    def _put(body: Any, position: Any, velocity: Any) -> None:
+    def _set_state(body: Any, position: Any, velocity: Any) -> None:
         body.setPosition(float(position[0]), float(position[1]), 0.0)
         body.setLinearVel(float(velocity[0]), float(velocity[1]), 0.0)
 
@@ -97,7 +97,7 @@ class OdeWorld:
 
     def _add_contact_joints(self, _: Any, first: Any, second: Any) -> None:
         """Create a joint for each contact of two geoms. ODE calls this function for each pair of near geoms."""
-        a, b = self._number[first.getId().this], self._number[second.getId().this]
+        a, b = self._body_number[first.getId().this], self._body_number[second.getId().this]
         if all(k < 0 or self._bodies[k] is None for k in (a, b)):
             return
         contacts = self._ode.OdeUtil.collide(first, second, 1)
@@ -125,7 +125,7 @@ class OdeWorld:
 
     def observe(self) -> Observation:
         """Return the state of every disc, and the contacts that the last step found and solved at its start."""
-        position, velocity = self._still.copy(), np.zeros_like(self._still)
+        position, velocity = self._start_position_m.copy(), np.zeros_like(self._start_position_m)
         for i, body in enumerate(self._bodies):
             if body is not None:
                 position[i], velocity[i] = _to_plane(body.getPosition()), _to_plane(body.getLinearVel())
@@ -152,7 +152,7 @@ class OdeWorld:
 
         def collect_pair(_: Any, first: Any, second: Any) -> None:
             if self._ode.OdeUtil.collide(first, second, 1).getNumContacts():
-                pairs.add(pair_of(self._number[first.getId().this], self._number[second.getId().this]))
+                pairs.add(pair_of(self._body_number[first.getId().this], self._body_number[second.getId().this]))
 
         self._space.collide("", collect_pair)
         return frozenset(pair for pair in pairs if pair[0] >= 0)
@@ -171,7 +171,7 @@ class OdeWorld:
         self._clock.restart(time_s)
         for body, body_state in zip(self._bodies, states, strict=True):
             if body is not None:
-                self._put(body, *body_state)
+                self._set_state(body, *body_state)
 
     def close(self) -> None:
         """Release joints, geoms, bodies, space and world, since Panda3D does not free them by itself."""

@@ -95,7 +95,7 @@ def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
             f"discs, but radii are {min(radii):g} to {max(radii):g} m"
         )
     for i, disc in enumerate(scene.discs):
-        if disc.driven and disc.spin_rad_s and not disc.drive.stands:
+        if disc.driven and disc.spin_rad_s and not disc.drive.is_stationary:
             raise AdapterError(
                 f"PyBullet: discs[{i}] is driven and spins at {disc.spin_rad_s:g} rad/s, and Bullet turns the "
                 f"velocity of a multibody by its spin; only one of the two is supported"

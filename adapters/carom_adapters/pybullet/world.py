@@ -62,29 +62,29 @@ class PybulletWorld(QuietSteps):
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
         require_usable(scene, settings)
-        self._asked = dict(settings) | build_dynamics(scene, settings)
+        self._requested_settings = dict(settings) | build_dynamics(scene, settings)
         self._clock = StepClock(float(settings["dt_s"]))
         self._turns = scene.arrays.turns
         # Cylinders can turn out of the plane. If a sphere is deep inside a box, the normals that the algorithm GJK
         # computes point out of the plane.
         turns_over = settings.get("shape", "sphere") == "cylinder" and bool(settings.get("turn", True))
-        self._leans = turns_over or any(not isinstance(wall, Wall) for wall in scene.walls)
-        self._seen: tuple[Contact, ...] | None = None
+        self._can_lean = turns_over or any(not isinstance(wall, Wall) for wall in scene.walls)
+        self._last_contacts: tuple[Contact, ...] | None = None
         velocity = np.array([disc.velocity_m_s for disc in scene.discs], dtype=np.float64)
         # A disc that already starts at the speed limit has not been slowed down by the limit.
         self._below_clamp = np.abs(velocity) < SHIPPED_SPEED_CLAMP_M_S
         self._spins_below_clamp = np.abs(scene.arrays.spins) < SHIPPED_SPIN_CLAMP_RAD_S
         self._bullet: Any = importlib.import_module("pybullet")  # untyped: PyBullet ships no stubs
-        self._place, self._motion = self._bullet.getBasePositionAndOrientation, self._bullet.getBaseVelocity
-        if not self._asked.get("useMaximalCoordinates", False):
+        self._get_pose, self._get_velocity = self._bullet.getBasePositionAndOrientation, self._bullet.getBaseVelocity
+        if not self._requested_settings.get("useMaximalCoordinates", False):
             self.size_without_warning = min(SHIPPED_SPEED_CLAMP_M_S, SHIPPED_SPIN_CLAMP_RAD_S)
         self._key = build_structure_key(scene, settings)
         self._discs: list[int] = []
         self._movable: list[int] = []
-        self._number: dict[int, int] = {}
+        self._body_number: dict[int, int] = {}
         self._driven: list[tuple[int, Driven]] = []
         self._legs = Legs[tuple[int, float]]()  # a body is stored with its spin
-        self._pieced = find_walls_in_pieces(scene)
+        self._walls_in_pieces = find_walls_in_pieces(scene)
         is_built = False
         if not _KEPT:
             self._client = self._bullet.connect(self._bullet.DIRECT)
@@ -94,7 +94,7 @@ class PybulletWorld(QuietSteps):
             key, (self._client, discs, movable, number) = _KEPT.popitem()
             is_built = key is not None and key == self._key
             if is_built:
-                self._discs, self._movable, self._number = discs, movable, number
+                self._discs, self._movable, self._body_number = discs, movable, number
                 # A reused client may still have the step size of a shortened step.
                 self._bullet.setPhysicsEngineParameter(fixedTimeStep=self._clock.dt_s, physicsClientId=self._client)
             else:
@@ -121,10 +121,10 @@ class PybulletWorld(QuietSteps):
             spin = scene_body.spin_rad_s if isinstance(scene_body, Disc) else 0.0
             bullet.resetBaseVelocity(body, [*find_first_velocity(scene_body), 0.0], [0, 0, spin], client)
             self._legs.add((body, spin), scene_body)
-        self._seen = ()
+        self._last_contacts = ()
 
     def _build(self, scene: Scene) -> None:
-        bullet, client, settings = self._bullet, self._client, self._asked
+        bullet, client, settings = self._bullet, self._client, self._requested_settings
         world = {name: settings[name] for name in WORLD_SETTINGS if name in settings}
         bullet.setPhysicsEngineParameter(fixedTimeStep=self._clock.dt_s, physicsClientId=client, **world)
         # Nothing is drawn. Without this shape, Bullet would build a mesh to draw each body, which takes up to 10 ms.
@@ -149,13 +149,13 @@ class PybulletWorld(QuietSteps):
                     swept = ccd_fraction * disc.radius_m
                     bullet.changeDynamics(body, -1, ccdSweptSphereRadius=swept, physicsClientId=client)
             self._discs.append(body)
-            self._number[body] = i
+            self._body_number[body] = i
         for k, (wall, material) in enumerate(zip(scene.walls, of_walls, strict=True)):
             for shape, place, turn in self._build_shapes(scene, wall):
                 body = self._add(shape, 0.0, place, *material, turn, driven=wall.driven)
                 if resists := compute_resistance(scene, disc_friction):
                     bullet.changeDynamics(body, -1, rollingFriction=resists, physicsClientId=client)
-                self._number[body] = wall_body(k)
+                self._body_number[body] = wall_body(k)
                 if wall.driven:
                     self._driven.append((body, wall))
         if self._turns and settings.get("useMaximalCoordinates", False):
@@ -195,7 +195,7 @@ class PybulletWorld(QuietSteps):
         *,
         driven: bool = False,
     ) -> int:
-        bullet, client, settings = self._bullet, self._client, self._asked
+        bullet, client, settings = self._bullet, self._client, self._requested_settings
         body: int = bullet.createMultiBody(
             mass,
             shape,
@@ -218,7 +218,7 @@ class PybulletWorld(QuietSteps):
         """The settings in use. Settings that PyBullet reports are read back."""
         world = self._bullet.getPhysicsEngineParameters(self._client)
         body = self._bullet.getDynamicsInfo((self._movable or self._discs)[0], -1, self._client)
-        return self._asked | {
+        return self._requested_settings | {
             "dt_s": world["fixedTimeStep"],
             "numSolverIterations": world["numSolverIterations"],
             "lateralFriction": body[1],
@@ -233,7 +233,7 @@ class PybulletWorld(QuietSteps):
                 self._bullet.resetBaseVelocity(body, [*velocity, 0.0], [0, 0, spin], client)
             for _ in range(count):
                 step(client)
-        self._seen = None
+        self._last_contacts = None
 
     def observe(self) -> Observation:
         """Return the state of every disc, and the contacts.
@@ -248,7 +248,7 @@ class PybulletWorld(QuietSteps):
 
     def read(self) -> list[float]:
         """Return position, velocity and spin of each disc."""
-        place, motion, client, turns = self._place, self._motion, self._client, self._turns
+        place, motion, client, turns = self._get_pose, self._get_velocity, self._client, self._turns
         numbers: list[float] = []
         for body in self._discs:
             (x, y, _), _ = place(body, client)
@@ -263,7 +263,7 @@ class PybulletWorld(QuietSteps):
     def _find_warning(self, velocity: NDArray[np.float64], spin: NDArray[np.float64] | None) -> str:
         # An impact or a fall can make a body too fast. A running scene can't be refused, so the run gets a warning.
         # Bullet clamps x and y separately.
-        if self._asked.get("useMaximalCoordinates", False):
+        if self._requested_settings.get("useMaximalCoordinates", False):
             return ""
         clamped = self._below_clamp & (np.abs(velocity) >= SHIPPED_SPEED_CLAMP_M_S)
         if np.count_nonzero(clamped):  # five times as fast as `any`, in code that runs after every step
@@ -283,14 +283,14 @@ class PybulletWorld(QuietSteps):
         return ""
 
     def _read_step_contacts(self) -> tuple[Contact, ...]:
-        if self._seen is None:
-            self._seen = sum_contacts(self._read_contacts(), self._pieced)
-        return self._seen
+        if self._last_contacts is None:
+            self._last_contacts = sum_contacts(self._read_contacts(), self._walls_in_pieces)
+        return self._last_contacts
 
     def _read_contacts(self) -> list[Contact]:
         at_s = self._clock.step_began_s
         # Bullet solves contacts whose distance is below this number. By default Bullet solves all contacts.
-        solved_below = float(self._asked.get("contactProcessingThreshold", math.inf))
+        solved_below = float(self._requested_settings.get("contactProcessingThreshold", math.inf))
         found = []
         for point in self._bullet.getContactPoints(physicsClientId=self._client):
             body_a, body_b, normal_from_b_to_a, distance, force = point[1], point[2], point[7], point[8], point[9]
@@ -298,11 +298,13 @@ class PybulletWorld(QuietSteps):
             if force <= 0 or distance > solved_below:
                 continue
             normal, impulse = (normal_from_b_to_a[0], normal_from_b_to_a[1]), force * self._clock.dt_s
-            if self._leans:
+            if self._can_lean:
                 normal, impulse = flattened(normal, impulse)
             tangential = self._compute_tangential_impulse(point, normal) if self._turns else None
             found.append(
-                oriented_contact(self._number[body_b], self._number[body_a], at_s, normal, impulse, tangential)
+                oriented_contact(
+                    self._body_number[body_b], self._body_number[body_a], at_s, normal, impulse, tangential
+                )
             )
         return found
 
@@ -327,7 +329,7 @@ class PybulletWorld(QuietSteps):
         found = set()
         for point in self._bullet.getContactPoints(physicsClientId=self._client):
             if point[8] < 0:
-                found.add(pair_of(self._number[point[1]], self._number[point[2]]))
+                found.add(pair_of(self._body_number[point[1]], self._body_number[point[2]]))
         return frozenset(found)
 
     def save(self) -> object:
@@ -353,4 +355,4 @@ class PybulletWorld(QuietSteps):
         if _KEPT:
             _, (client, *_) = _KEPT.popitem()
             self._bullet.disconnect(client)
-        _KEPT[self._key] = (self._client, self._discs, self._movable, self._number)
+        _KEPT[self._key] = (self._client, self._discs, self._movable, self._body_number)

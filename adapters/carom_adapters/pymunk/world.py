@@ -57,7 +57,7 @@ class PymunkWorld(QuietSteps):
         self._movable: list[pymunk.Body] = []
         self._driven: list[pymunk.Body] = []
         self._legs = Legs[pymunk.Body]()
-        self._number: dict[pymunk.Shape, int] = {}
+        self._body_number: dict[pymunk.Shape, int] = {}
         for i, disc in enumerate(scene.discs):
             if disc.immovable:
                 body = self._build_immovable_body(disc, disc.spin_rad_s)
@@ -107,7 +107,7 @@ class PymunkWorld(QuietSteps):
     def _add_shape(self, shape: pymunk.Shape, elasticity: float, friction: float, number: int) -> None:
         shape.elasticity, shape.friction = elasticity, friction
         self._space.add(shape)
-        self._number[shape] = number
+        self._body_number[shape] = number
 
     @property
     def settings(self) -> Mapping[str, Setting]:
@@ -163,7 +163,7 @@ class PymunkWorld(QuietSteps):
         if impulse <= 0:  # Chipmunk keeps a contact while the shapes overlap, even if the bodies already separate
             return
         own_shape, other = arbiter.shapes
-        first, second = self._number[own_shape], self._number[other]
+        first, second = self._body_number[own_shape], self._body_number[other]
         if 0 <= second < first and other.body is not None and other.body.body_type == other.body.DYNAMIC:
             return  # the impulse was already added from the other body
         tangential = total.dot(normal.perpendicular()) if self._turns else None
@@ -192,14 +192,14 @@ class PymunkWorld(QuietSteps):
         self._clock.cut(dt_s)
         touching = {shape for pair in self._list_contact_pairs() for shape in pair}
         # All segments of a chain have the same number. The sort keeps the order in which the segments were created.
-        shapes = sorted((shape for shape in self._number if shape in touching), key=self._number.__getitem__)
+        shapes = sorted((shape for shape in self._body_number if shape in touching), key=self._body_number.__getitem__)
         if shapes:
             self._space.remove(*shapes)
             self._space.add(*shapes)
 
     def touching(self) -> frozenset[tuple[int, int]]:
         """Return the pairs in contact after the last step. Chipmunk tests for contacts at the end of a step."""
-        return frozenset(pair_of(self._number[a], self._number[b]) for a, b in self._list_contact_pairs())
+        return frozenset(pair_of(self._body_number[a], self._body_number[b]) for a, b in self._list_contact_pairs())
 
     def _list_contact_pairs(self) -> list[tuple[pymunk.Shape, pymunk.Shape]]:
         if self._arbiters is None:
@@ -228,7 +228,7 @@ class PymunkWorld(QuietSteps):
 
     def close(self) -> None:
         """Drop all references to the space, so that its memory is freed."""
-        del self._space, self._bodies, self._movable, self._driven, self._legs, self._number
+        del self._space, self._bodies, self._movable, self._driven, self._legs, self._body_number
 
 
 def _build_table_joint(space: pymunk.Space, body: pymunk.Body, deceleration_m_s2: float) -> pymunk.PivotJoint:

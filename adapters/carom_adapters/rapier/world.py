@@ -37,7 +37,7 @@ class RapierWorld:
         import rapier3d
 
         self._rapier: Any = rapier3d
-        self._scene, self._asked = scene, dict(settings)
+        self._scene, self._requested_settings = scene, dict(settings)
         self._clock = StepClock(float(settings["dt_s"]))
         self._legs = Legs[int]()  # bodies are given by their index in `_all`
         for body, scene_body in enumerate((*scene.discs, *scene.walls)):
@@ -50,12 +50,12 @@ class RapierWorld:
 
     def _build(self, states: Any) -> None:
         """Build a world in which bodies have the positions and velocities `states`, discs first and then walls."""
-        self._world, handles, self._number = self._build_world(states)
+        self._world, handles, self._body_number = self._build_world(states)
         self._all = [self._world.rigid_bodies[handle] for handle in handles]
         self._bodies = self._all[: len(self._scene.discs)]
 
     def _build_world(self, states: Any) -> tuple[Any, list[Any], dict[Any, int]]:
-        rapier, scene, settings = self._rapier, self._scene, self._asked
+        rapier, scene, settings = self._rapier, self._scene, self._requested_settings
         world = rapier.PhysicsWorld(gravity=(*scene.gravity_m_s2, 0.0))
         parameters = world.integration_parameters
         parameters.dt = self._clock.dt_s
@@ -119,7 +119,7 @@ class RapierWorld:
         # A body that can't sleep has a negative threshold.
         read["can_sleep"] = body.activation.linear_threshold >= 0
         read["soft_ccd_prediction"] = body.soft_ccd_prediction
-        return self._asked | read
+        return self._requested_settings | read
 
     def _read_step(self) -> float:
         return float(self._world.integration_parameters.dt)
@@ -156,7 +156,7 @@ class RapierWorld:
                     continue
                 nx, ny, _ = manifold.data.normal.to_tuple()
                 length = math.hypot(nx, ny)  # the normal's length is 1 only to the precision of 32-bit floats
-                a, b = self._number[pair.collider1], self._number[pair.collider2]
+                a, b = self._body_number[pair.collider1], self._body_number[pair.collider2]
                 contacts.append(oriented_contact(a, b, at_s, (nx / length, ny / length), impulse))
         return list(sum_contacts(contacts, find_walls_in_pieces(self._scene)))
 
@@ -172,7 +172,7 @@ class RapierWorld:
 
     def close(self) -> None:
         """Drop the references to the world, so that its memory is freed."""
-        del self._all, self._bodies, self._number, self._world
+        del self._all, self._bodies, self._body_number, self._world
 
 
 class RapierCuttableWorld(RapierWorld):
@@ -186,7 +186,7 @@ class RapierCuttableWorld(RapierWorld):
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
         super().__init__(scene, settings)
         self._first_part = float(settings["first_part"])
-        self._solved: list[Contact] = []
+        self._solved_contacts: list[Contact] = []
 
     def advance(self, steps: int) -> None:
         """Take steps, each in two parts."""
@@ -194,17 +194,17 @@ class RapierCuttableWorld(RapierWorld):
         for _ in range(steps):
             for _, changes in self._legs.split_steps(1, self._clock):
                 self._set_velocities(changes)
-            self._solved = []
+            self._solved_contacts = []
             for part in (self._first_part, 1.0 - self._first_part):
                 parameters.dt = part * dt_s
                 step()
-                self._solved += super()._read_contacts()
+                self._solved_contacts += super()._read_contacts()
 
     def _read_step(self) -> float:
         return self._clock.dt_s
 
     def _read_contacts(self) -> list[Contact]:
-        return self._solved
+        return self._solved_contacts
 
     def cut(self, dt_s: float) -> None:
         """Set the size of the following steps."""
@@ -225,10 +225,10 @@ class RapierCuttableWorld(RapierWorld):
 
     def save(self) -> object:
         """Return positions and velocities. With the settings of `located`, nothing else affects later steps."""
-        return (self._clock.now_s, self._legs.started, self._read_states(), self._solved)
+        return (self._clock.now_s, self._legs.started, self._read_states(), self._solved_contacts)
 
     def restore(self, state: Any) -> None:
         """Build a new world with these positions and velocities, because a used world keeps data of contacts."""
-        time_s, self._legs.started, states, self._solved = state
+        time_s, self._legs.started, states, self._solved_contacts = state
         self._clock.restart(time_s)
         self._build(states)

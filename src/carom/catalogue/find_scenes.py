@@ -9,7 +9,7 @@ from functools import cache
 from itertools import chain
 from types import MappingProxyType
 
-from carom.catalogue.bug_reports.complaint import load_complaints
+from carom.catalogue.bug_reports.bug_report import load_bug_reports
 from carom.catalogue.entry import CatalogueScene, KnownAnswer, Tag, list_scenes
 from carom.catalogue.groups import (
     classics_collinear,
@@ -47,7 +47,7 @@ def catalogue() -> Mapping[str, CatalogueScene]:
 def all_scenes() -> Mapping[str, CatalogueScene]:
     """Return all scenes by name: scenes that run by default, and groups that run only if the user names them."""
     on_request = (entry for module in _ON_REQUEST for entry in list_scenes(module))
-    return MappingProxyType({**catalogue(), **{entry.name: entry for entry in chain(load_complaints(), on_request)}})
+    return MappingProxyType({**catalogue(), **{entry.name: entry for entry in chain(load_bug_reports(), on_request)}})
 
 
 def find_scenes(patterns: Iterable[str]) -> list[CatalogueScene]:

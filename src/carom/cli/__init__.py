@@ -18,7 +18,7 @@ from typer.core import TyperGroup
 from carom.cli import address_space, commands
 from carom.cli.command_line import Command
 from carom.cli.exit_codes import ExitCode
-from carom.cli.output import drop_unwritten, say, say_error
+from carom.cli.output import drop_unwritten, print_error, print_text
 from carom.errors import CaromError
 
 __all__ = ["app", "build_app", "run_command_line"]
@@ -125,14 +125,14 @@ def run_command_line() -> str | int | None:
                     raise
                 limit = f"within {limit_mb:.0f} MB of address space (ulimit -v)"
                 error = CaromError(f"{type(error).__name__}: {error}, {limit}", hints=["raise the limit"])
-            say_error(error)
+            print_error(error)
             code = ExitCode.BAD_INPUT
         output.flush()  # write now, because an error at exit could not be reported
     except BrokenPipeError:  # a reader such as `head` has closed the pipe
         code = 0
     except OSError as error:  # for example a full disk
         with suppress(OSError):
-            say(f"carom: output: {error.strerror or error}", apart=True)
+            print_text(f"carom: output: {error.strerror or error}", to_stderr=True)
         code = ExitCode.BAD_INPUT
     drop_unwritten(output, sys.stderr)
     return code

@@ -54,7 +54,7 @@ def parse_step(text: str) -> float:
     """Parse a step size such as ``1/240`` or ``0.004``."""
     kind = build_step_kind()
     try:
-        found: float = kind.take(kind.read(text))
+        found: float = kind.convert(kind.parse(text))
     except (ValueError, OverflowError):
         raise kind.build_error("--dt", text) from None
     return found

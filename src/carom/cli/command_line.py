@@ -17,7 +17,7 @@ _NO_PART = {"resume", "retry", "verbose"}
 #: Words that ``--help`` shows for Typer's types. `carom.support.options` uses the same words.
 _WORDS = {"str": "TEXT", "path": "PATH", "float": "NUMBER", "int": "INTEGER", "int range": "INTEGER"}
 
-_ASKED: ContextVar[str] = ContextVar("asked", default="carom")
+_COMMAND_LINE: ContextVar[str] = ContextVar("command_line", default="carom")
 
 
 def get_command_line() -> str:
@@ -25,7 +25,7 @@ def get_command_line() -> str:
 
     Options are written with their long names.
     """
-    return _ASKED.get()
+    return _COMMAND_LINE.get()
 
 
 def _format_type(typed: Callable[..., str], argument: bool, ctx: Any) -> str:
@@ -75,8 +75,8 @@ class Command(TyperCommand):
             else:
                 for item in value if isinstance(value, list | tuple) else [value]:
                     words += [parameter.opts[0], str(item)]
-        token = _ASKED.set(shlex.join(words))
+        token = _COMMAND_LINE.set(shlex.join(words))
         try:
             return super().invoke(ctx)
         finally:
-            _ASKED.reset(token)
+            _COMMAND_LINE.reset(token)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, ParamSpec
 import typer
 
 from carom.cli.exit_codes import ExitCode
-from carom.cli.output import drop_unwritten, say, say_error, show_progress_bar
+from carom.cli.output import drop_unwritten, print_error, print_text, show_progress_bar
 from carom.errors import CaromError
 
 if TYPE_CHECKING:
@@ -33,21 +33,21 @@ def handle_errors(command: Callable[Parameters, None]) -> Callable[Parameters, N
         except CaromError as error:
             from carom.execution.job import UnavailableError
 
-            say_error(error)
+            print_error(error)
             code = ExitCode.UNAVAILABLE if isinstance(error, UnavailableError) else ExitCode.BAD_INPUT
             raise typer.Exit(code) from None
         except KeyboardInterrupt as error:
             word, signal_code = _describe_signal(error)
-            say(f"carom: {word}; no report was written", apart=True)
+            print_text(f"carom: {word}; no report was written", to_stderr=True)
             raise typer.Exit(signal_code) from None
         except BrokenPipeError:  # the program that reads the output, such as `head`, has closed the pipe
             drop_unwritten(sys.stdout, sys.stderr)
             raise typer.Exit from None
         except OSError as error:  # for example, the disk is full or a file is not writable
-            say(f"carom: {error.filename or 'output'}: {error.strerror or error}", apart=True)
+            print_text(f"carom: {error.filename or 'output'}: {error.strerror or error}", to_stderr=True)
             raise typer.Exit(ExitCode.BAD_INPUT) from None
         except MemoryError:
-            say("carom: not enough memory", apart=True)
+            print_text("carom: not enough memory", to_stderr=True)
             raise typer.Exit(ExitCode.BAD_INPUT) from None
 
     return run_guarded
@@ -78,7 +78,9 @@ def guard_journals(journal: Path, *other_journals: Path) -> Iterator[None]:
         if not journal.exists():  # there is no finished result
             raise
         word, code = _describe_signal(error)
-        say(f"carom: {word}; finished results are in {journal}, and --resume continues from them", apart=True)
+        print_text(
+            f"carom: {word}; finished results are in {journal}, and --resume continues from them", to_stderr=True
+        )
         raise typer.Exit(code) from None
 
 

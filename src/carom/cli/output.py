@@ -23,21 +23,21 @@ if TYPE_CHECKING:
     from carom.report.document import Document
 
 
-def say(text: str, *, apart: bool = False) -> None:
+def print_text(text: str, *, to_stderr: bool = False) -> None:
     """Print text with control characters escaped.
 
-    If `apart` is true, print to standard error, because the text is not part of the results.
+    If `to_stderr` is true, print to standard error, because the text is not part of the results.
     """
     replace_missing_characters()
-    typer.echo(escape_controls(text), err=apart)
+    typer.echo(escape_controls(text), err=to_stderr)
 
 
-def say_error(error: CaromError) -> None:
+def print_error(error: CaromError) -> None:
     """Print an error to standard error, followed by each hint on a line of its own."""
-    say("\n".join((f"carom: {error.message}", *(f"hint: {hint}" for hint in error.hints))), apart=True)
+    print_text("\n".join((f"carom: {error.message}", *(f"hint: {hint}" for hint in error.hints))), to_stderr=True)
 
 
-def say_lines(lines: Iterable[str]) -> None:
+def print_lines(lines: Iterable[str]) -> None:
     """Print lines without wrapping. On a terminal, long lines are cut at its right edge."""
     console = build_console()
     for line in map(escape_controls, lines):
@@ -99,7 +99,7 @@ def drop_unwritten(*streams: TextIO) -> None:
             os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
-def say_path(label: str, path: Path) -> None:
+def print_path(label: str, path: Path) -> None:
     """Print the path of a written file on one line, without control characters."""
     build_console().print(f"{label}: {escape_controls(str(path))}", soft_wrap=True)
 
@@ -113,7 +113,7 @@ def print_document(document: Document, *, full: bool = False, **places: Path | N
         console.print(item)
     for label, path in places.items():
         if path is not None:
-            say_path(label, path)
+            print_path(label, path)
 
 
 def write_report(document: Document, page: Path | None, markdown: Path | None, *, full: bool) -> None:
@@ -128,7 +128,7 @@ def write_report(document: Document, page: Path | None, markdown: Path | None, *
     if page is not None:
         write_file(page, render_html(document))
     if markdown == Path("-"):
-        say(markdown_of(document).removesuffix("\n"))
+        print_text(markdown_of(document).removesuffix("\n"))
         return
     if markdown is not None:
         write_file(markdown, markdown_of(document))

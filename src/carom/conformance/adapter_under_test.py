@@ -13,7 +13,7 @@ from carom.comparator import Score, compare
 from carom.comparator.thresholds import THRESHOLDS
 from carom.conformance.contact_margin import solve_thickened
 from carom.conformance.known_answers import build_known_trace
-from carom.conformance.probes import Make, Raised, Watch, Watched
+from carom.conformance.probes import AdapterFailure, Make, ObservedRun, Watch
 from carom.conformance.violation import Setup, Violation
 from carom.engines.api import Adapter, Capabilities, unsupported_reason
 from carom.engines.registry import load_adapter
@@ -62,7 +62,7 @@ class Subject(Closeable):
     """The adapter under test. At the end of a `with` block, the worker process ends.
 
     If the worker process crashes or hangs, methods that run the engine raise `Violation`. If the adapter raises an
-    error, `try_to_watch` returns it as `Raised`, and the other methods raise `Violation`.
+    error, `try_to_watch` returns it as `AdapterFailure`, and the other methods raise `Violation`.
 
     Attributes:
         name: Name of the adapter.
@@ -74,7 +74,7 @@ class Subject(Closeable):
         self.adapter: Adapter = load_adapter(name)
         self._limits = limits
         self._scores: dict[tuple[str, str], CatalogueRun] = {}
-        self._seen: dict[tuple[str, str, float], Watched] = {}
+        self._seen: dict[tuple[str, str, float], ObservedRun] = {}
 
     def close(self) -> None:
         """End the worker process."""
@@ -106,15 +106,15 @@ class Subject(Closeable):
         """Return the settings of a profile."""
         return prepare_settings(self.adapter, profile, dt_s)
 
-    def watch(self, setup: Setup, *, observations: int = 1) -> Watched:
+    def watch(self, setup: Setup, *, observations: int = 1) -> ObservedRun:
         """Run a scene and return every observation."""
         answer = self.try_to_watch(setup, observations=observations)
-        if isinstance(answer, Raised):
+        if isinstance(answer, AdapterFailure):
             problem = f"{answer.where}() raises an error for a scene that the adapter declares to support"
             raise Violation(problem, "a run to the end of the scene", f"{answer.kind}: {answer.message}", setup)
         return answer
 
-    def watch_cached(self, setup: Setup) -> Watched:
+    def watch_cached(self, setup: Setup) -> ObservedRun:
         """Return the cached result of `watch` for this run."""
         key = (setup.scene.name, setup.profile, setup.dt_s)
         if key not in self._seen:
@@ -129,7 +129,7 @@ class Subject(Closeable):
         observations: int = 1,
         cut: bool = False,
         disturbed: bool = False,
-    ) -> Watched | Raised:
+    ) -> ObservedRun | AdapterFailure:
         """Run a scene and return every observation, or the error that the adapter raised.
 
         Args:
@@ -149,7 +149,7 @@ class Subject(Closeable):
         """Create and close worlds one after another. Return the growth of memory in bytes, or None if unknown."""
         settings = self.settings(setup.profile, setup.dt_s)
         answer = self._ask(Make(self.name, setup.scene, settings, worlds, step), setup)
-        if isinstance(answer, Raised):
+        if isinstance(answer, AdapterFailure):
             raise Violation(f"a world can't be created and closed {worlds} times", "no error", answer, setup)
         return answer.bytes
 

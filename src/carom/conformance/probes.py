@@ -1,7 +1,7 @@
 """Tasks of the suite that call an engine.
 
 One task observes a run after each step; the other creates and closes many worlds. A worker process carries out each
-task. If the adapter raises an error, the task returns a `Raised`.
+task. If the adapter raises an error, the task returns an `AdapterFailure`.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from carom.model.trace import Setting
 WARM_UP_WORLDS = 10
 
 Probe = TypeVar("Probe")
-Seen = TypeVar("Seen")
+ProbeResult = TypeVar("ProbeResult")
 
 if TYPE_CHECKING:
     CarriedObservation = Observation
@@ -36,50 +36,50 @@ else:
 
 
 @dataclass(frozen=True)
-class Watched:
+class ObservedRun:
     """Observations of a run.
 
     Attributes:
         settings: The world's settings after its steps.
-        seen: Observations at the start and after each step, or only at the start and the end. If a step is observed
+        states: Observations at the start and after each step, or only at the start and the end. If a step is observed
             several times, the list contains the first observation.
-        altered: Number of the first observation whose arrays a later step changed; None if there is none.
+        overwritten_state: Number of the first observation whose arrays a later step changed; None if there is none.
     """
 
     settings: Mapping[str, Setting]
-    seen: tuple[CarriedObservation, ...]
-    altered: int | None
+    states: tuple[CarriedObservation, ...]
+    overwritten_state: int | None
 
 
 @dataclass(frozen=True)
-class Leftover:
+class MemoryGrowth:
     """Growth of the process's resident memory, in bytes; None if the system does not report it."""
 
     bytes: int | None
 
 
 @dataclass(frozen=True)
-class Raised:
+class AdapterFailure:
     """An error that the adapter raised.
 
     Attributes:
         where: Name of the method that raised the error, such as ``prepare``.
         kind: Name of the error's type.
-        deliberate: True if the error is an `AdapterError` or another error of Carom.
+        is_carom_error: True if the error is an `AdapterError` or another error of Carom.
         message: Message of the error.
     """
 
     where: str
     kind: str
-    deliberate: bool
+    is_carom_error: bool
     message: str
 
     def __str__(self) -> str:
         return f"{self.where}() raised {self.kind}: {self.message}"
 
 
-class _AdapterRaised(Exception):  # noqa: N818 - the suite decides whether this is an error
-    def __init__(self, raised: Raised) -> None:
+class _AdapterFailed(Exception):  # noqa: N818 - the suite decides whether this is an error
+    def __init__(self, raised: AdapterFailure) -> None:
         super().__init__(raised)
         self.raised = raised
 
@@ -89,18 +89,20 @@ def _catch_adapter_errors(method: str) -> Iterator[None]:
     try:
         yield
     except Exception as error:
-        raised = Raised(method, type(error).__name__, isinstance(error, CaromError), str(error))
-        raise _AdapterRaised(raised) from error
+        raised = AdapterFailure(method, type(error).__name__, isinstance(error, CaromError), str(error))
+        raise _AdapterFailed(raised) from error
 
 
-def _return_adapter_error(carry_out: Callable[[Probe], Seen | Raised]) -> Callable[[Probe], Seen | Raised]:
+def _return_adapter_error(
+    carry_out: Callable[[Probe], ProbeResult | AdapterFailure],
+) -> Callable[[Probe], ProbeResult | AdapterFailure]:
     """Return a function that returns an error of the adapter as its result, instead of raising the error."""
 
     @wraps(carry_out)
-    def call_probe(probe: Probe) -> Seen | Raised:
+    def call_probe(probe: Probe) -> ProbeResult | AdapterFailure:
         try:
             return carry_out(probe)
-        except _AdapterRaised as error:
+        except _AdapterFailed as error:
             return error.raised
 
     return call_probe
@@ -163,7 +165,7 @@ class Watch(_Probe):
     disturbed: bool = False
 
     @_return_adapter_error
-    def carry_out(self) -> Watched | Raised:
+    def carry_out(self) -> ObservedRun | AdapterFailure:
         """Return the observations."""
         with self._open_world() as world:
             observations = [_observe(world)]
@@ -182,7 +184,7 @@ class Watch(_Probe):
                 settings = dict(world.settings)
         pairs = enumerate(zip(observations, copies, strict=True))
         changed = (k for k, (original, copied) in pairs if _read_bytes(original) != _read_bytes(copied))
-        return Watched(settings, tuple(copies), next(changed, None))
+        return ObservedRun(settings, tuple(copies), next(changed, None))
 
     def _cut(self, world: World, length_s: float) -> None:
         with _catch_adapter_errors("prepare"):
@@ -216,7 +218,7 @@ class Make(_Probe):
     step: bool = True
 
     @_return_adapter_error
-    def carry_out(self) -> Leftover | Raised:
+    def carry_out(self) -> MemoryGrowth | AdapterFailure:
         """Return the growth of the memory."""
         before = None
         for k in range(self.worlds):
@@ -230,7 +232,7 @@ class Make(_Probe):
                     _observe(world)
         gc.collect()
         after = _measure_memory()
-        return Leftover(None if before is None or after is None else after - before)
+        return MemoryGrowth(None if before is None or after is None else after - before)
 
 
 def _measure_memory() -> int | None:

@@ -77,7 +77,7 @@ def build_driven_rows(start: DiscArrays) -> tuple[NDArray[np.float64], NDArray[n
     legs: list[tuple[float, ...]] = []
 
     def add(body: int, drive: Drive, belt: float) -> None:
-        path = () if drive.stands else drive.legs
+        path = () if drive.is_stationary else drive.legs
         if path or belt:
             rows.append((body, len(path), belt))
             legs.extend((leg.begin_s, leg.end_s, *leg.moved, *leg.velocity) for leg in path)

@@ -90,14 +90,14 @@ class AdapterPoint(NamedTuple):
         distribution: The distribution that contains the adapter; empty if there is no distribution, or if its name
             can't be read.
         manifest: Whether the location is a manifest.
-        broken: Why the entry point is invalid; empty if it is valid.
+        invalid_reason: Why the entry point is invalid; empty if it is valid.
     """
 
     name: str
     value: str
     distribution: str = ""
     manifest: bool = False
-    broken: str = ""
+    invalid_reason: str = ""
 
     @property
     def module(self) -> str:
@@ -106,8 +106,8 @@ class AdapterPoint(NamedTuple):
 
     def load(self) -> object:
         """Load the adapter: import its module, or read its manifest."""
-        if self.broken:
-            raise AdapterError(self.broken)
+        if self.invalid_reason:
+            raise AdapterError(self.invalid_reason)
         if self.manifest:
             return _load_program(self.value)
         return metadata.EntryPoint(self.name, self.value, ENTRY_POINT_GROUP).load()
@@ -169,14 +169,14 @@ def _list_points(distribution: metadata.Distribution) -> list[AdapterPoint]:
     except Exception as error:  # noqa: BLE001 - a damaged file can cause any exception
         location = str(distribution.locate_file(""))
         broken = f"can't read the entry points of an installed distribution; install it again: {type(error).__name__}"
-        return [AdapterPoint(location, location, broken=f"{broken}: {error}")]
+        return [AdapterPoint(location, location, invalid_reason=f"{broken}: {error}")]
     name = _read_name(distribution) if points else ""  # read the name only if needed, since the name is in a file
     adapter_points = []
     for point in points:
         broken = f"an entry point must name an object, as module:object, got {point.value!r}"
         if point.pattern.match(point.value):
             broken = ""
-        adapter_points.append(AdapterPoint(point.name, point.value, name, broken=broken))
+        adapter_points.append(AdapterPoint(point.name, point.value, name, invalid_reason=broken))
     return adapter_points
 
 

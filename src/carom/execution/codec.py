@@ -22,6 +22,7 @@ from carom.model.scene import Scene
 from carom.model.step_windows import MEETING_DTYPE, REST_DTYPE, SLIP_DTYPE, WINDOW_DTYPE, LocalTruth, States
 from carom.model.trace import EDGE_DTYPE, IMPACT_DTYPE, MODE_DTYPE, SPIN_DTYPE, STATE_DTYPE, Samples, Trace
 from carom.support.fields import CoreSchema
+from carom.support.file_names import name_in_files
 
 __all__ = ["CarriedTrace", "Codec", "build_dataclass_type"]
 
@@ -38,11 +39,12 @@ class Codec(Generic[T]):
     def __init__(self, kind: Any) -> None:
         # pydantic accepts a configuration for a tuple but not for a dataclass. So the dataclass is put into a tuple,
         # whose configuration also applies to its item.
-        self._adapter = TypeAdapter(tuple[kind], config=ConfigDict(ser_json_inf_nan="strings"))
+        config = ConfigDict(ser_json_inf_nan="strings", alias_generator=name_in_files)
+        self._adapter = TypeAdapter(tuple[kind], config=config)
 
     def dumps(self, value: T) -> bytes:
         """Return a value as one line of JSON, without line feed."""
-        return self._adapter.dump_json((value,))[1:-1]  # remove the brackets of the tuple
+        return self._adapter.dump_json((value,), by_alias=True)[1:-1]  # remove the brackets of the tuple
 
     def loads(self, line: bytes) -> T:
         """Return the value of a line of JSON.
@@ -124,20 +126,23 @@ def build_dataclass_type(kind: type[Any], **carried: Any) -> Any:
     """
     known = {"Scene": Scene, "LocalTruth": LocalTruth, "States": States, "np": np, "NDArray": NDArray}
     hints = get_type_hints(kind, localns=known)
-    names = [field.name for field in dataclasses.fields(kind)]
-    types: dict[str, Any] = {name: (_build_field_type(hints[name], carried.get(name)), ...) for name in names}
+    names = {field.name: name_in_files(field.name) for field in dataclasses.fields(kind)}
+    types: dict[str, Any] = {
+        in_files: (_build_field_type(hints[name], carried.get(name)), ...) for name, in_files in names.items()
+    }
     config = ConfigDict(ser_json_inf_nan="constants", extra="forbid")
-    twin: Any = create_model(kind.__name__, __config__=config, **types)
+    model: Any = create_model(kind.__name__, __config__=config, **types)
 
     def pack(value: Any) -> str:
-        text: str = twin.model_construct(**{name: getattr(value, name) for name in names}).model_dump_json()
+        fields = {in_files: getattr(value, name) for name, in_files in names.items()}
+        text: str = model.model_construct(**fields).model_dump_json()
         return text
 
     def unpack(text: Any) -> Any:
         if isinstance(text, kind):
             return text
-        found = twin.model_validate_json(text)
-        return _check_shapes(kind(**{name: getattr(found, name) for name in names}))
+        found = model.model_validate_json(text)
+        return _check_shapes(kind(**{name: getattr(found, in_files) for name, in_files in names.items()}))
 
     return _build_type(pack, unpack)
 
@@ -159,7 +164,7 @@ def _check_shapes(value: Any) -> Any:
         array = getattr(value, name)
         if array is not None and array.shape != shape:
             raise ValueError(f"{name} must have the shape {shape}, got {array.shape}")
-    for name, states in (("observations", value.looks), ("samples", value.samples)):
+    for name, states in (("observations", value.observed_states), ("samples", value.samples)):
         if states is not None:
             instants, shape = states.time_s.shape, states.position_m.shape
             velocities = getattr(states, "velocity_m_s", states.position_m)  # samples contain no velocities
@@ -183,5 +188,5 @@ else:
         local_truth=build_dataclass_type(
             LocalTruth, windows=WINDOW_DTYPE, meetings=MEETING_DTYPE, slips=SLIP_DTYPE, rests=REST_DTYPE
         ),
-        looks=build_dataclass_type(States),
+        observed_states=build_dataclass_type(States),
     )

@@ -21,8 +21,8 @@ def describe_exception(error: BaseException) -> str:
     traceback is used.
     """
     places = traceback.extract_tb(error.__traceback__)
-    theirs = next((place.filename for place in places if not Path(place.filename).is_relative_to(_OWN)), None)
-    deepest = [place for place in places if theirs in (None, place.filename)][-1:]
+    foreign_file = next((place.filename for place in places if not Path(place.filename).is_relative_to(_OWN)), None)
+    deepest = [place for place in places if foreign_file in (None, place.filename)][-1:]
     location = "".join(f" ({Path(place.filename).name}, line {place.lineno})" for place in deepest)
     return f"{escape_controls(type(error).__name__)}: {exception_message(error)}{escape_controls(location)}"
 

@@ -34,21 +34,21 @@ class Method:
     Attributes:
         engine: Name of the adapter.
         profile: Name of the profile. An alias is replaced by the profile's name.
-        tried: Settings that are used instead of the profile's settings. Methods with different values of `tried` are
-            different methods.
+        overrides: Settings that are used instead of the profile's settings. Methods with different values of
+            `overrides` are different methods.
     """
 
     engine: str
     profile: str
-    tried: SettingOverrides = ()
+    overrides: SettingOverrides = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "profile", resolve_profile(self.engine, self.profile))
 
     @property
     def profile_shown(self) -> str:
-        """The profile and the settings in `tried`, for display."""
-        return format_profile(self.engine, self.profile, dict(self.tried))
+        """The profile and the settings in `overrides`, for display."""
+        return format_profile(self.engine, self.profile, dict(self.overrides))
 
     @property
     def label(self) -> str:
@@ -161,7 +161,7 @@ class Answer(Generic[T]):
     value: T | None = None
 
     @property
-    def said(self) -> str:
+    def problem(self) -> str:
         """Status and reason in one phrase; empty if the task was carried out."""
         return "" if self.status is Status.RAN else f"{self.status.value}: {self.reason}"
 

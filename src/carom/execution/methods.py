@@ -50,11 +50,11 @@ _Settings = tuple[Mapping[str, Setting] | str, ...]
 
 @dataclass(frozen=True)
 class SettingsTask(AdapterTask):
-    """Queries the settings of a profile for several step sizes. Settings in `tried` replace the profile's settings."""
+    """Queries the settings of a profile for several step sizes. Settings in `overrides` replace its settings."""
 
     profile: str
     dts: tuple[float, ...]
-    tried: SettingOverrides = ()
+    overrides: SettingOverrides = ()
 
     def carry_out(self) -> _Settings:
         """Return the settings in the order of the step sizes."""
@@ -62,7 +62,7 @@ class SettingsTask(AdapterTask):
         found: list[Mapping[str, Setting] | str] = []
         for dt_s in self.dts:
             try:
-                found.append(prepare_settings(adapter, self.profile, dt_s, self.tried))
+                found.append(prepare_settings(adapter, self.profile, dt_s, self.overrides))
             except AdapterError as error:
                 found.append(str(error))
         return tuple(found)
@@ -72,14 +72,14 @@ class Methods(NamedTuple):
     """The methods to run with each step size, and the reasons why some methods can't be run.
 
     Attributes:
-        at: Methods to run, by engine and step size. Only the last of several profiles with the same settings is
-            included.
-        refused: Reasons why available engines can run no scene, by method and step size.
+        by_engine_and_step: Methods to run, by engine and step size. Only the last of several profiles with the same
+            settings is included.
+        refusals: Reasons why available engines can run no scene, by method and step size.
         infos: Descriptions of the engines, by name.
     """
 
-    at: Mapping[tuple[str, float], tuple[Method, ...]]
-    refused: Mapping[tuple[Method, float], Answer[Any]]
+    by_engine_and_step: Mapping[tuple[str, float], tuple[Method, ...]]
+    refusals: Mapping[tuple[Method, float], Answer[Any]]
     infos: Mapping[str, EngineInfo]
 
     def find_refusal(self, method: Method, dt_s: float) -> Answer[Any] | None:
@@ -87,7 +87,7 @@ class Methods(NamedTuple):
         info = self.infos.get(method.engine)
         if info is not None and info.unavailable:
             return Answer(Status.UNAVAILABLE, info.unavailable)
-        return self.refused.get((method, dt_s))
+        return self.refusals.get((method, dt_s))
 
     def find_job_refusal(self, job: Job) -> Answer[Any] | None:
         """Return why a job can't be run, without querying its adapter; None if no reason is known."""
@@ -95,7 +95,7 @@ class Methods(NamedTuple):
         if (known := self.find_refusal(job.method, job.dt_s)) is not None or info is None or info.capabilities is None:
             return known
         # The capabilities that a profile declares hold only if no setting of the profile is replaced.
-        capabilities = info.capabilities if job.method.tried else info.own.get(job.profile, info.capabilities)
+        capabilities = info.capabilities if job.method.overrides else info.own.get(job.profile, info.capabilities)
         reason = unsupported_reason(job.scene, capabilities, job.dt_s, located=job.profile in info.located)
         return Answer(Status.UNSUPPORTED, reason) if reason else None
 

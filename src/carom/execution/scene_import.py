@@ -91,7 +91,7 @@ def import_scene(
     with LocalPool(1) as pool:
         answer = pool.run(_ReadTask(engine, content, name or path.stem, duration_s))
     if answer.value is None:
-        why = answer.reason if answer.status is Status.FAILED else answer.said
+        why = answer.reason if answer.status is Status.FAILED else answer.problem
         raise AdapterError(f"{path}: {why}")
     return Imported(_convert_to_metres(answer.value.scene, pixels_per_metre), answer.value.dropped)
 

@@ -63,7 +63,7 @@ class ScoreTask(JobTask):
         adapter = load_supported_adapter(job)
         scene = shift_to_phase(job)
         reference = require_reference(_reference(scene))
-        observed = observe_run(adapter, scene, job.profile, job.dt_s, overrides=job.method.tried)
+        observed = observe_run(adapter, scene, job.profile, job.dt_s, overrides=job.method.overrides)
         score = compare(reference, observed)
         return Measures(
             score.total,

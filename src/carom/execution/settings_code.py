@@ -46,7 +46,7 @@ class _CodeTask(AdapterTask):
     scene: Scene
     dt_s: float
     heading: str
-    tried: SettingOverrides = ()
+    overrides: SettingOverrides = ()
     #: Whether the task refuses a scene that is beyond the profile's capabilities.
     limited: bool = True
 
@@ -58,7 +58,7 @@ class _CodeTask(AdapterTask):
             AdapterError: The adapter refuses the scene, or fails.
         """
         adapter = load_adapter(self.engine)
-        settings = prepare_settings(adapter, self.profile, self.dt_s, self.tried)
+        settings = prepare_settings(adapter, self.profile, self.dt_s, self.overrides)
         capabilities = capabilities_of(adapter, self.profile)
         if self.limited and (reason := unsupported_reason(self.scene, capabilities, self.dt_s, located=False)):
             raise UnsupportedError(reason)
@@ -108,7 +108,7 @@ def write_code(engine: str, profile: str, scene: Scene, dt_s: float, *, command:
         origin = f"\nMade by: {command}" if command else ""
         answer = pool.run(_CodeTask(engine, profile, scene, dt_s, f"{heading}\nScene: {scene.name}.{origin}"))
     if answer.value is None:
-        why = answer.reason if answer.status is Status.FAILED else answer.said
+        why = answer.reason if answer.status is Status.FAILED else answer.problem
         raise AdapterError(f"{engine}: {why}")
     return answer.value
 

@@ -42,7 +42,7 @@ def declare_engines() -> Any:
     """
     return declare_option(
         None,
-        ValueKind("a name", "NAME", build_name_kind().take, _resolve_engine),
+        ValueKind("a name", "NAME", build_name_kind().convert, _resolve_engine),
         "Engine name, or path of an engine.toml; repeatable. The engine's code runs with your permissions.",
         "--engine",
         "-e",

@@ -67,7 +67,7 @@ class TimeTask(JobTask):
         """Return the run times."""
         job = self.job
         adapter = load_adapter(job.engine)
-        return time_run(adapter, job.scene, job.profile, job.dt_s, overrides=job.method.tried, agreed=AGREED)
+        return time_run(adapter, job.scene, job.profile, job.dt_s, overrides=job.method.overrides, agreed=AGREED)
 
 
 def time_run(

@@ -123,7 +123,7 @@ class DiscArrays:
         self._require_walls()
         self._require_sound_turning()
         self.require_ordinary()
-        if np.any(self.velocity_m_s[self._stands]):
+        if np.any(self.velocity_m_s[self._is_stationary]):
             raise InputError("velocity_m_s must be (0, 0) for an immovable disc (mass_kg = inf)")
         if not (0 <= self.restitution <= 1 and 0 <= self.wall_restitution <= 1):
             raise InputError("restitution and wall_restitution must be from 0 to 1")
@@ -158,7 +158,7 @@ class DiscArrays:
             raise InputError(
                 f"inertia_factor must be {format_number(1 / ORDINARY, 3)} to 1, or be infinite, everywhere"
             )
-        if np.any(spin[self._stands | (self.movable & (inertia == math.inf))]):
+        if np.any(spin[self._is_stationary | (self.movable & (inertia == math.inf))]):
             raise InputError("spin_rad_s must be 0 for a disc that can't turn (mass_kg or inertia_factor = inf)")
 
     def require_ordinary(self) -> None:
@@ -196,7 +196,7 @@ class DiscArrays:
         return np.isfinite(self.mass_kg)
 
     @property
-    def _stands(self) -> NDArray[np.bool_]:
+    def _is_stationary(self) -> NDArray[np.bool_]:
         is_fixed = ~self.movable
         is_fixed[list(self.driven_discs)] = False
         return is_fixed
@@ -230,24 +230,24 @@ class DiscArrays:
         return self.radius_m * self.spins
 
     @property
-    def rubs_discs(self) -> bool:
+    def has_disc_friction(self) -> bool:
         """Whether friction can act between two discs."""
         return self.friction > 0.0 and len(self) > 1
 
     @property
-    def rubs_walls(self) -> bool:
+    def has_wall_friction(self) -> bool:
         """Whether friction can act between a disc and a wall."""
         return any(material.friction > 0.0 for material in self.materials)
 
     @property
-    def rubs(self) -> bool:
+    def has_friction(self) -> bool:
         """Whether friction can act between any two bodies."""
-        return self.rubs_discs or self.rubs_walls
+        return self.has_disc_friction or self.has_wall_friction
 
     @cached_property  # computing it takes a quarter of the time for solving two discs
     def turns(self) -> bool:
         """Whether discs spin, or friction can make them spin. In other cases, a run stores no spins."""
-        return self.rubs or bool(self.spins.any())
+        return self.has_friction or bool(self.spins.any())
 
     @cached_property
     def is_ordinary(self) -> bool:

@@ -64,7 +64,7 @@ class Drive(NamedTuple):
         return cls(tuple(path))
 
     @property
-    def stands(self) -> bool:
+    def is_stationary(self) -> bool:
         """Whether the body never moves."""
         return not any(any(leg.velocity) for leg in self.legs)
 

@@ -323,9 +323,9 @@ class Scene(Drawn, Model):
             Need.ROLLING_RESISTANCE: self.wall_rolling_resistance > 0.0,
             Need.TABLE_FRICTION: self.table_deceleration_m_s2 > 0.0,
             Need.SPIN: any(disc.spin_rad_s for disc in self.discs),
-            Need.FRICTION: start.rubs,
-            Need.TANGENTIAL_RESTITUTION: (start.rubs_discs and self.tangential_restitution != 0.0)
-            or (start.rubs_walls and self.wall_tangential_restitution != 0.0),
+            Need.FRICTION: start.has_friction,
+            Need.TANGENTIAL_RESTITUTION: (start.has_disc_friction and self.tangential_restitution != 0.0)
+            or (start.has_wall_friction and self.wall_tangential_restitution != 0.0),
         }
         return frozenset(need for need, is_needed in conditions.items() if is_needed)
 

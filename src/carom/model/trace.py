@@ -288,7 +288,7 @@ class Trace(ByValue, Tabular):
             depends on the order of these impacts, which physics does not determine.
         samples: Positions for drawing, if requested.
         profile: Name of the profile; empty if a solver was called directly.
-        tried: Settings that the user requested instead of those of the profile.
+        overrides: Settings that the user requested instead of those of the profile.
         settings: The settings that were used, read back from the engine if possible.
         float_bits: Number of bits of the floats in which the method declares to compute, 32 or 64.
         counts: Numbers of operations of the method, such as steps, tests of pairs and predictions.
@@ -304,8 +304,8 @@ class Trace(ByValue, Tabular):
         final_spin_rad_s: Spins at `end_time_s`, shape ``(n,)``; None if `spins` is None.
         local_truth: Comparison of every step with PIC, which starts from the method's own state before the step. None
             if no comparison was requested.
-        looks: States of all discs after some steps, which show whether discs are at rest. None in a scene of many
-            discs, or in which no disc can come to rest.
+        observed_states: States of all discs after some steps, which show whether discs are at rest. None in a scene of
+            many discs, or in which no disc can come to rest.
 
     Examples:
         >>> trace = carom.solve_pic("paper/missed")
@@ -326,7 +326,7 @@ class Trace(ByValue, Tabular):
     ambiguous: tuple[int, ...] = ()
     samples: Samples | None = None
     profile: str = ""
-    tried: Mapping[str, Setting] = field(default_factory=dict)
+    overrides: Mapping[str, Setting] = field(default_factory=dict)
     settings: Mapping[str, Setting] = field(default_factory=dict)
     float_bits: int = 64
     counts: Mapping[str, int] = field(default_factory=dict)
@@ -337,12 +337,12 @@ class Trace(ByValue, Tabular):
     modes: NDArray[np.void] | None = None
     final_spin_rad_s: NDArray[np.float64] | None = None
     local_truth: LocalTruth | None = None
-    looks: States | None = None
+    observed_states: States | None = None
 
     @property
     def profile_shown(self) -> str:
         """The name of the profile, with the settings that were changed."""
-        return format_profile(self.method, self.profile, self.tried)
+        return format_profile(self.method, self.profile, self.overrides)
 
     @property
     def contact_s(self) -> float:

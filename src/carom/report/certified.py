@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import tomli_w
 
-from carom.catalogue import CatalogueScene, Complaint
+from carom.catalogue import BugReport, CatalogueScene
 from carom.model.trace import Mode, body_name, pair_name
 from carom.report import formatting
 from carom.report.document import Column, Document, Section, Table
@@ -26,8 +26,8 @@ def format_scene_file(entry: CatalogueScene) -> str:
         lines.append(f"Impacts: {entry.known.count}")
     if entry.known.convention:
         lines.append(f"No unique answer: {entry.known.convention}")
-    if isinstance(entry, Complaint):
-        lines += [f"Reported for {entry.about}: {entry.reported}", f"Thread: {entry.thread}", entry.made]
+    if isinstance(entry, BugReport):
+        lines += [f"Reported for {entry.about}: {entry.summary}", f"Thread: {entry.thread}", entry.number_sources]
     comments = "".join(f"# {line}\n" for line in lines)
     return comments + tomli_w.dumps(entry.scene.model_dump(mode="python"))
 

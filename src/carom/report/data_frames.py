@@ -66,7 +66,7 @@ def _build_run_columns(result: Results) -> dict[str, Any]:
     columns: dict[str, list[Any]] = {"scene": [row.job.scene.name for row in result.rows]}
     columns |= {name: [getattr(row.job, name) for row in result.rows] for name in _OF_JOB}
     columns["tried"] = [
-        ", ".join(f"{name}={format_setting(value)}" for name, value in row.job.method.tried) for row in result.rows
+        ", ".join(f"{name}={format_setting(value)}" for name, value in row.job.method.overrides) for row in result.rows
     ]
     columns["status"] = [row.status.value for row in result.rows]
     columns["reason"] = [row.reason for row in result.rows]

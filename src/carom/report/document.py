@@ -74,25 +74,25 @@ class Column(NamedTuple):
 
     Attributes:
         head: The heading.
-        say: Function that returns the cell for the item of a row.
-        under: A second line of the heading.
+        content_of: Function that returns the cell for the item of a row.
+        subheading: A second line of the heading.
         number: Whether the cells are numbers.
     """
 
     head: str
-    say: Callable[[Any], Cell | str]
-    under: str = ""
+    content_of: Callable[[Any], Cell | str]
+    subheading: str = ""
     number: bool = False
     only: Media = Media.EVERYWHERE
 
     @property
     def line(self) -> str:
         """The heading in one line."""
-        return f"{self.head} {self.under}".rstrip()
+        return f"{self.head} {self.subheading}".rstrip()
 
     def build_cell(self, item: object) -> Cell:
         """Return the column's cell in the row of an item."""
-        content = self.say(item)
+        content = self.content_of(item)
         return content if isinstance(content, Cell) else Cell(content)
 
 
@@ -270,14 +270,14 @@ class Document(NamedTuple):
             the other sentences at the end, where they stay visible.
         sections: The sections.
         about: A description of the method in two sentences, for new readers. A terminal does not show this description.
-        watch: Link to the replay that a reader should watch first; None for none.
+        replay_link: Link to the replay that a reader should watch first; None for none.
     """
 
     title: str
     lead: tuple[str, ...]
     sections: tuple[Section, ...]
     about: str = ""
-    watch: Cell | None = None
+    replay_link: Cell | None = None
 
     def select_for(self, medium: Media) -> Iterable[Section]:
         """Return the sections that a medium shows, except for empty sections."""

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from operator import itemgetter
 
-from carom.catalogue import CatalogueScene, Complaint, all_scenes
+from carom.catalogue import BugReport, CatalogueScene, all_scenes
 from carom.engines.api import Capabilities, ContactTimes, Knob, Stamp
 from carom.engines.registry import EngineInfo
 from carom.report import formatting
@@ -198,10 +198,10 @@ def _format_range(knob: Knob) -> str:
 
 def _build_hazards(info: EngineInfo) -> Section:
     """Return the reported bugs of an engine, each with a scene that reproduces it."""
-    found = [entry for entry in all_scenes().values() if isinstance(entry, Complaint) and entry.engine == info.name]
+    found = [entry for entry in all_scenes().values() if isinstance(entry, BugReport) and entry.engine == info.name]
     blocks: list[Block] = []
     if found:
-        columns = (Column("scene", lambda entry: entry.name), Column("what was reported", lambda entry: entry.reported))
+        columns = (Column("scene", lambda entry: entry.name), Column("what was reported", lambda entry: entry.summary))
         blocks.append(Table(columns, found, note=f"To check your version: carom run SCENE -e {info.name}."))
     measured = "Results at many phases: docs/results/hazards.md."
     blocks.append(Lines((measured,) if found else (f"No bug report in the catalogue. {measured}",)))

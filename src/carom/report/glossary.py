@@ -23,17 +23,17 @@ class Meaning:
         word: The word.
         kind: "verdict", "grade" or "mark".
         sentence: The sentence that a report shows for the word.
-        when: The condition under which a report uses the word.
+        condition: The condition under which a report uses the word.
     """
 
     word: str
     kind: str
     sentence: str
-    when: str = ""
+    condition: str = ""
 
     def __str__(self) -> str:
         text = f"{self.word} ({self.kind}): {self.sentence}."
-        return f"{text}\n  When: {self.when}." if self.when else text
+        return f"{text}\n  When: {self.condition}." if self.condition else text
 
 
 def list_meanings() -> Iterator[Meaning]:

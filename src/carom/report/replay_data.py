@@ -50,7 +50,7 @@ _MOST_THROWN = 10
 
 def format_run_command(scene: str, job: Job) -> str:
     """Return the command that repeats a job. `scene` is the name or file of the scene."""
-    overrides = (word for name, value in job.method.tried for word in ("--set", f"{name}={format_setting(value)}"))
+    overrides = (word for name, value in job.method.overrides for word in ("--set", f"{name}={format_setting(value)}"))
     command = ("carom", "run", scene, "-e", format_engine_argument(job.engine), "-p", job.profile)
     return shlex.join((*command, *overrides, "--dt", repr(job.dt_s)))
 

@@ -26,26 +26,26 @@ class ValueKind(NamedTuple):
     """Kind of an option's values.
 
     Attributes:
-        said: Text after "must be" in error messages, such as "a positive number".
+        requirement: Text after "must be" in error messages, such as "a positive number".
         word: Word for the type in `--help`, such as NUMBER; empty for a flag.
-        take: Converts a value from Python or `read` to the form that a study uses. Raises TypeError, ValueError or
+        convert: Converts a value from Python or `parse` to the form that a study uses. Raises TypeError, ValueError or
             OverflowError for an invalid value.
-        read: Converts a text of the command line to a value for `take`. If the text contains several items of a list,
-            the result is a tuple.
+        parse: Converts a text of the command line to a value for `convert`. If the text contains several items of a
+            list, the result is a tuple.
         gather: Converts all texts of a repeated command-line option to one value.
         range: Short description of the allowed values for `--help`; empty if `word` is enough.
     """
 
-    said: str
+    requirement: str
     word: str
-    take: Callable[[Any], Any]
-    read: Callable[[str], Any] = lambda text: text
+    convert: Callable[[Any], Any]
+    parse: Callable[[str], Any] = lambda text: text
     gather: Callable[[Sequence[str]], Any] | None = None
     range: str = ""
 
     def build_error(self, name: str, value: Any) -> InputError:
         """Return the error for an invalid value of an option."""
-        return InputError(f"{name} must be {self.said}, got {format_value(value)}")
+        return InputError(f"{name} must be {self.requirement}, got {format_value(value)}")
 
 
 def check_value(kind: ValueKind, name: str, value: Any) -> Any:
@@ -55,7 +55,7 @@ def check_value(kind: ValueKind, name: str, value: Any) -> Any:
         InputError: The value is invalid. The message contains the option's name and the requirement.
     """
     try:
-        return kind.take(value)
+        return kind.convert(value)
     except (TypeError, ValueError, OverflowError):
         raise kind.build_error(name, value) from None
 
@@ -102,7 +102,7 @@ class DeclaredOptions:
     __dataclass_fields__: ClassVar[dict[str, dataclasses.Field[Any]]]
     #: Names of options that affect results, but are not part of a result's key in the journal (file of finished
     #: results). A journal can be resumed only if the values of these options are unchanged.
-    stamped: ClassVar[tuple[str, ...]] = ()
+    fixed_on_resume: ClassVar[tuple[str, ...]] = ()
 
     def __post_init__(self) -> None:
         for field in dataclasses.fields(self):
@@ -126,7 +126,9 @@ class DeclaredOptions:
         values = {}
         for field_name, option in list_declared_options(cls).items():
             if (text := texts.get(field_name)) is not None and text != []:
-                values[field_name] = _read(option, option.flags[0].partition("/")[0].replace("--", before, 1), text)
+                values[field_name] = _parse_text(
+                    option, option.flags[0].partition("/")[0].replace("--", before, 1), text
+                )
         return cls(**values)
 
     @classmethod
@@ -147,8 +149,8 @@ class DeclaredOptions:
 
     @property
     def stamp(self) -> dict[str, Any]:
-        """Names and values of the options in `stamped`."""
-        return {name: getattr(self, name) for name in list_declared_options(self) if name in self.stamped}
+        """Names and values of the options in `fixed_on_resume`."""
+        return {name: getattr(self, name) for name in list_declared_options(self) if name in self.fixed_on_resume}
 
 
 def _check_option(option: Option, name: str, value: Any, optional: bool) -> Any:
@@ -161,15 +163,15 @@ def _check_option(option: Option, name: str, value: Any, optional: bool) -> Any:
     return tuple(check_value(option.kind, f"{name}[{k}]", item) for k, item in enumerate(value))
 
 
-def _read(option: Option, flag: str, text: Any) -> Any:
+def _parse_text(option: Option, flag: str, text: Any) -> Any:
     values = []
     if option.kind.gather is not None:
         text = option.kind.gather(text)
     for part in text if option.many else [text]:
         try:
-            parsed = option.kind.read(part) if isinstance(part, str) else part
+            parsed = option.kind.parse(part) if isinstance(part, str) else part
             items = parsed if isinstance(parsed, tuple) else (parsed,)
-            values += [option.kind.take(item) for item in items]
+            values += [option.kind.convert(item) for item in items]
         except (TypeError, ValueError, OverflowError):
             raise option.kind.build_error(flag, part) from None
     return tuple(values) if option.many else values[0]
@@ -181,7 +183,7 @@ def build_whole_number_kind(minimum: int, maximum: int | None = None) -> ValueKi
     If `maximum` is None, there is no upper limit.
     """
 
-    def take(value: Any) -> int:
+    def convert(value: Any) -> int:
         if isinstance(value, bool):
             raise TypeError
         if (found := operator.index(value)) < minimum or (maximum is not None and found > maximum):
@@ -190,7 +192,7 @@ def build_whole_number_kind(minimum: int, maximum: int | None = None) -> ValueKi
 
     span = f", {minimum} or more" if maximum is None else f" from {minimum} to {maximum}"
     shown_range = f"{minimum} or more" if maximum is None else f"{minimum} to {format_bound(maximum)}"
-    return ValueKind(f"a whole number{span}", "INTEGER", take, int, range=shown_range)
+    return ValueKind(f"a whole number{span}", "INTEGER", convert, int, range=shown_range)
 
 
 def format_bound(value: float) -> str:
@@ -204,18 +206,18 @@ def format_bound(value: float) -> str:
 
 
 def build_measure_kind(
-    description: str, word: str, lower: float, upper: float, *, read: Callable[[str], Any] = float, span: str = ""
+    description: str, word: str, lower: float, upper: float, *, parse: Callable[[str], Any] = float, span: str = ""
 ) -> ValueKind:
     """Return the `ValueKind` of finite numbers above `lower` and up to `upper`."""
 
-    def take(value: Any) -> float:
+    def convert(value: Any) -> float:
         if isinstance(value, bool) or not isinstance(value, Real):
             raise TypeError
         if not lower < (found := float(value)) <= upper:
             raise ValueError
         return found
 
-    return ValueKind(description, word, take, read, range=span or f"above {format_bound(lower)}")
+    return ValueKind(description, word, convert, parse, range=span or f"above {format_bound(lower)}")
 
 
 def _build_limit_kind(unit: str, most: float) -> ValueKind:
@@ -235,16 +237,16 @@ def build_megabytes_kind() -> ValueKind:
     return _build_limit_kind("megabytes", MOST_MB)
 
 
-def build_step_kind(read: Callable[[str], Any] | None = None, also: str = "") -> ValueKind:
+def build_step_kind(parse: Callable[[str], Any] | None = None, also: str = "") -> ValueKind:
     """Return the `ValueKind` of step sizes.
 
-    `read` parses a text of the command line. `also` is added to the description, and names other texts that `read`
+    `parse` parses a text of the command line. `also` is added to the description, and names other texts that `parse`
     accepts.
     """
     limits = f"above 0: from {format_number(SMALLEST, 3)} to {format_number(LARGEST, 3)}"
     description = f"a number of seconds such as 1/240 or 0.004{also}, {limits}"
     return build_measure_kind(
-        description, "SECONDS", math.nextafter(SMALLEST, 0.0), LARGEST, read=read or parse_fraction, span="above 0"
+        description, "SECONDS", math.nextafter(SMALLEST, 0.0), LARGEST, parse=parse or parse_fraction, span="above 0"
     )
 
 

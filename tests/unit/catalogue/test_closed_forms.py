@@ -11,7 +11,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from carom import load_scene, save_scene, solve_pic
-from carom.catalogue import Complaint, all_scenes, catalogue, deviation, find_scenes
+from carom.catalogue import BugReport, all_scenes, catalogue, deviation, find_scenes
 from carom.catalogue.closed_forms import (
     compute_after_impact,
     compute_after_wall,
@@ -84,23 +84,23 @@ def test_known_impacts_are_simultaneous_only_by_convention() -> None:
         assert np.all(gaps == 0 if entry.known.convention else gaps > 1e-3), entry.name
 
 
-COMPLAINTS = [entry for entry in all_scenes().values() if isinstance(entry, Complaint)]
+BUG_REPORTS = [entry for entry in all_scenes().values() if isinstance(entry, BugReport)]
 
 
 def test_catalogue_has_at_least_twenty_bug_reports_with_threads() -> None:
     """At least 20 scenes come from bug reports, with full texts and the address of the thread that they name."""
-    assert len(COMPLAINTS) >= 20
-    for entry in COMPLAINTS:
+    assert len(BUG_REPORTS) >= 20
+    for entry in BUG_REPORTS:
         assert re.fullmatch(r"https://github\.com/[\w.-]+/[\w.-]+/(issues|pull)/\d+", entry.thread)
         assert entry.thread.rpartition("/")[2] in entry.name
-        assert all(text.endswith(".") for text in (entry.reported, entry.made))
+        assert all(text.endswith(".") for text in (entry.summary, entry.number_sources))
         assert entry.about
 
 
 @pytest.mark.long
 def test_pic_matches_known_answers_of_bug_reports_after_reload(tmp_path: Path) -> None:
     """PIC matches the known answer of each bug report to 1e-12 after its scene was saved and loaded."""
-    for entry in COMPLAINTS:
+    for entry in BUG_REPORTS:
         save_scene(entry.scene, tmp_path / "scene.toml")
         scene = load_scene(tmp_path / "scene.toml")
         assert scene == entry.scene
@@ -110,7 +110,7 @@ def test_pic_matches_known_answers_of_bug_reports_after_reload(tmp_path: Path) -
 def test_bug_reports_are_found_only_by_their_group() -> None:
     """Only their group, its pattern or a full name finds bug reports; a misspelt name gets a suggestion."""
     assert not any(name.startswith("issues/") for name in catalogue())
-    assert len(find_scenes(["issues"])) == len(COMPLAINTS) == len(find_scenes(["issues/*"]))
+    assert len(find_scenes(["issues"])) == len(BUG_REPORTS) == len(find_scenes(["issues/*"]))
     assert [entry.name for entry in find_scenes(["issues/jolt-1403"])] == ["issues/jolt-1403"]
     assert not any(entry.name.startswith("issues/") for entry in find_scenes(["*", "tag:walls"]))
     with pytest.raises(UnknownNameError, match="issues/jolt-1403"):

@@ -601,7 +601,7 @@ def test_interrupted_tune_resumes_to_the_same_profile(
     tried = KnobSearch.evaluate
 
     def interrupted(self: KnobSearch, point: dict[str, int]) -> Any:
-        if self.best is not self.begun:
+        if self.best is not self.first:
             raise KeyboardInterrupt
         return tried(self, point)
 

@@ -61,7 +61,7 @@ OUTSIDE = {
 
 def list_wrong_values(one: Option) -> list[Any]:
     """Values that an option refuses in Python."""
-    word, said = one.kind.word, one.kind.said
+    word, said = one.kind.word, one.kind.requirement
     if word == "INTEGER":
         least, *most = map(int, re.findall(r"\d+", said))
         wrong: tuple[Any, ...] = (least - 1, *(n + 1 for n in most), -math.inf, math.nan, least + 0.5, "2", True, None)
@@ -141,7 +141,7 @@ def test_wrong_option_value_is_refused_on_the_command_line(study: type[DeclaredO
     one = list_declared_options(study)[name]
     result = carom_command(*STUDIES[study], one.flags[0], text)
     assert result.exit_code == 2, result.output
-    assert f"carom: {one.flags[0]} must be {one.kind.said}, got {text!r}" in result.output
+    assert f"carom: {one.flags[0]} must be {one.kind.requirement}, got {text!r}" in result.output
 
 
 @each("study", [study for study, command in STUDIES.items() if command])
@@ -187,8 +187,8 @@ TAKEN = [
 
 
 @each("study, name", TAKEN)
-def test_journal_stamp_depends_only_on_stamped_options(study: type[DeclaredOptions], name: str) -> None:
-    """Another value of an option changes the journal's stamp exactly if the option is declared as stamped."""
+def test_journal_stamp_depends_only_on_fixed_options(study: type[DeclaredOptions], name: str) -> None:
+    """Another value of an option changes the journal's stamp exactly if the option is declared as fixed on resume."""
     usual = study()
     value = getattr(usual, name)
     if isinstance(value, bool):
@@ -200,7 +200,7 @@ def test_journal_stamp_depends_only_on_stamped_options(study: type[DeclaredOptio
         other = value + 1 if value else 2
     changed = study(**{name: other})
     assert getattr(changed, name) != value
-    assert (changed.stamp != usual.stamp) is (name in study.stamped)
+    assert (changed.stamp != usual.stamp) is (name in study.fixed_on_resume)
 
 
 def test_lists_whole_seconds_and_step_series_are_accepted() -> None:

@@ -187,8 +187,8 @@ def test_failing_settings_affect_only_their_profile(
     with LocalPool(1, 30.0) as pool:
         methods = list_methods(describe_engines(["odd"], pool), ["tuned", "sound"], [0.1], pool)
     tuned, sound = Method("odd", "tuned"), Method("odd", "sound")
-    assert set(methods.at["odd", 0.1]) == {tuned, sound}
-    assert require_value(methods.find_refusal(tuned, 0.1)).said.startswith(said)
+    assert set(methods.by_engine_and_step["odd", 0.1]) == {tuned, sound}
+    assert require_value(methods.find_refusal(tuned, 0.1)).problem.startswith(said)
     assert methods.find_refusal(sound, 0.1) is None
 
 

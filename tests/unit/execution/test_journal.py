@@ -108,7 +108,7 @@ SPOTS = (
     CellResult("relation", "boost", "pic/tuned", CellEnding.NOT_RUN, reason="unavailable"),
     CellResult("relation", "boost", "pit/tuned", CellEnding.VIOLATED, math.inf),
 )
-CELLS = [JournalEntry((one.kind, one.line, one.method), Answer(Status.RAN, value=one)) for one in SPOTS]
+CELLS = [JournalEntry((one.kind, one.test, one.method), Answer(Status.RAN, value=one)) for one in SPOTS]
 
 ABORTED = 'ended by SIGABRT; it last printed: "ouch"\n'
 CRASHED: JournalEntry[JobKey, Measures] = JournalEntry(KEY, Answer(Status.CRASHED, ABORTED))

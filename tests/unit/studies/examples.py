@@ -8,7 +8,7 @@ from carom.execution.environment import Environment
 from carom.execution.job import Method
 from carom.model.scene import Disc, Scene
 from carom.studies.advise.run import Advice, ClosedForm
-from carom.studies.advise.sampling_limit import Cause, ContactWindow, Demand, HardImpact, PairLimit
+from carom.studies.advise.sampling_limit import AccuracyTarget, Cause, ContactWindow, HardImpact, PairLimit
 from carom.studies.advise.step_search import SearchEnding, StepAdvice, StepRange, count_steps_per_frame
 from carom.studies.advise.step_trial import StepTrial
 from carom.studies.bench.convergence import fit_order
@@ -18,7 +18,7 @@ from carom.studies.bench.options import BenchPlan
 from carom.studies.bench.result import Bench, Curve, Point, SceneBench, find_cheapest, find_pareto_front
 from carom.studies.bench.timing_pass import CellTiming
 from carom.studies.stress import run as campaign
-from carom.studies.stress.result import CellEnding, CellResult, StressResults, StressTest
+from carom.studies.stress.result import CellEnding, CellResult, StressResults, StressRow
 
 METHODS = (
     Method("pic", "default"),
@@ -54,7 +54,7 @@ def build_bench(*names: str) -> Bench:
         curves = []
         for method in METHODS:
             own = tuple(build_point(method, k) for k in range(len(STEPS)))
-            order = fit_order([p.dt_s for p in own if p.is_sound], [p.error for p in own if p.is_sound])
+            order = fit_order([p.dt_s for p in own if p.is_correct], [p.error for p in own if p.is_correct])
             curves.append(Curve(method.engine, method.profile, own, order, find_cheapest(own, plan.target)))
         every = [p for curve in curves for p in curve.points]
         front = find_pareto_front([p for p in every if p.engine != "pic"])
@@ -65,7 +65,7 @@ def build_bench(*names: str) -> Bench:
     return Bench(tuple(found), plan, HERE, "carom bench paper/late", 80.0)
 
 
-def build_cell_result(line: StressTest, method: Method) -> CellResult:
+def build_cell_result(line: StressRow, method: Method) -> CellResult:
     """Return a cell: PIC passes, a default fails at once, and the others half way."""
     shown = (f"scenes/{line.name}-{method.engine}-{method.profile}.toml",)
     ended = partial(CellResult, line.kind, line.name, method.name, scenes=shown)
@@ -86,7 +86,7 @@ def build_cell_result(line: StressTest, method: Method) -> CellResult:
 
 def build_campaign_results(one_in: int = 1) -> StressResults:
     """Return the quick form of a campaign: all of its lines, or one of some."""
-    lines = tuple(campaign.list_lines(quick=True))[::one_in]
+    lines = tuple(campaign.list_rows(quick=True))[::one_in]
     names = dict.fromkeys(method.engine for method in METHODS)
     engines = {name: EngineInfo(name, name, "1.0", "", None, {}, "carom") for name in names}
     cells = {(line.name, method.name): build_cell_result(line, method) for line in lines for method in METHODS}
@@ -111,7 +111,7 @@ def build_advice() -> Advice:
     limit = PairLimit(ContactWindow.of(0.9, (0.9, 0.1), (6.0, 0.0)), 0.148, 0.0055)
     return Advice(
         scene=build_scene(),
-        demand=Demand(math.radians(1.0)),
+        target=AccuracyTarget(math.radians(1.0)),
         impacts=1,
         hardest=(HardImpact(0.379, 0, 1, limit, Cause.TURN),),
         closed_form=ClosedForm(0.148, 0.0055),

@@ -31,7 +31,7 @@ from carom.studies.bench.growth_document import build_growth_document
 from carom.studies.bench.result import Curve
 from carom.studies.bench.tables import build_method_table, build_suite_table, list_reached_targets
 from carom.studies.stress.document import build_stress_document
-from carom.studies.stress.result import CellEnding, CellResult, StressTest
+from carom.studies.stress.result import CellEnding, CellResult, StressRow
 
 DOCUMENTS: dict[str, Callable[[], Document]] = {
     "bench": lambda: build_bench_document(build_bench()),
@@ -71,7 +71,8 @@ def test_every_symbol_has_an_ascii_replacement(document: Document) -> None:
 
 def test_bench_names_fastest_engine_within_target_error() -> None:
     """The bench names the fastest engine with at most 0.1 % error, or else the most accurate one."""
-    below = [p for m in METHODS[3:] for k in range(len(STEPS)) if (p := build_point(m, k)).error <= 1e-3 and p.is_sound]
+    points = [build_point(method, step) for method in METHODS[3:] for step in range(len(STEPS))]
+    below = [point for point in points if point.error <= 1e-3 and point.is_correct]
     best = min(below, key=lambda p: p.timing.advance_s.median if p.timing else 0.0)
     spent = formatting.format_number(best.timing.advance_s.median * 1e3, 3) if best.timing else ""
     asked = replace(build_bench(), plan=replace(build_bench().plan, target=1e-3))
@@ -141,7 +142,7 @@ def render_advice(found: Advice) -> str:
 def test_advice_names_all_methods_with_the_longest_step() -> None:
     """Both answers of the advice name the rate of the longest step and all methods that pass with it."""
     found = build_advice()
-    passing = [(a.demand.passes.dt_s, a.method) for a in found.answers if a.demand.passes]
+    passing = [(a.meets_target.largest_passing.dt_s, a.method) for a in found.answers if a.meets_target.largest_passing]
     longest = max(dt_s for dt_s, _ in passing)
     twin = replace(found.answers[0], method=Method("twin", "tuned"))
     for answers, who in (
@@ -162,11 +163,11 @@ def test_advice_has_steps_per_frame_and_engine_code() -> None:
     assert text.startswith(begin)
     assert "at most 1°. As code: dt, steps = 0.01, 2 for _ in range(steps): space.step(dt) To print" in text
     assert "carom engines pymunk --show tuned --dt 1/600 --scene paper/late" in text
-    coarse = replace(alone.never_misses, in_frame=replace(alone.trials[-1], dt_s=1 / 180))
+    coarse = replace(alone.never_misses, frame_divisor=replace(alone.trials[-1], dt_s=1 / 180))
     fewer = render_advice(replace(found, answers=(replace(alone, never_misses=coarse),)))
     assert "needs 10 steps per frame for a direction error of at most 1° (3 to miss no impact). As code:" in fewer
-    finer = replace(alone.never_misses, in_frame=alone.trials[-1])
-    many = replace(found, answers=(replace(alone, never_misses=finer, demand=finer),))
+    finer = replace(alone.never_misses, frame_divisor=alone.trials[-1])
+    many = replace(found, answers=(replace(alone, never_misses=finer, meets_target=finer),))
     assert "600 steps/s (40 steps per frame at 60 Hz are enough) with pymunk tuned." in render_advice(many)
     assert "--scene 'my scene.toml'" in print_as_line(build_advice_document(many, "my scene.toml"), 200)
 
@@ -174,8 +175,8 @@ def test_advice_has_steps_per_frame_and_engine_code() -> None:
 def test_advice_without_failing_step_is_any_tested_step() -> None:
     """If no step fails, the answer is "any tested step"; if larger steps are refused, it is a rate."""
     found = build_advice()
-    any_step = replace(found.answers[0].never_misses, fails=None)
-    swept = replace(found.answers[0], never_misses=any_step, demand=any_step)
+    any_step = replace(found.answers[0].never_misses, smallest_failing=None)
+    swept = replace(found.answers[0], never_misses=any_step, meets_target=any_step)
     every = replace(found, answers=(swept,))
     use = "use any tested step size (200 or more steps per second) with box2d default."
     assert render_advice(every).startswith(f"paper/late: to miss no impact, {use}")
@@ -208,7 +209,7 @@ def test_advice_table_marks_ccd_and_result_at_one_step_per_frame() -> None:
     one, frame_s = found.answers[0], 1 / found.scene.frame_rate_hz
     trial = replace(one.trials[-1], dt_s=frame_s)
     for at_frame, refused_s, ends in (
-        (replace(trial, lost=3), None, f"fails at 3 of {trial.phases}"),
+        (replace(trial, lost_phases=3), None, f"fails at 3 of {trial.phases}"),
         (trial, None, "found, 0.244° error"),
         (replace(trial, reason="crashed"), None, "stopped"),
         (None, frame_s, "refused"),
@@ -229,8 +230,8 @@ def test_advice_claims_no_bounds_and_has_no_rows_for_pic_and_pit() -> None:
     assert not any(line.startswith(("pic ", "pit ")) for line in lines)
     assert "Checking once per step (PIT) needs 6.757 and 181.8 steps/s, by formula." in text
     one = found.answers[0]
-    never = replace(one.never_misses, fails=None)
-    refused = replace(one, never_misses=never, demand=never, refused_s=0.5, refusal="too far a step")
+    never = replace(one.never_misses, smallest_failing=None)
+    refused = replace(one, never_misses=never, meets_target=never, refused_s=0.5, refusal="too far a step")
     (row,) = list_range_rows(replace(found, answers=(refused,)))
     assert row.count("refused") == 2
     unable = UnsearchedMethod(Method("box2d", "default"), "the scene has walls")
@@ -245,21 +246,30 @@ def test_advice_states_unfinished_searches_and_non_monotone_results() -> None:
     assert "400000 engine steps each (--budget) for box2d default" in render_advice(replace(found, answers=(stopped,)))
     coarse, fails = one.trials[0], one.trials[1]
     holed = replace(one.never_misses, coarser_passes=(coarse,), finer_failures=(fails,))
-    text = render_advice(replace(found, answers=(replace(one, never_misses=holed, demand=holed),)))
+    text = render_advice(replace(found, answers=(replace(one, never_misses=holed, meets_target=holed),)))
     rates = [formatting.format_number(1 / trial.dt_s, 4) for trial in (coarse, fails)]
     passing = f"box2d default misses none at {rates[0]} steps per second, but not at {rates[1]}."
     assert f"Smaller is not always better: {passing}" in text
     assert text.count("Smaller is not always better") == 1
-    (row,) = list_method_rows(replace(found, answers=(replace(one, demand=replace(one.demand, passes=None)),)))
+    (row,) = list_method_rows(
+        replace(found, answers=(replace(one, meets_target=replace(one.meets_target, largest_passing=None)),))
+    )
     assert row.split()[3:] == ["unfinished", "n/a"]
     finest = one.trials[-1]
-    nothing = replace(one, demand=replace(one.demand, passes=None, fails=finest, down_to_s=finest.dt_s))
+    nothing = replace(
+        one,
+        meets_target=replace(
+            one.meets_target, largest_passing=None, smallest_failing=finest, smallest_tested_s=finest.dt_s
+        ),
+    )
     unmet = replace(found, answers=(nothing,))
     assert "For a direction error of at most 1°, no tested step size of any engine suffices." in render_advice(unmet)
     (row,) = list_range_rows(unmet)
     assert row.split()[4:6] == ["none", formatting.format_number(1 / finest.dt_s, 4)]
     untried = StepRange(None, None, math.nan, None, (), ())
-    (row,) = list_method_rows(replace(found, answers=(replace(one, trials=(), never_misses=untried, demand=untried),)))
+    (row,) = list_method_rows(
+        replace(found, answers=(replace(one, trials=(), never_misses=untried, meets_target=untried),))
+    )
     assert row.split()[2:] == ["n/a"] * 3
 
 
@@ -278,7 +288,7 @@ def list_range_rows(found: Advice) -> list[str]:
 
 
 @each(
-    "ending, stands_at, depth",
+    "ending, passes_until, depth",
     [
         (CellEnding.PASSES, 1e-4, 1.0),
         (CellEnding.FAILS_AT_START, None, 0.0),
@@ -289,11 +299,11 @@ def list_range_rows(found: Advice) -> list[str]:
     ],
 )
 def test_bar_length_is_proportional_to_passed_decades(
-    ending: CellEnding, stands_at: float | None, depth: float | None
+    ending: CellEnding, passes_until: float | None, depth: float | None
 ) -> None:
     """On an axis of four decades and a final 0, each passed decade is a fifth of the bar."""
-    line = StressTest("attack", "gap", "a gap", "", "", (1.0, 0.1, 0.01, 1e-3, 1e-4, 0.0))
-    found = line.compute_depth(CellResult("attack", "gap", "pit/tuned", ending, stands_at=stands_at))
+    line = StressRow("attack", "gap", "a gap", "", "", (1.0, 0.1, 0.01, 1e-3, 1e-4, 0.0))
+    found = line.compute_depth(CellResult("attack", "gap", "pit/tuned", ending, passes_until=passes_until))
     assert found == (None if depth is None else pytest.approx(depth))
 
 
@@ -302,15 +312,15 @@ def test_campaign_of_few_methods_has_summary_and_sign_per_test() -> None:
     whole = build_campaign_results()
     few = replace(whole, methods=(METHODS[1], METHODS[2]))
     lines = print_document(build_stress_document(few), 160)
-    tests = sum(line.kind == "attack" for line in whole.lines)
+    tests = sum(line.kind == "attack" for line in whole.rows)
     assert lines[0].rstrip() == f"pic (event-driven) passes {tests} of {tests}."
     (pit,) = [line for line in lines if line.startswith(f"pit passes 0 of {tests}; it first fails in ")]
     assert pit.rstrip().endswith(").")
     (row,) = [line.split() for line in lines if line.startswith("pic event-driven ")]
     assert "".join(row[2:]) == "=" * tests
-    stood = StressTest("attack", "gap", "a gap", "", "", (1.0, 0.1, 0.01, 1e-3, 1e-4), group="pairs")
-    result = CellResult("attack", "gap", "pit/tuned", CellEnding.FAILS_AT_SIZE, 1e-3, stands_at=1e-2)
-    gap = replace(few, lines=(stood,), methods=(METHODS[2],), cells={("gap", "pit/tuned"): result})
+    stood = StressRow("attack", "gap", "a gap", "", "", (1.0, 0.1, 0.01, 1e-3, 1e-4), group="pairs")
+    result = CellResult("attack", "gap", "pit/tuned", CellEnding.FAILS_AT_SIZE, 1e-3, passes_until=1e-2)
+    gap = replace(few, rows=(stood,), methods=(METHODS[2],), cells={("gap", "pit/tuned"): result})
     told = print_document(build_stress_document(gap), 80)
     assert told[0].rstrip() == "pit passes 0 of 1; it first fails in gap at 0.001 (a gap)."
     assert any(line.split() == ["pit", "5"] for line in told)
@@ -320,7 +330,7 @@ def test_campaign_has_one_sentence_and_one_row_per_method() -> None:
     """At 80 columns each method gets one row and one sentence, which names the first failure, if any."""
     whole = build_campaign_results()
     lines = print_document(build_stress_document(whole), 80)
-    tests = sum(line.kind == "attack" for line in whole.lines)
+    tests = sum(line.kind == "attack" for line in whole.rows)
     for method in whole.methods:
         (sentence,) = [line for line in lines if line.startswith(f"{method.phrase} passes ")]
         assert ("it first fails in " in sentence) == (f"passes {tests} of {tests}" not in sentence)

@@ -82,10 +82,10 @@ def build_stress_lead(change: Callable[[CellResult], CellEnding]) -> str:
 
 def test_method_with_unsupported_tests_is_not_ranked() -> None:
     """A method that can't run every stress test is not ranked last; a sentence names it separately."""
-    first = next(line.name for line in build_campaign_results().lines if line.kind == "attack")
+    first = next(line.name for line in build_campaign_results().rows if line.kind == "attack")
 
     def change(result: CellResult) -> CellEnding:
-        left_out = result.method == "pymunk/tuned" and result.kind == "attack" and result.line != first
+        left_out = result.method == "pymunk/tuned" and result.kind == "attack" and result.test != first
         return CellEnding.NOT_RUN if left_out else result.ending
 
     said = build_stress_lead(change)
@@ -97,7 +97,7 @@ def test_method_with_unsupported_tests_is_not_ranked() -> None:
 def test_equal_methods_are_summarised_together() -> None:
     """If all methods pass equally many stress tests, one sentence states this."""
     said = build_stress_lead(lambda result: CellEnding.PASSES if result.kind == "attack" else CellEnding.HOLDS)
-    attacks = sum(line.kind == "attack" for line in build_campaign_results().lines)
+    attacks = sum(line.kind == "attack" for line in build_campaign_results().rows)
     assert f"{len(METHODS)} methods each passed {attacks} of {attacks} stress tests." in said
 
 

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from carom.cli.error_handling import handle_errors
-from carom.cli.output import say
+from carom.cli.output import print_text
 
 
 @handle_errors
@@ -19,12 +19,12 @@ def demo(
     from carom.studies.cross_check.demo import demo as shown
 
     found = shown(page)
-    say(repr(found))
+    print_text(repr(found))
     if not found.opened:
-        say("No browser was found. Open the page yourself.")
+        print_text("No browser was found. Open the page yourself.")
     trace = found.replay.observed
-    say(
+    print_text(
         f"For the numbers, run: carom run {trace.scene.name} -e {trace.method} -p {trace.profile} "
         f"--dt 1/{1 / trace.dt_s:g} -v"
     )
-    say("For another scene, run: carom play SCENE")
+    print_text("For another scene, run: carom play SCENE")

@@ -50,7 +50,7 @@ def engines(
 
         shown_scene = _find_scene(scene, restitution, friction)
         dt_s = 1.0 / shown_scene.frame_rate_hz if dt is None else arguments.parse_step(dt)
-        output.say(write_code(names[0], show, shown_scene, dt_s, command=get_command_line()).rstrip("\n"))
+        output.print_text(write_code(names[0], show, shown_scene, dt_s, command=get_command_line()).rstrip("\n"))
         return
     if any(option is not None for option in (dt, restitution, friction, scene)):
         raise InputError("--dt, --restitution, --friction and --scene need --show")
@@ -58,7 +58,7 @@ def engines(
         for info in known_engines(names):
             output.print_document(build_engine_document(info))
         return
-    output.say_lines(format_engine_lines(known_engines()))
+    output.print_lines(format_engine_lines(known_engines()))
 
 
 def _find_scene(name: str | None, restitution: float | None, friction: float | None) -> Scene:

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from carom.cli.error_handling import handle_errors
-from carom.cli.output import build_console, say, say_lines
+from carom.cli.output import build_console, print_lines, print_text
 from carom.support.escaping import escape_controls
 
 
@@ -23,8 +23,8 @@ def explain(
     if not words:
         entries = list(list_meanings())
         width = max(len(entry.word) for entry in entries)
-        say_lines(f"{entry.word:{width}}  {entry.kind:7}  {entry.sentence}" for entry in entries)
+        print_lines(f"{entry.word:{width}}  {entry.kind:7}  {entry.sentence}" for entry in entries)
         return
     for entry in find_meanings(" ".join(words)):
         build_console().print(escape_controls(str(entry)))
-    say("All formulas: docs/theory/scoring.md.")
+    print_text("All formulas: docs/theory/scoring.md.")

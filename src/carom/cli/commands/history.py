@@ -63,7 +63,7 @@ def history(
     name = arguments.parse_engine(engine)
     with open_release_cache(options.kept_mb * 1e6) as cache:
         if listed:
-            output.say_lines(describe_listing(*list_releases(name, options, cache)))
+            output.print_lines(describe_listing(*list_releases(name, options, cache)))
         elif bisect is not None:
             _bisect_change(name, bisect, options, cache)
         else:
@@ -82,7 +82,7 @@ def _bisect_change(engine: str, cell: str, options: HistoryOptions, cache: Relea
     with output.show_progress_bar() as progress:
         one = bisect_change(engine, found, profile, arguments.parse_step(step), cache, options, progress=progress)
     for line in describe_bisection(one):
-        output.say(line)
+        output.print_text(line)
 
 
 def _run_history(
@@ -119,7 +119,7 @@ def _run_history(
     document = build_history_document(result)
     page = None if out is None else write_history(result, document, out)
     output.print_document(document, full=verbose, report=page)
-    if not result.ran:
+    if not result.completed:
         raise typer.Exit(ExitCode.UNAVAILABLE)
     if result.is_worse:
         raise typer.Exit(ExitCode.VIOLATION)

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from carom.cli.error_handling import handle_errors
-from carom.cli.output import say
+from carom.cli.output import print_text
 
 
 @handle_errors
@@ -39,11 +39,11 @@ def import_file(
         raise InputError(f"{to} already exists: name another file")
     found = import_scene(file, duration_s=duration, pixels_per_metre=pixels_per_metre)
     for dropped in found.dropped:
-        say(f"dropped: {dropped}", apart=True)
+        print_text(f"dropped: {dropped}", to_stderr=True)
     if to is None:
         import tomli_w
 
-        say(tomli_w.dumps(found.scene.model_dump(mode="python")).rstrip("\n"))
+        print_text(tomli_w.dumps(found.scene.model_dump(mode="python")).rstrip("\n"))
         return
     save_scene(found.scene, to)
-    say(str(to))
+    print_text(str(to))

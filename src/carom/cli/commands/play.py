@@ -9,7 +9,7 @@ import typer
 
 from carom.cli import arguments, output
 from carom.cli.error_handling import handle_errors
-from carom.cli.output import say
+from carom.cli.output import print_text
 from carom.errors import InputError
 
 
@@ -54,7 +54,7 @@ def play(
     )
     html = render_page(add_gallery(*own_scenes), installed)
     page = write_file(build_temporary_path("play.html") if out is None else out, html)
-    say(f"Methods: PIC, PIT{''.join(f', {one.label}' for one in installed)}.")
-    output.say_path("page", page)
+    print_text(f"Methods: PIC, PIT{''.join(f', {one.label}' for one in installed)}.")
+    output.print_path("page", page)
     if opened and not open_page(page.resolve()):
-        say("No browser was found. Open the page yourself.")
+        print_text("No browser was found. Open the page yourself.")

@@ -85,12 +85,12 @@ def run(
             from carom.studies.cross_check.explain import explain as explained
 
             for line in explained(plan):
-                output.say(line)
+                output.print_text(line)
             return
         worst_grade = None if fail_on is FailOn.NEVER else Grade[fail_on.name]
         results = _carry_out_plan(plan, pool, out, worst_grade, resume=resume, retry=retry, verbose=verbose)
         if len(loaded_scenes) == 1:
-            _say_settings(results, (scenes or [loaded_scenes[0].name])[0])
+            _print_settings(results, (scenes or [loaded_scenes[0].name])[0])
     code = _choose_exit_code(results, set(options.engines or ()), worst_grade)
     if code:
         raise typer.Exit(code)
@@ -122,7 +122,7 @@ def _carry_out_plan(
     return built_report.results
 
 
-def _say_settings(results: Results, scene: str) -> None:
+def _print_settings(results: Results, scene: str) -> None:
     """Print the ``carom engines`` command that prints the settings of the most accurate method as code."""
     from carom.engines.registry import format_engine_argument
     from carom.studies.cross_check.grid import build_grid, rank_methods
@@ -132,11 +132,11 @@ def _say_settings(results: Results, scene: str) -> None:
     for column in rank_methods(grid, grid.columns.values()):
         method, info = column.method, infos[column.engine]
         steps = [cell.line.dt_s for cell in grid.list_cells(column) if cell.scored]
-        if column.own or method.tried or not info.code or method.profile in info.located or not steps:
+        if column.is_own_method or method.overrides or not info.code or method.profile in info.located or not steps:
             continue
         words = ("carom", "engines", format_engine_argument(method.engine), "--show", method.profile)
         command = shlex.join((*words, "--dt", format_step_option(max(steps)), "--scene", scene))
-        output.say(f"To print the settings of {column.name} as code:\n{command}")
+        output.print_text(f"To print the settings of {column.name} as code:\n{command}")
         return
 
 

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from carom.cli.error_handling import handle_errors
-from carom.cli.output import say, say_lines
+from carom.cli.output import print_lines, print_text
 
 
 @handle_errors
@@ -45,19 +45,19 @@ def scenes(
     everything = list(all_scenes().values())
     groups = {entry.group for entry in everything}
     if not names and not whole and out is None:
-        say_lines(format_group_lines(everything))
+        print_lines(format_group_lines(everything))
         return
     found = find_scenes(names) if names and not whole else everything
     if out is None and (whole or groups.issuperset(names or ())):
-        say_lines(format_scene_lines(found))
+        print_lines(format_scene_lines(found))
         return
     for entry in found:
         if out is None:
-            say(format_scene_file(entry))
+            print_text(format_scene_file(entry))
             continue
         path = out / f"{build_file_name(entry.name)}.toml"
         if path.exists() or path.is_symlink():
             raise InputError(f"{path} already exists: name another folder with --out")
         out.mkdir(parents=True, exist_ok=True)
         save_scene(entry.scene, path)
-        say(str(path))
+        print_text(str(path))

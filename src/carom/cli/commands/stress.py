@@ -45,8 +45,8 @@ def stress(
     from carom.studies.stress import run as campaign
 
     if list_only:
-        for line in campaign.list_lines(quick=options.quick):
-            output.say(f"{line.kind:10} {line.name:24} {line.axis}")
+        for line in campaign.list_rows(quick=options.quick):
+            output.print_text(f"{line.kind:10} {line.name:24} {line.axis}")
         return
     from carom.report.files import require_report_extra
     from carom.studies.stress.document import build_stress_document, write_stress

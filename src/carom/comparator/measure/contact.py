@@ -98,20 +98,20 @@ class ContactScore:
 def score_contact(run: AlignedRun) -> ContactScore | None:
     """Score a run while discs are in lasting contact; None without lasting contact, or if states were not stored."""
     reference, observed, scales = run.reference, run.observed, run.scales
-    looks, begin_s = observed.looks, reference.contact_s
-    if looks is None or reference.modes is None or reference.outcome is not Outcome.COMPLETED:
+    observed_states, begin_s = observed.observed_states, reference.contact_s
+    if observed_states is None or reference.modes is None or reference.outcome is not Outcome.COMPLETED:
         return None
     ties = [float(reference.impacts["time_s"][row]) for row in reference.ambiguous]
     end_s = min([reference.end_time_s, *(np.nextafter(tie, -math.inf) for tie in ties)])
-    until = looks.time_s <= end_s
-    inside = looks.time_s[until] >= begin_s
+    until = observed_states.time_s <= end_s
+    inside = observed_states.time_s[until] >= begin_s
     struck_s, dt_s = reference.impacts["time_s"][reference.impacts["time_s"] > begin_s], observed.dt_s
     # Skip states close to an impact. Rounding decides whether they are before or after the impact.
     for time_s in struck_s.tolist():
-        inside &= np.abs(looks.time_s[until] - time_s - 0.5 * dt_s) > dt_s
+        inside &= np.abs(observed_states.time_s[until] - time_s - 0.5 * dt_s) > dt_s
     if not inside.any():
         return None
-    whole_truth = compute_states_at(reference, looks.time_s[until])
+    whole_truth = compute_states_at(reference, observed_states.time_s[until])
     truth, slow = whole_truth.select_rows(inside), RESTING_STEPS * math.hypot(*reference.scene.gravity_m_s2) * dt_s
 
     def measure_states(states: States) -> tuple[ContactErrors, float, bool, ContactQuality, Ends]:
@@ -121,15 +121,15 @@ def score_contact(run: AlignedRun) -> ContactScore | None:
         errors = _measure_errors(reference, truth, in_contact)
         return errors, *_measure_final_motion(truth, in_contact, slow), quality, late
 
-    own_errors, rest_m_s, frozen, quality, late = measure_states(looks.select_rows(until))
-    seen = looks.select_rows(until).select_rows(inside)
+    own_errors, rest_m_s, frozen, quality, late = measure_states(observed_states.select_rows(until))
+    seen = observed_states.select_rows(until).select_rows(inside)
     pit, allowed, late_allowed, fast = None, ContactErrors(0.0, 0.0, 0.0), Ends(0.0, 0.0), 0.0
     place = run.place_rounding * scales.reach_m
     if dt_s:
         hopping = _compute_pit_states(reference.scene, dt_s, tuple(whole_truth.time_s.tolist()))
         pit, pit_rest_m_s, _, pit_quality, pit_late = measure_states(hopping)
         allowed = _compute_allowed_errors(reference.scene, truth, dt_s, pit, len(struck_s))
-        late_allowed = _compute_allowed_lateness(reference, pit_late, looks.time_s, dt_s)
+        late_allowed = _compute_allowed_lateness(reference, pit_late, observed_states.time_s, dt_s)
         # In PIT, a disc never rests but hops, and hops higher on a wall with larger restitution.
         fast = float(np.fmax.reduce([slow, pit_rest_m_s, pit_quality.hop_m_s]))
         # Rounding may explain position errors of at most a hundredth of the displacement in a step. The position of a

@@ -39,7 +39,7 @@ def find_wrong_branches(trace: Trace, scales: Scales, rounding: float) -> WrongB
     step, these contacts are not checked, because their effects can't be separated.
     """
     impacts = trace.impacts
-    if not trace.scene.arrays.rubs or not len(impacts):
+    if not trace.scene.arrays.has_friction or not len(impacts):
         return WrongBranches()
     wall, before, after = impacts["second"] < 0, velocities(impacts, "before"), velocities(impacts, "after")
     (one, two), contacts = build_impact_bodies(trace, rim_speeds(trace, "before"))

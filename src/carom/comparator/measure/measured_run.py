@@ -37,7 +37,8 @@ class MeasuredRun(AlignedRun):
         impact_errors: Errors of velocity and spin at each impact of the reference, shape ``(2, m)``; see
             `measure_impact_errors`.
         changes: Changes of velocity and spin at each impact of the reference, shape ``(2, m)``.
-        not_told_apart: Indices of the run's impacts after which a body's velocity is unknown; see `unknown_velocities`.
+        unknown_velocity_impacts: Indices of the run's impacts after which a body's velocity is unknown; see
+            `unknown_velocities`.
         sampling: Errors of PIT with the same step size relative to the reference; None without PIT.
         measured_against_pit: Errors of the run relative to PIT with the same step size; None without PIT.
         sampling_cost: Largest errors of PIT over the phases of the step; None without PIT.
@@ -59,7 +60,7 @@ class MeasuredRun(AlignedRun):
     measured: Measured
     impact_errors: NDArray[np.float64]
     changes: NDArray[np.float64]
-    not_told_apart: tuple[int, ...]
+    unknown_velocity_impacts: tuple[int, ...]
     sampling: Measured | None
     measured_against_pit: Measured | None
     sampling_cost: SamplingCost | None
@@ -122,7 +123,7 @@ def measure_run(aligned: AlignedRun) -> MeasuredRun:
         measured=measured,
         impact_errors=measure_impact_errors(measured, scales, aligned.compared.impacts),
         changes=aligned.baseline.compute_once(measure_changes, lambda: measure_changes(reference, scales)),
-        not_told_apart=tuple(np.flatnonzero(unknown_velocities(observed).any(axis=0)).tolist()),
+        unknown_velocity_impacts=tuple(np.flatnonzero(unknown_velocities(observed).any(axis=0)).tolist()),
         sampling=sampled,
         measured_against_pit=against_pit,
         sampling_cost=cost,

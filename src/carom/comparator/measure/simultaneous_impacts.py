@@ -300,7 +300,7 @@ def _solve_at_once(scene: Scene, group: Group, row: dict[int, int], tolerance: f
     The result is None if no subset fits, or if there are more than `MOST_AT_ONCE` contacts. With friction, the result
     is also None, because it would not be unique (Baraff 1989).
     """
-    if scene.arrays.rubs:
+    if scene.arrays.has_friction:
         return None
     contacts = [c for c in group.contacts if sum(_inverse_masses_of(scene, c)) > 0.0]
     if len(contacts) > MOST_AT_ONCE:

@@ -46,7 +46,7 @@ class Activity:
     Attributes:
         due: For each step, its active pairs and the seconds from the step's start until they meet; NaN for a pair that
             only pushes.
-        follows: Steps and pairs that meet only because of an earlier impact in the same step.
+        consequences: Steps and pairs that meet only because of an earlier impact in the same step.
         resting: Whether each disc rests on a body that holds it up, for each step, shape ``(k, n)``.
         overlapping: Whether each disc overlaps another body at the beginning of each step, shape ``(k, n)``.
     """
@@ -54,12 +54,12 @@ class Activity:
     resting: Flags
     overlapping: Flags
     due: dict[int, dict[Pair, float]] = field(default_factory=lambda: defaultdict(dict))
-    follows: set[tuple[int, Pair]] = field(default_factory=set)
+    consequences: set[tuple[int, Pair]] = field(default_factory=set)
 
 
 def find_activity(block: Block, rest: RestHistory) -> Activity:
     """Find the pairs that meet, push or rest in each step of a block. Record in `rest` how deep resting bodies sink."""
-    shape = block.turned.shape
+    shape = block.velocity_changed.shape
     found = Activity(resting=np.zeros(shape, np.bool_), overlapping=np.zeros(shape, np.bool_))
     steps = _choose_steps_together(block)
     for begin in range(0, len(block), steps):
@@ -90,13 +90,13 @@ def _enter_active_pairs(block: Block, relative: NearPairs, resting: Flags, found
     gap, wait = relative.gap, relative.wait
     first, second = relative.list_discs(block.bodies.n)
     meets = (wait <= h) & ~resting
-    has_turned = block.turned[begin : begin + steps]
+    has_turned = block.velocity_changed[begin : begin + steps]
     pushed = has_turned[:, first] | has_turned[:, second]
-    near = (wait <= (1.0 + MARGIN_STEPS) * h) | (gap[:-1] <= relative.touching) | (gap[1:] <= relative.touching)
+    near = (wait <= (1.0 + MARGIN_STEPS) * h) | (gap[:-1] <= relative.gap_rounding) | (gap[1:] <= relative.gap_rounding)
     for row, column in np.argwhere((meets | (pushed & near)) & ~resting).tolist():
         due_s = float(wait[row, column]) if meets[row, column] else np.nan
         found.due[begin + row][relative.pairs[column]] = due_s
-    for begins, flags in ((gap[:-1] < -relative.touching, found.overlapping), (resting, found.resting)):
+    for begins, flags in ((gap[:-1] < -relative.gap_rounding, found.overlapping), (resting, found.resting)):
         rows, columns = np.nonzero(begins)
         flags[begin + rows, first[columns]] = flags[begin + rows, second[columns]] = True
 
@@ -137,7 +137,7 @@ def _enter_consequences_in_step(block: Block, found: Activity, step: int, near: 
     for time_s, pair, closing in _find_impacts(block, step, due, near, slow):
         if pair not in active and closing > slow:
             active[pair] = time_s
-            found.follows.add((step, pair))
+            found.consequences.add((step, pair))
             if _are_all_active(active, due, near):
                 break  # further impacts only involve pairs that are already active
 
@@ -225,7 +225,7 @@ def _drop_bystanders(block: Block, found: Activity, step: int) -> None:
     """Remove pairs that overlap but separate, if another pair's meeting explains the change of velocity."""
     active, n = found.due[step], block.bodies.n
     involved = {body for pair, due_s in active.items() if due_s >= 0.0 for body in pair if body < n}
-    unexplained = set(np.flatnonzero(block.turned[step]).tolist()) - involved
+    unexplained = set(np.flatnonzero(block.velocity_changed[step]).tolist()) - involved
     for pair in [pair for pair, due_s in active.items() if np.isnan(due_s) and not unexplained.intersection(pair)]:
         del active[pair]
     if not active:

@@ -84,7 +84,7 @@ cdef class BodyNumbers:
             )
         for k, wall in enumerate(bodies.walls):
             self.planes[k] = Plane(False, 0.0, 0.0, 0.0, 0.0)
-            if isinstance(wall, tuple) and bodies.wall_drives[k].stands:
+            if isinstance(wall, tuple) and bodies.wall_drives[k].is_stationary:
                 self.planes[k] = Plane(True, wall[0], wall[1], wall[2], wall[3])
 
     def __dealloc__(self):

@@ -39,13 +39,13 @@ class Comparison(WindowRow):
 
     Attributes:
         due_s: Time in seconds at which each pair should first have met. Pairs that only push are not included.
-        passed: Pairs of bodies that passed through each other.
-        pit_passed: Those pairs in `passed` that PIT also misses from the same state.
+        passed_through: Pairs of bodies that passed through each other.
+        pit_passed_through: Those pairs in `passed_through` that PIT also misses from the same state.
     """
 
     due_s: dict[Pair, float] = field(default_factory=dict)
-    passed: Collection[Pair] = ()
-    pit_passed: Collection[Pair] = ()
+    passed_through: Collection[Pair] = ()
+    pit_passed_through: Collection[Pair] = ()
 
 
 def compare_window(
@@ -73,28 +73,28 @@ def compare_window(
     if not block.is_possible(chain.begin, block.bodies.list_pairs(chain.discs)):
         return Comparison(begin_s, end_s, entangled=True, price_velocity=0.0, price_spin=0.0)  # PIC has no result
     window = Window(block, chain, activity)
-    comparison = Comparison(begin_s, end_s, speed=window.speed, rim=window.rim, place_known_m=window.touching)
+    comparison = Comparison(begin_s, end_s, speed=window.speed, rim=window.rim, place_known_m=window.gap_rounding)
     if not window.truth:
         return _compare_nothing_due(window, comparison)
     found = window.find_nearest_difference(window.now, window.truth, window.lasts, window.resting)
     comparison.velocity, comparison.spin, comparison.place_m = found.velocity, found.spin, found.place
     # Pairs that overlap where a long chain was cut should have met in the part before the cut.
-    known = sum(impact.time_s == 0.0 for impact in window.truth[: found.impacts]) if chain.continues else 0
-    comparison.due = max(found.impacts, 1) - known if not chain.continues else found.impacts - known
+    known = sum(impact.time_s == 0.0 for impact in window.truth[: found.impacts]) if chain.is_cut_at_begin else 0
+    comparison.due = max(found.impacts, 1) - known if not chain.is_cut_at_begin else found.impacts - known
     comparison.entangled = _is_entangled(window, found)
     comparison.energy_j = _compute_energy_gain(window, found, entangled=comparison.entangled)
     rounding = block.agreement
     agrees = (
         found.velocity <= rounding * window.speed
         and found.spin <= rounding * window.rim
-        and found.place <= 10.0 * window.touching
+        and found.place <= 10.0 * window.gap_rounding
         and found.impacts == len(window.truth)
     )
     missed = [] if agrees else [pair for pair in chain.pairs if _is_missed(window, pair, speed_before)]
     is_last = ends and chain.end == len(block)
     if is_last:
         missed = [pair for pair in missed if not _is_due_at_next_frame(window, pair)]
-    comparison.missed, comparison.passed = len(missed), missed
+    comparison.missed, comparison.passed_through = len(missed), missed
     if is_last and not missed and _has_contact_at_end(window):
         comparison.open = True
     if not comparison.open:
@@ -104,7 +104,7 @@ def compare_window(
             _measure_sampling_cost(window, comparison, found)
     missed_by_pit = {pair for pair in missed if not found_by_pit.get(pair, True)}
     missed_by_pit |= find_pairs_missed_by_pit(block, chain, [pair for pair in missed if pair not in found_by_pit])
-    comparison.pit_missed, comparison.pit_passed = len(missed_by_pit), missed_by_pit
+    comparison.pit_missed, comparison.pit_passed_through = len(missed_by_pit), missed_by_pit
     for pair, steps in chain.pairs.items():
         for step in steps[::-1]:
             if activity.due[step][pair] >= 0.0:
@@ -122,7 +122,7 @@ def _compare_nothing_due(window: Window, comparison: Comparison) -> Comparison:
     # A body counts as resting if its velocity changed by at most the speed that it gains by falling during the window.
     steps = chain.end - chain.begin + 0.5
     may_rest = velocity <= max(RESTING_STEPS, steps) * bodies.pull * window.block.dt_s and _can_be_held_up(window)
-    if chain.continues:
+    if chain.is_cut_at_begin:
         # If the window is the rest of a longer contact, velocities already changed before the window. So only the
         # energy is compared.
         comparison.entangled, comparison.price_velocity, comparison.price_spin = True, 0.0, 0.0
@@ -156,7 +156,7 @@ def _is_entangled(window: Window, found: Difference) -> bool:
         return True
     # If two bodies overlap at the start, their impact was found late, or a third body pushed them together.
     starts = [window.start.measure_separation(pair) for pair in window.chain.pairs]
-    return any(contact.gap < -window.touching and contact.closing > window.still for contact in starts)
+    return any(contact.gap < -window.gap_rounding and contact.closing > window.speed_rounding for contact in starts)
 
 
 def _compute_energy_gain(window: Window, found: Difference, *, entangled: bool) -> float:
@@ -183,7 +183,9 @@ def _is_missed(window: Window, pair: Pair, speed_before: float) -> bool:
     """Whether two bodies that should have met moved on as before, and so passed through each other."""
     block, bodies, activity = window.block, window.bodies, window.activity
     steps = window.chain.pairs[pair]
-    own_steps = [step for step in steps if activity.due[step][pair] >= 0.0 and (step, pair) not in activity.follows]
+    own_steps = [
+        step for step in steps if activity.due[step][pair] >= 0.0 and (step, pair) not in activity.consequences
+    ]
     if not own_steps:
         return False
     last = own_steps[-1]
@@ -198,19 +200,19 @@ def _is_missed(window: Window, pair: Pair, speed_before: float) -> bool:
     velocity_before = compute_relative_velocity(one.compute_later_state(duration_s), pair)
     velocity_after = compute_relative_velocity(other, pair)
     size = math.hypot(*velocity_before)
-    if size <= (RESTING_STEPS + 0.5) * bodies.pull * block.dt_s + window.still:
+    if size <= (RESTING_STEPS + 0.5) * bodies.pull * block.dt_s + window.speed_rounding:
         return False  # the bodies are so slow that they may rest on each other
     if before.closing <= LARGEST_UNCHANGED * speed_before:
         return False  # the slow rest of an impact before the window counts as a velocity error
     closed = before.closing * bodies.slowing.damping.compute_kept_fraction(duration_s)
     unchanged = math.dist(velocity_before, velocity_after) <= LARGEST_UNCHANGED * max(closed, 1e-3 * size)
-    past = after.gap > window.touching or after.closing <= 0.0
+    past = after.gap > window.gap_rounding or after.closing <= 0.0
     changed_x, changed_y = velocity_after[0] - velocity_before[0], velocity_after[1] - velocity_before[1]
     repelled = changed_x * before.normal[0] + changed_y * before.normal[1] > LARGEST_UNCHANGED * closed
     if not unchanged and not repelled and past and window.chain.end - window.chain.begin <= 2:
         unchanged = _is_idle(window, pair, size)
     # If a wall still pushes the disc, the disc has not yet passed through the wall.
-    pushed = bool(block.turned[last, i])
+    pushed = bool(block.velocity_changed[last, i])
     deep = j >= bodies.n and not pushed and after.gap < -min(bodies.radius[i], 1.5 * before.closing * block.dt_s)
     through = before.normal[0] * after.normal[0] + before.normal[1] * after.normal[1] < 0.0
     return unchanged and (past or deep or through)
@@ -219,7 +221,11 @@ def _is_missed(window: Window, pair: Pair, speed_before: float) -> bool:
 def _is_idle(window: Window, pair: Pair, size: float) -> bool:
     """Whether one of two bodies kept its velocity in the window, although PIC's impacts change this velocity."""
     block, chain, bodies = window.block, window.chain, window.bodies
-    idle = [body for body in pair if bodies.is_movable(body) and not block.turned[chain.begin : chain.end, body].any()]
+    idle = [
+        body
+        for body in pair
+        if bodies.is_movable(body) and not block.velocity_changed[chain.begin : chain.end, body].any()
+    ]
     meets = any(
         impact.pair == pair and impact.contact.closing > 1e-3 * size and impact.time_s < window.lasts
         for impact in window.truth
@@ -248,14 +254,14 @@ def _has_contact_at_end(window: Window) -> bool:
 def _is_closing(window: Window, pair: Pair) -> bool:
     """Whether the bodies of a pair overlap at the window's end and still approach each other."""
     contact = window.now.measure_separation(pair)
-    return contact.gap <= 0.0 and contact.closing > window.still
+    return contact.gap <= 0.0 and contact.closing > window.speed_rounding
 
 
 def _measure_lateness(window: Window, comparison: Comparison, found: Difference, *, agrees: bool) -> None:
     """Measure how late the impact of a window is, in steps, and the error of its coefficient of restitution."""
     first, bodies, dt_s = window.truth[0], window.bodies, window.block.dt_s
     closing = max(first.contact.closing, 1e-300)
-    comparison.late_known = window.touching / closing / dt_s
+    comparison.late_known = window.gap_rounding / closing / dt_s
     # An engine may move discs along straight steps instead of curved paths. The position error is then up to `a dt^2 /
     # 2` for an acceleration a. This error, divided by the closing speed, is the largest delay of the contact.
     bends = bodies.pull + bodies.slowing.compute_deceleration(window.speed)
@@ -275,7 +281,7 @@ def _measure_lateness(window: Window, comparison: Comparison, found: Difference,
         velocity_after = compute_relative_velocity(window.now.compute_later_state(turned_s - window.lasts), first.pair)
     change = (velocity_after[0] - velocity_before[0], velocity_after[1] - velocity_before[1])
     size = math.hypot(*change)
-    if contact.friction == 0.0 and size > window.still:
+    if contact.friction == 0.0 and size > window.speed_rounding:
         normal = (change[0] / size, change[1] / size)  # normal of the run's own impact
         closing = velocity_before[0] * normal[0] + velocity_before[1] * normal[1]
         if closing != 0.0:  # 0 if the disc changed its velocity before a moving wall reached it

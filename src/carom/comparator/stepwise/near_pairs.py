@@ -40,10 +40,10 @@ class NearPairs:
         gap: Gap between the bodies at each state, in metres; negative if they overlap.
         closing: Speed at which the bodies approach at each state, in metres per second.
         wait: Seconds from each step's start until the bodies meet; infinity if they do not meet.
-        pulled: Acceleration by which gravity brings the bodies together at each state, in metres per second squared.
-            Negative if gravity separates the bodies, and 0 for two discs that both fall.
-        touching: Rounding error of a gap, in metres.
-        still: Rounding error of a speed, in metres per second.
+        closing_acceleration: Acceleration by which gravity brings the bodies together at each state, in metres per
+            second squared. Negative if gravity separates the bodies, and 0 for two discs that both fall.
+        gap_rounding: Rounding error of a gap, in metres.
+        speed_rounding: Rounding error of a speed, in metres per second.
     """
 
     begin: int
@@ -52,9 +52,9 @@ class NearPairs:
     gap: Array
     closing: Array
     wait: Array
-    pulled: Array
-    touching: Array
-    still: Array
+    closing_acceleration: Array
+    gap_rounding: Array
+    speed_rounding: Array
 
     @cached_property
     def pairs(self) -> list[Pair]:
@@ -105,7 +105,7 @@ def find_disc_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
         with np.errstate(divide="ignore", invalid="ignore"):
             pulled = np.where(distance > 0.0, falls * (d @ np.array(bodies.gravity)) / distance, 0.0)
         place_rounding = block.place_rounding[begin:end]
-        touching = place_rounding[:, first] + place_rounding[:, second]
+        gap_rounding = place_rounding[:, first] + place_rounding[:, second]
         speeds = block.own_speed[begin:end]
         speed_rounding = block.unit * np.maximum(speeds[:, first], speeds[:, second])
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -113,10 +113,10 @@ def find_disc_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
             root = b[:-1] ** 2 - a * c
             wait = np.where((b[:-1] < 0.0) & (root > 0.0), c / (-b[:-1] + np.sqrt(np.maximum(root, 0.0))), np.inf)
             wait = bodies.slowing.damping.to_damped_array(wait)
-        wait = np.where((b[:-1] < 0.0) & (gap[:-1] <= touching), 0.0, wait)
-        wait = np.where((gap[:-1] <= touching) & (closing[:-1] <= speed_rounding), np.inf, np.maximum(wait, 0.0))
+        wait = np.where((b[:-1] < 0.0) & (gap[:-1] <= gap_rounding), 0.0, wait)
+        wait = np.where((gap[:-1] <= gap_rounding) & (closing[:-1] <= speed_rounding), np.inf, np.maximum(wait, 0.0))
         bent = np.flatnonzero((falls != 0.0) & (bodies.pull > 0.0) | (bodies.slowing.table_m_s2 > 0.0))
-        near = NearPairs(begin, first, second, gap, closing, wait, pulled, touching, speed_rounding)
+        near = NearPairs(begin, first, second, gap, closing, wait, pulled, gap_rounding, speed_rounding)
         _meet_on_bent_paths(block, near, bent.tolist())
         yield near
 
@@ -152,7 +152,7 @@ def _find_pairs_with_walls(
         speed = _multiply(v[:, disc], normal)
         pull = normal @ np.array(bodies.gravity)
         far = block.place_unit * np.max(np.abs(plane[:, :2]), axis=1)
-        touching, speed_rounding = block.place_rounding[begin:end, disc] + far, block.unit * speeds[:, disc]
+        gap_rounding, speed_rounding = block.place_rounding[begin:end, disc] + far, block.unit * speeds[:, disc]
         g, s = gap[:-1], speed[:-1]
         with np.errstate(divide="ignore", invalid="ignore"):
             straight = bodies.slowing.damping.to_damped_array(np.where(s < 0.0, g / -s, np.inf))
@@ -162,10 +162,10 @@ def _find_pairs_with_walls(
             bent = np.where(s < 0.0, 2.0 * g / (-s + high), (s + high) / -pull)
             bent = np.where((root < 0.0) | ((pull > 0.0) & (s >= 0.0)), np.inf, bent)
             wait = np.where(pull == 0.0, straight, bent)
-        wait = np.where((g <= touching) & (s < -speed_rounding), 0.0, wait)
-        wait = np.where((g <= touching) & (s >= -speed_rounding) & (pull == 0.0), np.inf, np.maximum(wait, 0.0))
+        wait = np.where((g <= gap_rounding) & (s < -speed_rounding), 0.0, wait)
+        wait = np.where((g <= gap_rounding) & (s >= -speed_rounding) & (pull == 0.0), np.inf, np.maximum(wait, 0.0))
         pulled = np.broadcast_to(-pull, gap.shape)
-        yield NearPairs(begin, disc, bodies.n + numbers[wall], gap, -speed, wait, pulled, touching, speed_rounding)
+        yield NearPairs(begin, disc, bodies.n + numbers[wall], gap, -speed, wait, pulled, gap_rounding, speed_rounding)
 
 
 def _find_one_by_one(
@@ -189,17 +189,17 @@ def _find_one_by_one(
             pair = (i, bodies.n + k)
             separations = [block.state(step, (i,)).measure_separation(pair) for step in range(begin, end + 1)]
             gap, closing = (np.array([[getattr(one, name)] for one in separations]) for name in ("gap", "closing"))
-            touching, speed_rounding = block.place_rounding[begin:end, [i]] + far, block.unit * speeds[:, [i]]
+            gap_rounding, speed_rounding = block.place_rounding[begin:end, [i]] + far, block.unit * speeds[:, [i]]
             wait = np.full((end - begin, 1), np.inf)
             near = gap[:-1, 0] < (1.0 + MARGIN_STEPS) * 2.0 * speeds[:, i] * block.step_s[begin:end]
             for row in np.flatnonzero(near).tolist():
                 wait[row, 0] = compute_wait(block.state(begin + row, (i,)), pair)
-            touches = gap[:-1] <= touching
+            touches = gap[:-1] <= gap_rounding
             wait = np.where(touches & (closing[:-1] > speed_rounding), 0.0, wait)
             wait = np.where(touches & (closing[:-1] <= speed_rounding) & (wait == 0.0), np.inf, wait)
             pulled = np.array([[one.normal] for one in separations]) @ np.array(bodies.gravity)
             yield NearPairs(
-                begin, np.array([i]), np.array([bodies.n + k]), gap, closing, wait, pulled, touching, speed_rounding
+                begin, np.array([i]), np.array([bodies.n + k]), gap, closing, wait, pulled, gap_rounding, speed_rounding
             )
 
 
@@ -212,7 +212,7 @@ def _multiply(one: Array, other: Array) -> Array:
 def _compute_relative_motion(block: Block, begin: int, end: int, drive: Drive) -> tuple[Array, Array]:
     """Return positions and velocities of discs in some steps, relative to a wall with the motion `drive`."""
     p, v = block.states.position_m[begin : end + 1], block.states.velocity_m_s[begin : end + 1]
-    if drive.stands:
+    if drive.is_stationary:
         return p, v
     times_s = block.states.time_s[begin : end + 1].tolist()
     displacement, speed = ([compute(time_s) for time_s in times_s] for compute in (drive.moved_at, drive.velocity_at))

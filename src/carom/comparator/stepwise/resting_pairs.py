@@ -22,18 +22,18 @@ Flags = NDArray[np.bool_]
 RESTING_STEPS = 2.5
 
 
-class _Rested(NamedTuple):
+class _RestState(NamedTuple):
     """State of two bodies that rest on each other.
 
     Attributes:
-        top_m: Overlap when the pair began to rest, as a negative number; 0 without overlap.
+        start_gap_m: Overlap when the pair began to rest, as a negative number; 0 without overlap.
         until_s: End of the last step in which the pair rested.
-        faster_m: Depth of the overlap, minus the depth that falling from rest in each step explains.
+        unexplained_depth_m: Depth of the overlap, minus the depth that falling from rest in each step explains.
     """
 
-    top_m: float
+    start_gap_m: float
     until_s: float
-    faster_m: float
+    unexplained_depth_m: float
 
 
 @dataclass(eq=False)
@@ -44,14 +44,14 @@ class RestHistory:
         sunk_radii: Largest depth, divided by the contact distance of the pair; 0 if no pair sank.
         sinks_s: Time at which a pair first sank deeper than it would by falling from rest in each step; NaN if no pair
             did.
-        held_s: For each pair, the time intervals in which the pair rests and the motion of one of its bodies changes in
-            each step.
+        resting_intervals_s: For each pair, the time intervals in which the pair rests and the motion of one of its
+            bodies changes in each step.
     """
 
     sunk_radii: float = 0.0
     sinks_s: float = math.nan
-    held_s: dict[Pair, list[tuple[float, float]]] = field(default_factory=dict)
-    _rested: dict[Pair, _Rested] = field(default_factory=dict)
+    resting_intervals_s: dict[Pair, list[tuple[float, float]]] = field(default_factory=dict)
+    _rested: dict[Pair, _RestState] = field(default_factory=dict)
 
     def add(self, block: Block, relative: NearPairs, resting: Flags) -> None:
         """Add steps in order of time. Steps that were already added are ignored."""
@@ -66,18 +66,18 @@ class RestHistory:
             known = self._rested.get(pair)
             if known is not None and known.until_s > begin_s:
                 continue
-            if any(block.turned[step, body] for body in pair if body < block.bodies.n):
-                spans = self.held_s.setdefault(pair, [])
+            if any(block.velocity_changed[step, body] for body in pair if body < block.bodies.n):
+                spans = self.resting_intervals_s.setdefault(pair, [])
                 joined_s = spans.pop()[0] if spans and spans[-1][1] == begin_s else begin_s
                 spans.append((joined_s, end_s))
             if known is None or known.until_s < begin_s:
-                known = _Rested(min(before_m, 0.0), begin_s, 0.0)
+                known = _RestState(min(before_m, 0.0), begin_s, 0.0)
             # The unexplained depths of all steps add up. The sum decreases in steps in which the pair sinks less or
             # rises.
-            faster_m = max(known.faster_m + min(before_m, 0.0) - min(gap_m, 0.0) - allowed, 0.0)
-            self._rested[pair] = _Rested(known.top_m, end_s, faster_m)
-            self.sunk_radii = max(self.sunk_radii, (known.top_m - gap_m) / block.bodies.reach(pair))
-            if faster_m > hop_m + relative.touching[row, column]:
+            unexplained_depth_m = max(known.unexplained_depth_m + min(before_m, 0.0) - min(gap_m, 0.0) - allowed, 0.0)
+            self._rested[pair] = _RestState(known.start_gap_m, end_s, unexplained_depth_m)
+            self.sunk_radii = max(self.sunk_radii, (known.start_gap_m - gap_m) / block.bodies.reach(pair))
+            if unexplained_depth_m > hop_m + relative.gap_rounding[row, column]:
                 self.sinks_s = float(np.fmin(self.sinks_s, begin_s))
 
 
@@ -93,13 +93,13 @@ def find_resting_pairs(block: Block, together: Sequence[NearPairs]) -> list[Flag
     touching, pressed = [], []
     for relative in together:
         closing, contact = np.abs(relative.closing), np.array([block.bodies.reach(pair) for pair in relative.pairs])
-        slow = RESTING_STEPS * pull * block.dt_s + relative.still
+        slow = RESTING_STEPS * pull * block.dt_s + relative.speed_rounding
         first, second = relative.list_discs(block.bodies.n)
         falls = (relative.second >= block.bodies.n) | (movable[first] != movable[second])
         near = falls & (relative.gap[:-1] <= RESTING_GAP * contact)
         touching.append(near & (closing[:-1] <= slow) & (closing[1:] <= slow))
         # The direction of gravity relative to a wall has the rounding error of the wall's normal.
-        pressed.append(touching[-1] & (relative.pulled[:-1] > block.place_unit * pull))
+        pressed.append(touching[-1] & (relative.closing_acceleration[:-1] > block.place_unit * pull))
     if all(np.array_equal(*both) for both in zip(touching, pressed, strict=True)):
         return pressed
     held = np.zeros((len(touching[0]), block.bodies.n), np.bool_)

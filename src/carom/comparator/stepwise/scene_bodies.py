@@ -64,7 +64,7 @@ class SceneBodies:
         self.slowing = Slowing.of(scene)
         # The list is stored, because every step of every window uses this list.
         self._moves: list[bool] = [inverse > 0.0 for inverse in self.inverse_mass] + [False] * len(self.walls)
-        self._stand = [drive.stands for drive in self.wall_drives]
+        self._stand = [drive.is_stationary for drive in self.wall_drives]
         self._has_legs = any(len(drive.legs) > 1 for drive in (*self.wall_drives, *self.disc_drives.values()))
         self.slows = bool(self.slowing)
         #: Whether every disc moves along one straight line between impacts, at a constant velocity.

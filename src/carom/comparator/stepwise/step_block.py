@@ -44,10 +44,11 @@ class Block(NamedTuple):
         agreement: Largest relative difference between two velocities that count as equal.
         own_speed: Greatest speed of each disc at either end of each step, shape ``(k, n)``.
         place_rounding: Rounding error of each disc's position in each step, in metres, shape ``(k, n)``.
-        turned: Whether a velocity or spin changed by more than rounding, for each step and disc, shape ``(k, n)``.
-        turned_by: Magnitude of the change of each disc's velocity, in metres per second, shape ``(k, n)``.
-        spun_by: Magnitude of the change of each disc's rim speed, in metres per second, shape ``(k, n)``.
-        moved_by: Distance of each disc from the end of its free path, in metres, shape ``(k, n)``.
+        velocity_changed: Whether a velocity or spin changed by more than rounding, for each step and disc, shape ``(k,
+            n)``.
+        velocity_change: Magnitude of the change of each disc's velocity, in metres per second, shape ``(k, n)``.
+        rim_speed_change: Magnitude of the change of each disc's rim speed, in metres per second, shape ``(k, n)``.
+        path_deviation: Distance of each disc from the end of its free path, in metres, shape ``(k, n)``.
     """
 
     scene: Scene
@@ -61,10 +62,10 @@ class Block(NamedTuple):
     agreement: float
     own_speed: Array
     place_rounding: Array
-    turned: Flags
-    turned_by: Array
-    spun_by: Array
-    moved_by: Array
+    velocity_changed: Flags
+    velocity_change: Array
+    rim_speed_change: Array
+    path_deviation: Array
 
     @classmethod
     def of(
@@ -112,10 +113,10 @@ class Block(NamedTuple):
             agreement=agreement,
             own_speed=own_speed,
             place_rounding=place_unit * reach + own_speed * clock_s,
-            turned=has_turned,
-            turned_by=turned_by,
-            spun_by=spun_by,
-            moved_by=moved_by,
+            velocity_changed=has_turned,
+            velocity_change=turned_by,
+            rim_speed_change=spun_by,
+            path_deviation=moved_by,
         )
 
     def __len__(self) -> int:

@@ -23,16 +23,16 @@ LONGEST = 8
 class StepChain:
     """A chain of the steps `begin` to `end` (exclusive), with its discs, and the steps in which each pair is active.
 
-    If `continues` is set, a longer chain was cut at `begin`, and this chain is its second part. If `goes_on` is set, a
-    longer chain was cut at `end`, and this chain is its first part.
+    If `is_cut_at_begin` is set, a longer chain was cut at `begin`, and this chain is its second part. If
+    `is_cut_at_end` is set, a longer chain was cut at `end`, and this chain is its first part.
     """
 
     begin: int
     end: int
     discs: tuple[int, ...]
     pairs: Mapping[Pair, tuple[int, ...]]
-    continues: bool = False
-    goes_on: bool = False
+    is_cut_at_begin: bool = False
+    is_cut_at_end: bool = False
 
     def shift_steps(self, steps: int) -> StepChain:
         """Return the chain with its step numbers increased by `steps`."""
@@ -89,9 +89,9 @@ class Chains:
             cut |= too_long
         grouped = {chain for group in groups for chain in group.chains}
         held_chains = [chain for chain in self.open_chains if chain not in grouped]
-        self.open_chains = [replace(chain, goes_on=True) if chain in cut else chain for chain in held_chains]
+        self.open_chains = [replace(chain, is_cut_at_end=True) if chain in cut else chain for chain in held_chains]
         self.open_chains += [
-            group.build_chain(self._bodies, continues=any(last.get(pair) in cut for pair in group.pairs))
+            group.build_chain(self._bodies, is_cut_at_begin=any(last.get(pair) in cut for pair in group.pairs))
             for group in groups
         ]
 
@@ -163,21 +163,21 @@ class _Group:
 
     def is_too_long(self, cut: set[StepChain]) -> bool:
         """Whether the joined chain has too many steps, or includes a chain that was cut."""
-        return self.step + 1 - self.begin > LONGEST or any(chain.goes_on or chain in cut for chain in self.chains)
+        return self.step + 1 - self.begin > LONGEST or any(chain.is_cut_at_end or chain in cut for chain in self.chains)
 
-    def build_chain(self, bodies: SceneBodies, *, continues: bool) -> StepChain:
+    def build_chain(self, bodies: SceneBodies, *, is_cut_at_begin: bool) -> StepChain:
         """Return the joined chain.
 
-        The joined chain continues a cut chain if `continues` is set, or if its first chain continues a cut chain.
+        The joined chain continues a cut chain if `is_cut_at_begin` is set, or if its first chain continues a cut chain.
         """
         pairs: dict[Pair, tuple[int, ...]] = defaultdict(tuple)
         for chain in self.chains:
             for pair, steps in chain.pairs.items():
                 pairs[pair] += steps
-            continues |= chain.continues and chain.begin == self.begin
+            is_cut_at_begin |= chain.is_cut_at_begin and chain.begin == self.begin
         for pair in self.pairs:
             pairs[pair] += (self.step,)
         discs = {disc for chain in self.chains for disc in chain.discs}
         discs |= {body for pair in self.pairs for body in pair if body < bodies.n}
         in_order = {pair: tuple(sorted(pairs[pair])) for pair in sorted(pairs)}
-        return StepChain(self.begin, self.step + 1, tuple(sorted(discs)), in_order, continues)
+        return StepChain(self.begin, self.step + 1, tuple(sorted(discs)), in_order, is_cut_at_begin)

@@ -150,7 +150,9 @@ class StepWatch:
             polygon=self._polygon,
             rests=np.array(
                 sorted(
-                    (i, self._to_body_number(j), *span) for (i, j), spans in self._rest.held_s.items() for span in spans
+                    (i, self._to_body_number(j), *span)
+                    for (i, j), spans in self._rest.resting_intervals_s.items()
+                    for span in spans
                 ),
                 REST_DTYPE,
             ),
@@ -177,7 +179,7 @@ class StepWatch:
             # If large speeds cancelled in a window, a slow disc still has the rounding errors of the large speeds.
             scale = np.tile(self._scale, (len(block), 1))
             for chain in finished:
-                before = float(self._scale[list(chain.discs)].max()) if chain.continues else 0.0
+                before = float(self._scale[list(chain.discs)].max()) if chain.is_cut_at_begin else 0.0
                 known = self._record_found_by_pit(block, chain)
                 comparison = compare_window(block, chain, activity, known, ends=ends, speed_before=before)
                 self._record(block, chain, comparison)
@@ -205,11 +207,11 @@ class StepWatch:
         find their impact.
         """
         known = {pair: self._found_by_pit[pair] for pair in chain.pairs if pair in self._found_by_pit}
-        if not chain.continues:
+        if not chain.is_cut_at_begin:
             known.clear()
         for pair in chain.pairs:
             self._found_by_pit.pop(pair, None)
-        if chain.goes_on:
+        if chain.is_cut_at_end:
             missed = find_pairs_missed_by_pit(block, chain, [pair for pair in chain.pairs if pair not in known])
             self._found_by_pit |= {pair: known.get(pair, pair not in missed) for pair in chain.pairs}
         return known
@@ -219,7 +221,9 @@ class StepWatch:
         self._windows.append(_get_row(comparison))
         for (i, j), steps in chain.pairs.items():
             due_s, steps_s = comparison.due_s.get((i, j), math.nan), (times[steps[0]], times[steps[-1] + 1])
-            passed, pit_passed = ((i, j) in found for found in (comparison.passed, comparison.pit_passed))
+            passed, pit_passed = (
+                (i, j) in found for found in (comparison.passed_through, comparison.pit_passed_through)
+            )
             self._meetings.append((number, i, self._to_body_number(j), *steps_s, due_s, passed, pit_passed))
 
     def _check_free_flight(
@@ -236,19 +240,23 @@ class StepWatch:
         h = block.step_s[:, None]
         # Accelerations by gravity and slowing bend paths.
         bends = np.hypot(*block.pull.T) + self._bodies.slowing.compute_deceleration(block.own_speed)
-        has_turned = block.turned & free & (np.maximum(block.turned_by, block.spun_by) > block.unit * scale)
+        has_turned = (
+            block.velocity_changed
+            & free
+            & (np.maximum(block.velocity_change, block.rim_speed_change) > block.unit * scale)
+        )
         rounding = block.place_rounding
         allowed = 0.5 * bends * h * h
         # An engine may push overlapping bodies apart without changing their velocities.
         is_checked = free & ~has_turned & ~activity.overlapping
-        has_moved = is_checked & (block.moved_by - allowed > rounding)
-        self._polygon = self._polygon or bool(np.any(is_checked & (bends > 0.0) & (block.moved_by > rounding)))
+        has_moved = is_checked & (block.path_deviation - allowed > rounding)
+        self._polygon = self._polygon or bool(np.any(is_checked & (bends > 0.0) & (block.path_deviation > rounding)))
         self._turned += int(has_turned.sum())
         self._moved += int(has_moved.sum())
         self._steps += flight_steps.stop - flight_steps.start
         self._resting += int(activity.resting[flight_steps].sum())
-        relative = block.turned_by / np.maximum(block.own_speed, 1e-300)
-        spinning = block.spun_by / np.maximum(block.own_speed, 1e-300)
+        relative = block.velocity_change / np.maximum(block.own_speed, 1e-300)
+        spinning = block.rim_speed_change / np.maximum(block.own_speed, 1e-300)
         for step, disc in np.argwhere(has_turned & (np.maximum(relative, spinning) > LARGEST_UNCHANGED)).tolist():
             if block.has_early_turn(step, disc):
                 has_turned[step, disc] = False
@@ -257,9 +265,9 @@ class StepWatch:
             if not self._invented:
                 self._first_invention = (float(block.states.time_s[step]), disc)
             self._invented += 1
-        beyond = np.where(has_moved, block.moved_by - allowed, 0.0)
+        beyond = np.where(has_moved, block.path_deviation - allowed, 0.0)
         # Store the largest unexplained changes of velocity, spin and position of each disc.
-        columns = (block.turned_by, block.spun_by, beyond, block.own_speed, rounding)
+        columns = (block.velocity_change, block.rim_speed_change, beyond, block.own_speed, rounding)
         for column, sizes in (
             (2, np.where(has_turned, relative, 0.0)),
             (3, np.where(has_turned, spinning, 0.0)),

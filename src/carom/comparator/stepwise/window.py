@@ -13,7 +13,7 @@ from carom.comparator.stepwise.near_pairs import MARGIN_STEPS
 from carom.comparator.stepwise.scene_bodies import Pair
 from carom.comparator.stepwise.step_block import Block
 from carom.comparator.stepwise.step_chains import StepChain
-from carom.comparator.stepwise.window_runs import Met, simulate_pic
+from carom.comparator.stepwise.window_runs import WindowImpact, simulate_pic
 
 #: In a window, PIC lets a disc rest if the disc approaches a body no faster than after falling for this fraction of a
 #: step.
@@ -40,7 +40,7 @@ class Window:
         self.lasts = float(times[chain.end] - times[chain.begin])
         discs, steps = list(chain.discs), slice(chain.begin, chain.end)
         #: Rounding error of the distance between two discs, in metres.
-        self.touching = 2.0 * float(np.maximum.reduce(block.place_rounding[steps, discs], axis=None))
+        self.gap_rounding = 2.0 * float(np.maximum.reduce(block.place_rounding[steps, discs], axis=None))
         fastest = max(float(np.maximum.reduce(block.own_speed[steps, discs], axis=None)), 1e-300)
         seconds = self.lasts + (2.0 + MARGIN_STEPS) * block.dt_s
         # An impact may double a speed. The factor of 4 allows for two such impacts.
@@ -50,7 +50,7 @@ class Window:
         ]
         is_due = any(activity.due[step][pair] >= 0.0 for pair, pair_steps in chain.pairs.items() for step in pair_steps)
         # Due to rounding, PIC may have an impact at the window's end slightly later than the run.
-        beyond = self.touching / fastest if is_due else MARGIN_STEPS * block.dt_s
+        beyond = self.gap_rounding / fastest if is_due else MARGIN_STEPS * block.dt_s
         self.truth, self.resting = simulate_pic(
             self.start, self.pairs, self.lasts + beyond, _RESTING * self.bodies.pull * block.dt_s
         )
@@ -58,12 +58,12 @@ class Window:
         states = [self.start, self.now, *(impact.after for impact in self.truth)]
         speeds = [state.find_greatest_speeds() for state in states]
         self.speed, self.rim = max(speed for speed, _ in speeds), max(rim for _, rim in speeds)
-        self.still = block.unit * self.speed
+        self.speed_rounding = block.unit * self.speed
 
     def find_nearest_difference(
         self,
         state: body_states.BodyStates,
-        truth: Sequence[Met],
+        truth: Sequence[WindowImpact],
         seconds: float,
         resting: Pair | None,
         known_states: dict[int, body_states.BodyStates] | None = None,
@@ -85,7 +85,7 @@ class Window:
                     seconds - since_s, resting if count == len(truth) else None
                 )
             velocity, spin, place = state.measure_difference(known_states[count])
-            if best is None or velocity + spin < best.velocity + best.spin - self.still:
+            if best is None or velocity + spin < best.velocity + best.spin - self.speed_rounding:
                 best = Difference(velocity, spin, place, count, known_states[count])
         assert best is not None  # noqa: S101 - the count of all impacts is always tried
         return best
@@ -95,11 +95,11 @@ class Window:
         """Whether a disc that comes to rest meets another disc. PIC's run ends before this impact."""
         return self.resting is not None and any(pair != self.resting for pair in self.chain.pairs)
 
-    def is_ahead(self, state: body_states.BodyStates, impact: Met) -> bool:
+    def is_ahead(self, state: body_states.BodyStates, impact: WindowImpact) -> bool:
         """Whether two bodies still have to meet in a state: they are apart and approach, on the same side as in PIC."""
         contact = state.measure_separation(impact.pair)
         along = contact.normal[0] * impact.contact.normal[0] + contact.normal[1] * impact.contact.normal[1]
-        return contact.gap >= -self.touching and contact.closing > 0.0 and along > 0.0
+        return contact.gap >= -self.gap_rounding and contact.closing > 0.0 and along > 0.0
 
 
 def compute_relative_velocity(state: body_states.BodyStates, pair: Pair) -> tuple[float, float]:

@@ -14,7 +14,7 @@ from carom.comparator.stepwise.waits import compute_wait, compute_wait_again
 MOST_IMPACTS = 2000
 
 
-class Met(NamedTuple):
+class WindowImpact(NamedTuple):
     """One impact in a window: the seconds since the window's start, the pair, its separation and the state after it."""
 
     time_s: float
@@ -25,14 +25,14 @@ class Met(NamedTuple):
 
 def simulate_pic(
     start: body_states.BodyStates, pairs: Sequence[Pair], seconds: float, resting_speed: float
-) -> tuple[list[Met], Pair | None]:
+) -> tuple[list[WindowImpact], Pair | None]:
     """Return PIC's impacts from a state, and the pair that came to rest (or None).
 
     Two bodies that have just met usually do not meet again before a third body changes the path of one of them. But
     gravity may bring a disc back to an immovable body, and a disc may meet a curved wall again. A disc that gravity
     brings back at `resting_speed` (metres per second) or less rests, and the run ends.
     """
-    state, now_s, impacts = start.copy(), 0.0, list[Met]()
+    state, now_s, impacts = start.copy(), 0.0, list[WindowImpact]()
     waits = {pair: compute_wait(state, pair) for pair in pairs}
     while waits and len(impacts) < MOST_IMPACTS:
         pair = min(waits, key=waits.__getitem__)
@@ -47,7 +47,7 @@ def simulate_pic(
         if falls_back and contact.closing <= resting_speed:
             return impacts, pair
         state.apply_impact(pair, feature)
-        impacts.append(Met(now_s, pair, contact, state.copy()))
+        impacts.append(WindowImpact(now_s, pair, contact, state.copy()))
         struck_bodies = {body for body in pair if bodies.is_movable(body)}
         bends = pair[1] >= bodies.n and not isinstance(bodies.walls[pair[1] - bodies.n], tuple)
         for other in waits:
@@ -62,12 +62,12 @@ def simulate_pic(
 
 def simulate_pit(
     start: body_states.BodyStates, pairs: Sequence[Pair], seconds: float, dt_s: float, first_s: float
-) -> list[Met]:
+) -> list[WindowImpact]:
     """Return PIT's impacts from a state.
 
     PIT first checks for overlap after `first_s` seconds, and then once per step.
     """
-    state, now_s, impacts = start.copy(), 0.0, list[Met]()
+    state, now_s, impacts = start.copy(), 0.0, list[WindowImpact]()
     looks = math.floor((seconds - first_s) / dt_s * body_states.TOUCH) + 1 if first_s <= seconds else 0
     for look in range(looks):
         state.move_freely(first_s + look * dt_s - now_s)
@@ -75,5 +75,5 @@ def simulate_pit(
         for pair in pairs:
             if state.are_overlapping(pair) and (contact := state.measure_separation(pair)).closing > 0.0:
                 state.apply_impact(pair)
-                impacts.append(Met(now_s, pair, contact, state.copy()))
+                impacts.append(WindowImpact(now_s, pair, contact, state.copy()))
     return impacts

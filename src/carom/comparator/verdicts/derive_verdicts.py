@@ -221,7 +221,7 @@ def _report_velocities(judged: JudgedRun) -> Iterator[Finding]:
 
 def _report_unknown_velocities(judged: JudgedRun) -> Iterator[Finding]:
     impacts = judged.observed.impacts
-    if unknown := judged.not_told_apart:
+    if unknown := judged.unknown_velocity_impacts:
         first = _format_first(unknown, impacts)
         reason = f"{len(unknown)} of {len(impacts)} impacts, {first}: only the last one in its step is compared"
         yield Finding(Verdict.NOT_TOLD_APART, reason)

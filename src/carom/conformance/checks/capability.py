@@ -9,7 +9,7 @@ from functools import partial
 from carom.conformance import suite_scenes as scenes
 from carom.conformance.adapter_under_test import Subject
 from carom.conformance.checks.common import end_with_velocities, format_vector, require_declared, require_supported
-from carom.conformance.probes import Raised
+from carom.conformance.probes import AdapterFailure
 from carom.conformance.violation import NotApplicable, Setup, Violation, require
 from carom.engines.api import Capabilities
 from carom.engines.api.checks import COMBINE_RULES, MANTISSA_BITS
@@ -65,7 +65,7 @@ def immovable_stays(subject: Subject, order: str) -> None:
 def posts_stand_still(subject: Subject) -> None:
     """Overlapping immovable discs stay at rest, and their contacts have no effect."""
     setup = require_supported(subject, scenes.build_posts())
-    end = subject.watch(setup).seen[-1]
+    end = subject.watch(setup).states[-1]
     has_moved = end.velocity_m_s.any() or end.position_m.tolist() != [list(d.position_m) for d in setup.scene.discs]
     is_at_rest = not has_moved and all(contact.impulse_n_s == 0 for contact in end.contacts)
     found = f"positions {end.position_m.tolist()}, {len(end.contacts)} contacts"
@@ -81,7 +81,7 @@ def falls_as_declared(subject: Subject) -> None:
 def slows_as_declared(subject: Subject) -> None:
     """Velocity and spin of a damped disc decrease as exp(-c t), within the error of a first-order integrator."""
     setup = require_supported(subject, scenes.build_damped_disc(spins=subject.capabilities().spin))
-    scene, end = setup.scene, subject.watch(setup).seen[-1]
+    scene, end = setup.scene, subject.watch(setup).states[-1]
     disc, steps = scene.discs[0], scene.step_count(setup.dt_s)
     step = scene.damping_per_s * setup.dt_s
     # First-order integrators replace exp(-c dt) by 1 - c dt, a lower bound, or by 1 / (1 + c dt), an upper bound.
@@ -98,7 +98,7 @@ def slows_as_declared(subject: Subject) -> None:
 def rolls_as_declared(subject: Subject) -> None:
     """A disc that rolls with rolling resistance c decelerates by c g/(1 + k), where k is its inertia factor."""
     setup = require_supported(subject, scenes.build_rolling_disc())
-    scene, end = setup.scene, subject.watch(setup).seen[-1]
+    scene, end = setup.scene, subject.watch(setup).states[-1]
     rate = scene.wall_rolling_resistance * math.hypot(*scene.gravity_m_s2) / (1.0 + scene.discs[0].inertia_factor)
     expected, found = 1.0 - rate * scene.duration_s, float(end.velocity_m_s[0, 0])
     promise = subject.adapter.profiles[setup.profile].accuracy.velocity
@@ -111,7 +111,7 @@ def rolls_as_declared(subject: Subject) -> None:
 def slows_on_a_table_as_declared(subject: Subject) -> None:
     """A disc on a table slows down by the table's deceleration. The final speed may be wrong by one step's change."""
     setup = require_supported(subject, scenes.build_sliding_disc())
-    scene, (u, v) = setup.scene, subject.watch(setup).seen[-1].velocity_m_s[0].tolist()
+    scene, (u, v) = setup.scene, subject.watch(setup).states[-1].velocity_m_s[0].tolist()
     left = 1.0 - scene.table_deceleration_m_s2 * scene.duration_s
     expected = tuple(left * part for part in scene.discs[0].velocity_m_s)
     allowed = scene.table_deceleration_m_s2 * setup.dt_s + subject.rounding
@@ -184,7 +184,7 @@ def detects_continuously(subject: Subject) -> None:
     require_declared(subject, "continuous_detection")
     for k in range(PHASES):
         setup = Setup(scenes.build_bullet(k / PHASES), dt_s=1 / 60)
-        target_speed = float(subject.watch(setup).seen[-1].velocity_m_s[1][0])
+        target_speed = float(subject.watch(setup).states[-1].velocity_m_s[1][0])
         problem = "a fast disc passes through another, although continuous detection is declared"
         expected = "an impact that accelerates disc 1, to 50 m/s by conservation of momentum and energy"
         require(target_speed > 0, problem, expected, f"{format_number(target_speed, 6)} m/s", setup)
@@ -306,9 +306,9 @@ def refuses(subject: Subject, refusal: str) -> None:
     setup, beyond = Setup(scene), f"a scene beyond the declaration ({refusal})"
     expected = f"prepare() to raise an AdapterError, because the adapter declares {declared}"
     answer = subject.try_to_watch(setup)
-    if not isinstance(answer, Raised):
-        ends = " ".join(format_vector(velocity) for velocity in answer.seen[-1].velocity_m_s.tolist()[:3])
+    if not isinstance(answer, AdapterFailure):
+        ends = " ".join(format_vector(velocity) for velocity in answer.states[-1].velocity_m_s.tolist()[:3])
         found = f"a run to the end of the scene, with velocities {ends} m/s"
         raise Violation(f"{beyond} is run", expected, found, setup)
-    clear = answer.where == "prepare" and answer.deliberate
+    clear = answer.where == "prepare" and answer.is_carom_error
     require(clear, f"{beyond} does not raise a clear error", expected, answer, setup)

@@ -46,7 +46,7 @@ def end_with_velocities(
     Raises:
         Violation: An error exceeds the sum of rounding and the error that the profile declares.
     """
-    end = subject.watch(setup).seen[-1]
+    end = subject.watch(setup).states[-1]
     promise = subject.adapter.profiles[setup.profile].accuracy.velocity
     allowed = (subject.rounding + promise) * find_greatest_speed(setup.scene)
     for i, (expected_velocity, found) in enumerate(zip(expected, end.velocity_m_s.tolist(), strict=True)):

@@ -10,7 +10,7 @@ import numpy as np
 from carom.conformance.adapter_under_test import Subject
 from carom.conformance.checks.common import require_declared
 from carom.conformance.checks.settings import UNKNOWN
-from carom.conformance.probes import Raised
+from carom.conformance.probes import AdapterFailure
 from carom.conformance.suite_scenes import build_approach, build_crowd
 from carom.conformance.violation import NotApplicable, Setup, Violation, require
 from carom.engines.api import Observation
@@ -29,11 +29,11 @@ def repeats_to_the_bit(subject: Subject, profile: str) -> None:
     """If the adapter declares determinism, a repeated run is bit-identical, even after runs with other settings."""
     require_declared(subject, "deterministic")
     setup = Setup(build_crowd(), profile)
-    first = subject.watch_cached(setup).seen
+    first = subject.watch_cached(setup).states
     for other in ("default", "tuned"):
         if other != profile:
             subject.watch(Setup(build_crowd(), other))
-    second = subject.watch(setup).seen
+    second = subject.watch(setup).states
     _require_same(setup, first, second, "two runs of one scene differ, although determinism is declared")
 
 
@@ -41,7 +41,7 @@ def looking_changes_nothing(subject: Subject, profile: str) -> None:
     """A run does not depend on whether it is observed once or twice after each step."""
     require_declared(subject, "deterministic")
     setup = Setup(build_crowd(), profile)
-    observed_once, observed_twice = subject.watch_cached(setup).seen, subject.watch(setup, observations=2).seen
+    observed_once, observed_twice = subject.watch_cached(setup).states, subject.watch(setup, observations=2).states
     _require_same(setup, observed_once, observed_twice, "a second observe() changes the run")
 
 
@@ -49,7 +49,7 @@ def steps_singly_or_together(subject: Subject, profile: str) -> None:
     """All steps in one call, as in timed runs, give exactly the same state as single steps with observations."""
     require_declared(subject, "deterministic")
     setup = Setup(build_crowd(), profile)
-    watched, at_once = subject.watch_cached(setup).seen[-1], subject.watch(setup, observations=0).seen[-1]
+    watched, at_once = subject.watch_cached(setup).states[-1], subject.watch(setup, observations=0).states[-1]
     for field in ("position_m", "velocity_m_s"):
         expected, found = getattr(watched, field), getattr(at_once, field)
         problem = "advance(n) ends in another state than n times advance(1) and observe()"
@@ -64,11 +64,11 @@ def cutting_leaves_no_trace(subject: Subject, profile: str) -> None:
     runs = []
     for disturbed in (False, True):
         answer = subject.try_to_watch(setup, cut=True, disturbed=disturbed)
-        if isinstance(answer, Raised):
+        if isinstance(answer, AdapterFailure):
             problem = f"{answer.where}() raises an error, although the profile declares that its steps can be cut"
             found = f"{answer.kind}: {answer.message}"
             raise Violation(problem, "a CuttableWorld that runs to the end", found, setup)
-        runs.append(answer.seen)
+        runs.append(answer.states)
     plain_run, disturbed_run = runs
     _require_same(setup, plain_run, disturbed_run, "a step that was undone changes the run")
     for step, (plain, cut) in enumerate(zip(plain_run, disturbed_run, strict=True)):
@@ -79,7 +79,7 @@ def cutting_leaves_no_trace(subject: Subject, profile: str) -> None:
 def keeps_what_it_showed(subject: Subject, profile: str) -> None:
     """Later steps do not change an observation, so its arrays must not be views of the engine's memory."""
     setup = Setup(build_crowd(), profile)
-    altered = subject.watch_cached(setup).altered
+    altered = subject.watch_cached(setup).overwritten_state
     problem, found = "later steps change an observation", f"observation {altered} changed"
     require(altered is None, problem, "arrays that only the observation uses", found, setup)
 
@@ -98,10 +98,10 @@ def is_silent_and_tidy(subject: Subject) -> None:
 def closes_after_errors(subject: Subject) -> None:
     """A world that was closed before its first step, or a scene that was refused, does not change later runs."""
     setup = Setup(build_crowd())
-    clean = subject.watch_cached(setup).seen
+    clean = subject.watch_cached(setup).states
     subject.measure_growth(setup, 2, step=False)
     subject.try_to_watch(setup, {UNKNOWN: 1})
-    after = subject.watch(setup).seen
+    after = subject.watch(setup).states
     if subject.capabilities().deterministic:
         _require_same(setup, clean, after, "a run differs after a world that was not completed")
 

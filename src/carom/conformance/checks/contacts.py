@@ -29,7 +29,7 @@ def _build_setup(subject: Subject, profile: str) -> Setup:
 
 
 def _watch_steps(subject: Subject, setup: Setup) -> Iterator[tuple[int, Observation, Observation]]:
-    observations = subject.watch_cached(setup).seen
+    observations = subject.watch_cached(setup).states
     acted = any(contact.impulse_n_s != 0 for observation in observations for contact in observation.contacts)
     require(acted, "no contact is reported", "an impact of disc 0 and disc 1", "none", setup)
     for step, (before, after) in enumerate(pairwise(observations), start=1):

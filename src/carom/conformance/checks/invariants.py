@@ -22,7 +22,7 @@ ENERGY = 1e-6
 def momentum_is_kept(subject: Subject, profile: str) -> None:
     """The total momentum of discs in a scene without walls is the same after every step."""
     setup = Setup(build_crowd(), profile)
-    observations = subject.watch_cached(setup).seen
+    observations = subject.watch_cached(setup).states
     masses = list_masses(setup.scene)
     momenta = [(np.array(masses) @ observation.velocity_m_s).tolist() for observation in observations]
     start = momenta[0]
@@ -39,7 +39,7 @@ def momentum_is_kept(subject: Subject, profile: str) -> None:
 def energy_is_kept(subject: Subject, profile: str) -> None:
     """Elastic impacts change the kinetic energy by no more than the error that the profile declares."""
     setup = Setup(build_crowd(), profile)
-    observations = subject.watch_cached(setup).seen
+    observations = subject.watch_cached(setup).states
     start = kinetic_energy(setup.scene, observations[0].velocity_m_s)
     # An engine with soft contacts stores energy in contacts, so energies are compared when there is no contact.
     last = next((observation for observation in reversed(observations) if not observation.contacts), observations[-1])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from carom.conformance.adapter_under_test import Subject
-from carom.conformance.probes import Raised
+from carom.conformance.probes import AdapterFailure
 from carom.conformance.suite_scenes import build_crowd
 from carom.conformance.violation import Setup, Violation, require
 from carom.engines.api.checks import MANTISSA_BITS
@@ -45,9 +45,9 @@ def refuses_unknown_setting(subject: Subject) -> None:
     setup = Setup(build_crowd())
     answer = subject.try_to_watch(setup, {UNKNOWN: 1})
     prefix, expected = "an unknown setting is", f"prepare() to raise an AdapterError naming {UNKNOWN!r}"
-    if not isinstance(answer, Raised):
+    if not isinstance(answer, AdapterFailure):
         raise Violation(f"{prefix} accepted", expected, "a run to the end of the scene", setup)
-    clear = answer.where == "prepare" and answer.deliberate and UNKNOWN in answer.message
+    clear = answer.where == "prepare" and answer.is_carom_error and UNKNOWN in answer.message
     require(clear, f"{prefix} refused unclearly", expected, answer, setup)
 
 
@@ -57,7 +57,7 @@ def starts_as_written(subject: Subject, profile: str) -> None:
     The conversion to the engine's units and back may round each number a few times.
     """
     setup = Setup(build_crowd(), profile)
-    start = subject.watch_cached(setup).seen[0]
+    start = subject.watch_cached(setup).states[0]
     # One rounding changes a number by at most half a unit in the last place.
     rounding = 2.0 ** -(MANTISSA_BITS[subject.capabilities().float_bits] + 1)
     for i, disc in enumerate(setup.scene.discs):

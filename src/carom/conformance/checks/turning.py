@@ -59,7 +59,7 @@ def spins_as_declared(subject: Subject) -> None:
     capabilities = require_declared(subject, "spin")
     spin = min(capabilities.max_spin_rad_s, capabilities.max_turn_rad / DT_S, FAST_RAD_S)
     setup = Setup(build_spinning_disc(spin))
-    for step, observation in enumerate(subject.watch(setup).seen):
+    for step, observation in enumerate(subject.watch(setup).states):
         found = _read_spins(observation, setup)
         problem = f"the spin of a free disc changes in step {step}"
         is_unchanged = abs(found[0] - spin) <= subject.rounding * spin  # false for NaN
@@ -80,7 +80,7 @@ def friction_is_limited(subject: Subject, profile: str) -> None:
     setup = require_supported(subject, scene, profile)
     allowed = subject.rounding * find_greatest_speed(scene)
     reports = 0
-    for step, (before, after) in enumerate(pairwise(subject.watch_cached(setup).seen), start=1):
+    for step, (before, after) in enumerate(pairwise(subject.watch_cached(setup).states), start=1):
         acting, touched = list_acting_contacts(after)
         _require_cone(setup, acting, friction, allowed, step)
         for body, (previous, current) in enumerate(
@@ -96,7 +96,7 @@ def friction_is_limited(subject: Subject, profile: str) -> None:
             reports += len(acting)
             require_explained(setup, after.velocity_m_s - before.velocity_m_s, acting, allowed, step)
             _require_spin_explained(setup, before, after, acting, allowed, step)
-    any_acted = any(list_acting_contacts(current)[0] for current in subject.watch_cached(setup).seen)
+    any_acted = any(list_acting_contacts(current)[0] for current in subject.watch_cached(setup).states)
     require(any_acted, "no contact is reported", "impacts of the discs", "none", setup)
     if not reports:
         raise NotApplicable("tangential impulses are not reported")

@@ -37,18 +37,20 @@ class ProgramWorld:
     """
 
     def __init__(self, program: Program, scene: Scene, settings: Mapping[str, Setting]) -> None:
-        prepared = program.ask(messages.Prepare(scene=scene, settings=dict(settings)), messages.Prepared)
+        prepared = program.send_request(messages.Prepare(scene=scene, settings=dict(settings)), messages.Prepared)
         self._program, self._number = program, prepared.world
         self.settings: Mapping[str, Setting] = prepared.settings
         self.seconds = 0.0
 
     def advance(self, steps: int) -> None:
         """Take `steps` steps."""
-        self.seconds += self._program.ask(messages.Step(world=self._number, steps=steps), messages.Stepped).seconds
+        self.seconds += self._program.send_request(
+            messages.Step(world=self._number, steps=steps), messages.Stepped
+        ).seconds
 
     def observe(self) -> Observation:
         """Return the present state and the contacts of the last step."""
-        answer = self._program.ask(messages.Look(world=self._number), messages.Seen)
+        answer = self._program.send_request(messages.Look(world=self._number), messages.Seen)
         return Observation(
             np.array(answer.position_m, dtype=np.float64),
             np.array(answer.velocity_m_s, dtype=np.float64),
@@ -59,24 +61,24 @@ class ProgramWorld:
 
     def cut(self, dt_s: float) -> None:
         """Set the size of the following steps, in seconds."""
-        self._program.ask(messages.Cut(world=self._number, dt_s=dt_s), messages.Done)
+        self._program.send_request(messages.Cut(world=self._number, dt_s=dt_s), messages.Done)
 
     def touching(self) -> frozenset[tuple[int, int]]:
         """Return the pairs of bodies that now touch by the engine's own contact test."""
-        return frozenset(self._program.ask(messages.Touching(world=self._number), messages.Touched).pairs)
+        return frozenset(self._program.send_request(messages.Touching(world=self._number), messages.Touched).pairs)
 
     def save(self) -> object:
         """Return everything that `restore` needs."""
-        return self._program.ask(messages.Save(world=self._number), messages.Saved).state
+        return self._program.send_request(messages.Save(world=self._number), messages.Saved).state
 
     def restore(self, state: object) -> None:
         """Return to a state that `save` returned."""
-        self._program.ask(messages.Restore(world=self._number, state=state), messages.Done)
+        self._program.send_request(messages.Restore(world=self._number, state=state), messages.Done)
 
     def close(self) -> None:
         """Close this world in the program, unless the program has ended."""
         if not self._program.ended:
-            self._program.ask(messages.Close(world=self._number), messages.Done)
+            self._program.send_request(messages.Close(world=self._number), messages.Done)
 
 
 class ProgramAdapter:

@@ -63,14 +63,14 @@ class Program:
         for pipe in (self._requests, self._answers, self._printed):
             os.set_blocking(pipe.fileno(), False)
         self._answered, self._words = bytearray(), b""
-        welcome = self.ask(Hello(), Welcome)
+        welcome = self.send_request(Hello(), Welcome)
         if welcome.protocol != PROTOCOL:
             self.end()
             message = f"{name} uses version {welcome.protocol} of the protocol, but Carom uses version {PROTOCOL}"
             raise AdapterError(message, hints=["see docs/reference/engine-protocol.md"])
         self.version = welcome.version
 
-    def ask(self, request: Request, answer: type[A]) -> A:
+    def send_request(self, request: Request, answer: type[A]) -> A:
         """Send a request and return its answer.
 
         Raises:

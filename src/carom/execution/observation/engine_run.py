@@ -62,7 +62,7 @@ class ObserveTask(JobTask):
     def carry_out(self) -> CarriedTrace:
         """Return the trace of the run."""
         job = self.job
-        adapter, overrides = load_supported_adapter(job), job.method.tried
+        adapter, overrides = load_supported_adapter(job), job.method.overrides
         return observe_run(adapter, job.scene, job.profile, job.dt_s, overrides=overrides, samples=self.samples)
 
 
@@ -88,7 +88,7 @@ def observe_run(
     *,
     overrides: SettingOverrides = (),
     samples: bool = False,
-    watched: bool = True,
+    stepwise: bool = True,
 ) -> Trace:
     """Run a scene, observe it after each step, and return the trace.
 
@@ -102,14 +102,14 @@ def observe_run(
         dt_s: Step size, in seconds.
         overrides: Settings that are used instead of the profile's settings.
         samples: Whether to keep positions for drawing.
-        watched: Whether to compare each step with a step of PIC from the same state, for `local_truth` of the trace.
+        stepwise: Whether to compare each step with a step of PIC from the same state, for `local_truth` of the trace.
 
     Raises:
         UnknownNameError: The adapter has no such profile.
         AdapterError: The adapter refuses the scene, or fails.
     """
     settings = prepare_settings(adapter, profile, dt_s, overrides)
-    run = _Run(scene, dt_s, adapter.capabilities.float_bits, samples=samples, watched=watched)
+    run = _Run(scene, dt_s, adapter.capabilities.float_bits, samples=samples, stepwise=stepwise)
     world = adapter.prepare(scene, settings)
     missing = [part for part in ("settings", "advance", "observe", "close") if not has_part(world, part)]
     if missing:
@@ -124,13 +124,13 @@ def observe_run(
         own_counts = to_plain_counts(counting.counts if has_part(counting, "counts") else {})
     finally:
         world.close()
-    counts = {"steps": run.taken, "steps_skipped": run.steps - run.taken, **own_counts}
+    counts = {"steps": run.steps_taken, "steps_skipped": run.steps - run.steps_taken, **own_counts}
     if cutter is not None:
         counts |= {"pieces": cutter.pieces, "probes": cutter.probes}
     return replace(
         run.build_trace(to_plain_text(adapter.name, "the name of an adapter")),
         profile=resolve_profile(adapter.name, profile),
-        tried=dict(overrides),
+        overrides=dict(overrides),
         settings=used,
         float_bits=adapter.capabilities.float_bits,
         counts=counts,
@@ -159,9 +159,9 @@ def choose_stored_steps(steps: int) -> frozenset[int]:
 class _Run:
     """State of a run so far. Positions are stored every `stride` steps."""
 
-    def __init__(self, scene: Scene, dt_s: float, float_bits: int, *, samples: bool, watched: bool) -> None:
+    def __init__(self, scene: Scene, dt_s: float, float_bits: int, *, samples: bool, stepwise: bool) -> None:
         self.scene, self.dt_s, self.samples = scene, dt_s, samples
-        self.steps, self.taken = scene.step_count(dt_s), 0
+        self.steps, self.steps_taken = scene.step_count(dt_s), 0
         arrays, discs = scene.arrays, len(scene.discs)
         #: The latest states, and the number of the row with the present state. The first row is the initial state of
         #: the scene, or a copy of the last row of the previous block.
@@ -170,15 +170,15 @@ class _Run:
         self.rows.spin_rad_s[0], self.rows.has_spins = arrays.spins, arrays.turns
         self.contacts = tuple[Contact, ...]()
         #: Time and state after the last step before this block; never after the scene's end.
-        self.before = (0.0, self.state)
+        self.before_block = (0.0, self.state)
         self.collector, self.collected = ImpactCollector(scene, self.state, float_bits), 0
-        self.watch = StepWatch(scene, dt_s, float_bits) if watched else None
+        self.watch = StepWatch(scene, dt_s, float_bits) if stepwise else None
         self.validator = Validator(scene, dt_s, float_bits)
         self.outcome, self.notes = Outcome.COMPLETED, tuple[str, ...]()
         self.positions = [arrays.position_m]
         self.stride = -(-self.steps // MOST_SAMPLES)
         may_rest = scene.gravity_m_s2 != (0.0, 0.0) and bool(scene.walls) and len(scene.discs) <= MOST_STORED_DISCS
-        self.stored_states: list[tuple[float, Observation]] | None = [] if watched and may_rest else None
+        self.stored_states: list[tuple[float, Observation]] | None = [] if stepwise and may_rest else None
         self.stored_steps = frozenset[int]() if self.stored_states is None else choose_stored_steps(self.steps)
 
     @property
@@ -187,11 +187,11 @@ class _Run:
         return self.rows.observation(self.row, self.contacts)
 
     @property
-    def earlier(self) -> tuple[float, Observation]:
+    def previous(self) -> tuple[float, Observation]:
         """Time and state one step before the present state; never after the scene's end."""
         rows_within = np.flatnonzero(self.rows.time_s[: self.row] <= self.scene.duration_s)
         if not len(rows_within):
-            return self.before
+            return self.before_block
         return float(self.rows.time_s[rows_within[-1]]), self.rows.observation(int(rows_within[-1]))
 
     def take_steps(self, world: World, cutter: Cutter | None, flight: FreeFlight) -> None:
@@ -199,22 +199,22 @@ class _Run:
         bends = compute_gravity(self.scene).any() or Slowing.of(self.scene)
         straight = not (bends or self.scene.arrays.driven)
         takes_quiet_steps = cutter is None and hasattr(type(world), "take_quiet_steps")
-        while self.taken < self.steps:
+        while self.steps_taken < self.steps:
             observed = None
             if takes_quiet_steps and not self.collector.open:
                 observed = self._take_quiet_steps(cast("QuietWorld", world), flight if straight else None)
-            step = self.taken + 1
+            step = self.steps_taken + 1
             pieces = _take_step_in_pieces(world, cutter, step, self.dt_s) if observed is None else (step * self.dt_s,)
             for time_s in pieces:
                 if not self._add_state(world.observe() if observed is None else observed, time_s):
                     return
                 if self.outcome is Outcome.STANDSTILL:
-                    self.taken = step
+                    self.steps_taken = step
                     return
-            if cutter is not None and cutter.stuck:
+            if cutter is not None and cutter.has_too_many_pieces:
                 self.outcome = Outcome.STANDSTILL
                 return
-            self.taken = step
+            self.steps_taken = step
             if self.stored_states is not None and step in self.stored_steps:
                 self.stored_states.append((step * self.dt_s, self.state))
             if self.samples and step % self.stride == 0:
@@ -230,10 +230,10 @@ class _Run:
         """
         if self.row + 1 == len(self.rows.time_s):
             self._begin_rows()
-        rows, begin, first = self.rows, self.row + 1, self.taken + 1
-        count = min(self.steps - self.taken, len(rows.time_s) - begin)
-        if flight is not None and flight.look_from_s < self.steps * self.dt_s:
-            count = min(count, math.ceil(flight.look_from_s / self.dt_s - _ROUNDED) - self.taken)
+        rows, begin, first = self.rows, self.row + 1, self.steps_taken + 1
+        count = min(self.steps - self.steps_taken, len(rows.time_s) - begin)
+        if flight is not None and flight.next_check_s < self.steps * self.dt_s:
+            count = min(count, math.ceil(flight.next_check_s / self.dt_s - _ROUNDED) - self.steps_taken)
         if count <= 1:
             return None
         part = slice(begin, begin + count)
@@ -259,7 +259,7 @@ class _Run:
             for row in range(begin, begin + len(steps))[-QUIET_STEPS:]:
                 flight.add_state(float(rows.time_s[row]), rows.observation(row))
         self.row += len(steps)
-        self.taken += len(steps)
+        self.steps_taken += len(steps)
         return world.observe() if are_reliable else rows.observation(begin + steps_taken - 1)
 
     def _add_state(self, found: Observation, time_s: float) -> bool:
@@ -290,9 +290,9 @@ class _Run:
         """Begin a new block of rows, whose first row is the present state."""
         self._pass_on_states()
         if self.rows.time_s[self.row] <= self.scene.duration_s:
-            self.before = (float(self.rows.time_s[self.row]), self.state)
+            self.before_block = (float(self.rows.time_s[self.row]), self.state)
         else:
-            self.before = self.earlier
+            self.before_block = self.previous
         last, self.rows = self.rows, StateRows(len(self.rows.time_s), len(self.scene.discs))
         self.rows.numbers[0], self.rows.time_s[0] = last.numbers[self.row], last.time_s[self.row]
         self.rows.has_spins = last.has_spins
@@ -309,7 +309,7 @@ class _Run:
         self._pass_on_states()
         completed, duration_s = self.outcome is Outcome.COMPLETED, self.scene.duration_s
         impacts, effective, states, spins = self.collector.finish()
-        last = LastStep(self.scene, *self.earlier, self.taken * self.dt_s, self.state)
+        last = LastStep(self.scene, *self.previous, self.steps_taken * self.dt_s, self.state)
         missing_s = duration_s - last.end_s if completed else 0.0
         end_s = last.end_s + missing_s
         if missing_s < 0.0:  # the last step ends after the scene's end
@@ -322,10 +322,10 @@ class _Run:
             discs, until_s = sorted({*bodies[bodies >= 0].tolist()}), last.end_s
             if self.scene.table_deceleration_m_s2:  # the earlier path of a disc that has stopped is unknown
                 discs, until_s = [*range(len(self.scene.discs))], duration_s
-            last = last.with_impacts(discs, until_s, impacts, turned_s, spins)
+            last = last.undo_later_impacts(discs, until_s, impacts, turned_s, spins)
         if self.samples and completed:
             self.positions += [
-                last.state.position_m + last.state.velocity_m_s * ((step - self.taken) * self.dt_s)
+                last.state.position_m + last.state.velocity_m_s * ((step - self.steps_taken) * self.dt_s)
                 for step in range(len(self.positions) * self.stride, self.steps + 1, self.stride)
             ]
         final = last.move_to(duration_s if completed else last.end_s)
@@ -346,12 +346,12 @@ class _Run:
             spins=spins,
             final_spin_rad_s=final.spin_rad_s,
             local_truth=None if self.watch is None else self.watch.finish(),
-            looks=_build_states(self.stored_states) if self.stored_states else None,
+            observed_states=_build_states(self.stored_states) if self.stored_states else None,
         )
 
 
-def _build_states(looks: Sequence[tuple[float, Observation]]) -> States:
-    times, observations = zip(*looks, strict=True)
+def _build_states(stored_states: Sequence[tuple[float, Observation]]) -> States:
+    times, observations = zip(*stored_states, strict=True)
     spins = [state.spin_rad_s for state in observations if state.spin_rad_s is not None]
     return States(
         np.array(times),

@@ -83,7 +83,7 @@ class LastStep:
             return pull, None
         return pull, np.where(is_resting, (state.spin_rad_s - before.spin_rad_s) / lasted_s, 0.0)
 
-    def with_impacts(
+    def undo_later_impacts(
         self,
         discs: Sequence[int],
         until_s: float,

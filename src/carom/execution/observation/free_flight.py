@@ -56,8 +56,8 @@ class FreeFlight:
     In free flight, the final state is at the end of the straight paths.
 
     Attributes:
-        look_from_s: Earliest time at which the rest of the run can be free flight, unless a contact comes first. Before
-            this time, `has_begun` need not be called after steps without contacts.
+        next_check_s: Earliest time at which the rest of the run can be free flight, unless a contact comes first.
+            Before this time, `has_begun` need not be called after steps without contacts.
 
     Args:
         scene: The scene.
@@ -70,10 +70,10 @@ class FreeFlight:
         self._dt_s = dt_s
         self._roundings = _ROUNDINGS * 2.0 ** -MANTISSA_BITS[float_bits]
         #: Times and states of the last steps.
-        self._seen: deque[tuple[float, Observation]] = deque(maxlen=QUIET_STEPS + 1)
+        self._last_states: deque[tuple[float, Observation]] = deque(maxlen=QUIET_STEPS + 1)
         self._turns = scene.arrays.turns
-        self._pause_s = dt_s
-        self.look_from_s = (QUIET_STEPS + 0.5) * dt_s
+        self._check_interval_s = dt_s
+        self.next_check_s = (QUIET_STEPS + 0.5) * dt_s
         self._movable, self._radius = scene.arrays.movable, scene.arrays.radius_m
         self._wider_radius, self._margin = _WIDER * self._radius, _MARGIN_RADII * self._radius
         self._few_pairs = _list_pairs(self._movable) if len(self._movable) <= _FEW_DISCS else None
@@ -83,28 +83,28 @@ class FreeFlight:
 
     def add_state(self, time_s: float, state: Observation) -> None:
         """Add the state after a step. `has_begun` needs the states after the two previous steps."""
-        self._seen.append((time_s, state))
+        self._last_states.append((time_s, state))
 
     def has_begun(self, time_s: float, state: Observation) -> bool:
         """Whether the rest of the run is free flight.
 
-        `look_from_s` determines after which steps this method must be called. The method also adds the state.
+        `next_check_s` determines after which steps this method must be called. The method also adds the state.
         """
         self.add_state(time_s, state)
         if state.contacts:
-            self.look_from_s, self._pause_s = time_s + (QUIET_STEPS - 0.5) * self._dt_s, self._dt_s
-        if time_s < self.look_from_s or not self._is_quiet():
+            self.next_check_s, self._check_interval_s = time_s + (QUIET_STEPS - 0.5) * self._dt_s, self._dt_s
+        if time_s < self.next_check_s or not self._is_quiet():
             return False
         earliest_s = time_s + self._compute_earliest_contact(state, self._scene.duration_s - time_s)
         # No pair comes near before `earliest_s`, so no test is needed until then. While a pair is near, the test is
         # repeated at increasing intervals.
-        self._pause_s *= 2.0
-        self.look_from_s = max(earliest_s, time_s + self._pause_s)
+        self._check_interval_s *= 2.0
+        self.next_check_s = max(earliest_s, time_s + self._check_interval_s)
         return earliest_s > self._scene.duration_s + _AHEAD_STEPS * self._dt_s
 
     def _is_quiet(self) -> bool:
         """Whether the last steps left every velocity and spin unchanged, and moved every disc by its velocity."""
-        states = [state for _, state in self._seen]
+        states = [state for _, state in self._last_states]
         spins = [state.spin_rad_s for state in states if state.spin_rad_s is not None] if self._turns else []
         is_unchanged = len({state.velocity_m_s.tobytes() for state in states}) == 1
         is_unchanged = is_unchanged and len({spin.tobytes() for spin in spins}) <= 1
@@ -112,7 +112,7 @@ class FreeFlight:
             approach.has_moved_straight(
                 before.position_m, after.position_m, after.velocity_m_s, self._dt_s, end_s, self._roundings
             )
-            for (_, before), (end_s, after) in pairwise(self._seen)
+            for (_, before), (end_s, after) in pairwise(self._last_states)
         )
 
     def _compute_earliest_contact(self, state: Observation, left_s: float) -> float:
@@ -138,7 +138,7 @@ class FreeFlight:
         speed, end_s = np.hypot(v[:, 0], v[:, 1]), left_s + (_AHEAD_STEPS + 1) * self._dt_s
         # First examine only the few pairs that can come near within `within_s`, since a scene can have millions of
         # pairs.
-        within_s = min(self._pause_s, end_s)
+        within_s = min(self._check_interval_s, end_s)
         while True:
             near_pairs = find_near_pairs(p, self._margin + speed * within_s, self._movable)
             wait = min(approach.compute_pair_time(p, v, self._margin, *pairs) for pairs in near_pairs)

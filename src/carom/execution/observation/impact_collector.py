@@ -55,7 +55,11 @@ class ImpactCollector:
         self._inverse_mass = [1.0 / disc.mass_kg for disc in scene.discs]
         # Change of a disc's spin per newton second of tangential impulse; 0 for a disc that can't turn.
         self._spin_per_impulse = (1.0 / (arrays.inertia * arrays.mass_kg * arrays.radius_m)).tolist()
-        self._turns, self._rubs_discs, self._rubs_walls = arrays.turns, arrays.rubs_discs, arrays.rubs_walls
+        self._turns, self._has_disc_friction, self._has_wall_friction = (
+            arrays.turns,
+            arrays.has_disc_friction,
+            arrays.has_wall_friction,
+        )
         self._walls = [arrays.drive_of_wall(k) for k in range(len(arrays.walls))]
         self._driven = dict(zip(arrays.driven_discs, arrays.disc_drives, strict=True))
         self._gravity, self._pull = compute_gravity(scene), math.hypot(*scene.gravity_m_s2)
@@ -189,7 +193,7 @@ class ImpactCollector:
             known = OpenContact(number, contact, motions_before, start_s, start, after, time_s, observation)
             self.open[pair] = known
         known.after, known.end_s, known.end = after, time_s, observation
-        known.alone = known.alone and all(touched.get(body, 0) <= 1 for body in pair)
+        known.is_isolated = known.is_isolated and all(touched.get(body, 0) <= 1 for body in pair)
         impulse = contact.impulse_n_s
         known.add(
             math.dist(compute_relative_velocity(after), compute_relative_velocity(motions_before))
@@ -200,13 +204,13 @@ class ImpactCollector:
         # Free fall during `_REST_STEPS` steps adds this speed. A pair that is faster does not rest.
         slowest = _REST_STEPS * self._pull * (time_s - self._last_s)
         if not abs(compute_separation_speed(after, contact.normal)) <= slowest:
-            known.rested = None
-        elif known.rested is None:
-            known.rested = replace(known)
+            known.at_rest = None
+        elif known.at_rest is None:
+            known.at_rest = replace(known)
 
     def _has_all_impulses(self, contact: Contact) -> bool:
         """Whether the engine reports all impulses of a contact; with friction, also the tangential impulse."""
-        rubs = self._rubs_walls if contact.second < 0 else self._rubs_discs
+        rubs = self._has_wall_friction if contact.second < 0 else self._has_disc_friction
         return contact.impulse_n_s is not None and (not rubs or contact.tangential_impulse_n_s is not None)
 
     def _apply_impulse(self, motion: Motion, contact: Contact, body: int, sign: float) -> Motion:
@@ -234,7 +238,7 @@ class ImpactCollector:
         known = (spins[0], spins[1], spins[2], spins[3]) if self._turns else None
         # If the velocities before and after the contact are equal, the two paths differ only by rounding, and their
         # intersection has no physical meaning.
-        known_time = contact.alone and has_turned((a, b), (c, d), self._float_bits)
+        known_time = contact.is_isolated and has_turned((a, b), (c, d), self._float_bits)
         effective = math.nan
         if known_time:
             ends_at_rest = contact is not open_contact
@@ -254,7 +258,7 @@ class ImpactCollector:
         if self._slowing:
             (a, b, c, d), known = self._correct_for_slowing(effective, contact)
         record = ImpactRecord(contact.reported.time_s, *pair, contact.compute_normal(), a, b, c, d, known)
-        state = _build_state(pair, contact.start_s, contact.start if contact.alone and not bent else None)
+        state = _build_state(pair, contact.start_s, contact.start if contact.is_isolated and not bent else None)
         self._done.append((contact.number, record, effective, state))
 
     def _correct_for_gravity(

@@ -44,12 +44,12 @@ class OpenContact:
         after: Velocities and spins after the contact's last step so far.
         end_s: Time at the end of the contact's last step so far, in seconds.
         end: State at the end of the contact's last step so far.
-        alone: Whether neither body had another contact in any step of this contact.
+        is_isolated: Whether neither body had another contact in any step of this contact.
         steps: Number of the contact's steps so far.
         impulse: Sum of the impulses of all steps or, if no impulses are reported, of the changes of relative velocity.
-        along: Sum over all steps of the impulse times the normal vector.
-        length: Sum over all steps of the impulse times the length of the normal vector.
-        rested: Copy of the contact at the end of the step in which the pair came to rest; None if the pair does not
+        impulse_vector: Sum over all steps of the impulse times the normal vector.
+        weighted_length: Sum over all steps of the impulse times the length of the normal vector.
+        at_rest: Copy of the contact at the end of the step in which the pair came to rest; None if the pair does not
             rest.
     """
 
@@ -61,12 +61,12 @@ class OpenContact:
     after: Motions
     end_s: float
     end: Observation
-    alone: bool = True
+    is_isolated: bool = True
     steps: int = 0
     impulse: float = 0.0
-    along: Vector = (0.0, 0.0)
-    length: float = 0.0
-    rested: OpenContact | None = None
+    impulse_vector: Vector = (0.0, 0.0)
+    weighted_length: float = 0.0
+    at_rest: OpenContact | None = None
 
     @property
     def pair(self) -> Pair:
@@ -78,25 +78,28 @@ class OpenContact:
 
         If the pair does not rest, return the whole contact.
         """
-        return self if self.rested is None or self.rested.steps == self.steps else self.rested
+        return self if self.at_rest is None or self.at_rest.steps == self.steps else self.at_rest
 
     def add(self, impulse: float, normal: Vector) -> None:
         """Add the impulse of a step."""
         self.steps += 1
         self.impulse += impulse
-        self.along = (self.along[0] + impulse * normal[0], self.along[1] + impulse * normal[1])
-        self.length += impulse * math.hypot(*normal)
+        self.impulse_vector = (
+            self.impulse_vector[0] + impulse * normal[0],
+            self.impulse_vector[1] + impulse * normal[1],
+        )
+        self.weighted_length += impulse * math.hypot(*normal)
 
     def compute_normal(self) -> Vector:
         """Return a normal vector with the direction of the total impulse and the mean length of the steps' normals.
 
         If the contact has one step or no impulse, return its first normal.
         """
-        size = math.hypot(*self.along)
+        size = math.hypot(*self.impulse_vector)
         if self.steps == 1 or not (size > 0.0 and self.impulse > 0.0):
             return self.reported.normal
-        length = self.length / self.impulse
-        return (length * self.along[0] / size, length * self.along[1] / size)
+        length = self.weighted_length / self.impulse
+        return (length * self.impulse_vector[0] / size, length * self.impulse_vector[1] / size)
 
     def compute_landing_time(self, gravity: Array, leg: Course) -> float:
         """Return the instant at which a pair that comes to rest lands.

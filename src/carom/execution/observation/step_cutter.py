@@ -35,7 +35,7 @@ class Cutter:
             )
             raise AdapterError(f"{message}; see docs/reference/adapters.md#located-profiles")
         self.world = world
-        self.pieces, self.probes, self.stuck = 0, 0, False
+        self.pieces, self.probes, self.has_too_many_pieces = 0, 0, False
         self._known: frozenset[tuple[int, int]] = frozenset()
 
     def take_step(self, start_s: float, end_s: float) -> Iterator[float]:
@@ -43,7 +43,7 @@ class Cutter:
         world, now_s, pieces = self.world, start_s, 0
         while now_s < end_s:
             if pieces == MOST_PIECES:
-                self.stuck = True
+                self.has_too_many_pieces = True
                 return
             length = end_s - now_s
             state = world.save()

@@ -92,8 +92,8 @@ class ForkedProcess:
 class ForkServer:
     """Connection of the command to its fork server."""
 
-    def __init__(self, ours: socket.socket, process: int) -> None:
-        self._socket, self._process = ours, process
+    def __init__(self, own_socket: socket.socket, process: int) -> None:
+        self._socket, self._process = own_socket, process
         self._lock = threading.Lock()
         self._lost = False
 
@@ -105,7 +105,7 @@ class ForkServer:
             return None
         import socket
 
-        ours, its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        own_socket, child_socket = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         for stream in (sys.stdout, sys.stderr):
             stream.flush()  # so that only one of the processes writes the content of the buffer
         parent = os.getpid()
@@ -114,10 +114,10 @@ class ForkServer:
             warnings.simplefilter("ignore", DeprecationWarning)
             child = os.fork()
         if not child:
-            _serve(its, parent)
-        its.close()
-        ours.settimeout(PATIENCE_S)
-        return cls(ours, child)
+            _serve(child_socket, parent)
+        child_socket.close()
+        own_socket.settimeout(PATIENCE_S)
+        return cls(own_socket, child)
 
     def start(self, folder: str, path: str, memory_bytes: int) -> ForkedProcess | None:
         """Fork a watchdog. Return None if the server has ended or does not answer.
@@ -135,16 +135,16 @@ class ForkServer:
             (stdin, requests), (answers, stdout), (printed, stderr), (status, status_file) = (
                 os.pipe() for _ in range(_STREAMS)
             )
-            theirs = (stdin, stdout, stderr, status_file)
+            child_files = (stdin, stdout, stderr, status_file)
             pidfds: list[int] = []
             try:
                 message = pickle.dumps((folder, {**os.environ, "PYTHONPATH": path}, memory_bytes))
-                socket.send_fds(self._socket, [message], theirs)
+                socket.send_fds(self._socket, [message], child_files)
                 _, pidfds, _, _ = socket.recv_fds(self._socket, 1, 1)
             except OSError:
                 pass
             finally:
-                for file in theirs:
+                for file in child_files:
                     os.close(file)
             if not pidfds:
                 self._lost = True

@@ -109,7 +109,7 @@ class Worker:
         not count towards the time limit, since the engine does not run during this time.
         """
         left_s = time_limit_s
-        while (line := process.take_line()) is None and not process.ended:
+        while (line := process.take_line()) is None and not process.has_ended:
             if self._closed:
                 raise ClosedError
             if left_s <= 0:
@@ -123,9 +123,9 @@ class Worker:
         else:
             with suppress(ValidationError):
                 number, answer = codec.loads(line)
-                if number == process.answered and (answer.value is not None) is (answer.status is Status.RAN):
+                if number == process.answers_received and (answer.value is not None) is (answer.status is Status.RAN):
                     last_output = process.describe_last_output() if answer.status is Status.FAILED else ""
-                    process.answered += 1
+                    process.answers_received += 1
                     return replace(answer, reason=f"{answer.reason}; {last_output}") if last_output else answer
             answer = Answer(Status.FAILED, f"invalid answer: {_format_line(line)}")
         self._end()
@@ -161,8 +161,8 @@ class _Process:
     """A worker's process, from its start to its end.
 
     Attributes:
-        answered: Number of tasks answered.
-        ended: Whether the process has ended or closed its answer pipe, so that no further answer can come.
+        answers_received: Number of tasks answered.
+        has_ended: Whether the process has ended or closed its answer pipe, so that no further answer can come.
     """
 
     def __init__(self, folder: str, memory_bytes: int, fork_server: ForkServer | None) -> None:
@@ -178,9 +178,9 @@ class _Process:
             os.set_blocking(file, False)
             self._selector.register(file, selectors.EVENT_READ)
         os.set_blocking(self._requests, False)
-        self.answered, self.ended = 0, False
-        self._unsent, self._found, self._searched = memoryview(b""), bytearray(), 0
-        self._tail, self._tasks_ended = b"", 0
+        self.answers_received, self.has_ended = 0, False
+        self._unsent, self._answer_bytes, self._searched = memoryview(b""), bytearray(), 0
+        self._last_output, self._tasks_ended = b"", 0
 
     def send(self, message: object) -> None:
         """Queue a message; `exchange` sends the message."""
@@ -190,14 +190,14 @@ class _Process:
 
     def take_line(self) -> bytes | None:
         """Return the next complete line of the answers; None if no line is complete yet."""
-        end = self._found.find(b"\n", self._searched)
+        end = self._answer_bytes.find(b"\n", self._searched)
         if end < 0:
-            self._searched = len(self._found)
-            if len(self._found) <= MOST_ANSWER_BYTES:
+            self._searched = len(self._answer_bytes)
+            if len(self._answer_bytes) <= MOST_ANSWER_BYTES:
                 return None
             end = 2 * SHOWN_BYTES  # the line is too long to be an answer; the message shows only its beginning
-        line = bytes(self._found[:end])
-        del self._found[: end + 1]
+        line = bytes(self._answer_bytes[:end])
+        del self._answer_bytes[: end + 1]
         self._searched = 0
         return line
 
@@ -211,13 +211,13 @@ class _Process:
                         self._selector.unregister(self._requests)
                 elif chunk := os.read(key.fd, MOST_PRINTED_BYTES):
                     if key.fd == self._answers:
-                        self._found += chunk
+                        self._answer_bytes += chunk
                     else:
-                        self._tail = (self._tail + chunk)[-MOST_PRINTED_BYTES:]
+                        self._last_output = (self._last_output + chunk)[-MOST_PRINTED_BYTES:]
                         self._tasks_ended += chunk.count(TASK_END)
                 else:
                     self._selector.unregister(key.fd)
-                    self.ended |= key.fd == self._answers
+                    self.has_ended |= key.fd == self._answers
             except BlockingIOError:
                 pass
             except BrokenPipeError:  # the process ended early, and its missing answers are reported later
@@ -227,13 +227,15 @@ class _Process:
         """Return the last part of the output that the process has printed."""
         for _ in range(MOST_PIPE_BYTES // MOST_PRINTED_BYTES):
             self.exchange(0)
-        return self._tail.replace(TASK_END, b"").decode(errors="replace")
+        return self._last_output.replace(TASK_END, b"").decode(errors="replace")
 
     def describe_last_output(self) -> str:
         """Return a phrase with the last output of the first unanswered task; empty if the task printed nothing."""
         self.read_output()
-        since = self._tasks_ended - self.answered  # tasks that have ended, but whose answers have not been counted yet
-        parts = self._tail.split(TASK_END)
+        since = (
+            self._tasks_ended - self.answers_received
+        )  # tasks that have ended, but whose answers have not been counted yet
+        parts = self._last_output.split(TASK_END)
         printed = parts[-1 - since] if 0 <= since < len(parts) else b""  # older output is no longer kept
         message = find_last_message(printed.decode(errors="replace"))
         return f"it last printed: {message}" if message else ""

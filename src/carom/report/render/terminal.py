@@ -91,7 +91,7 @@ class _Fitted(NamedTuple):
 
 
 def _fit_column(column: Column, cells: Sequence[Cell], *, first: bool) -> _Fitted:
-    heading = RichText(escape_controls("\n".join(filter(None, (column.head, column.under)))))
+    heading = RichText(escape_controls("\n".join(filter(None, (column.head, column.subheading)))))
     rendered = [_render_cell(cell) for cell in cells]
     is_unbroken = first or any(cell.shares for cell in cells)  # names and bars are not broken
     heads, rows = heading.plain.splitlines(), [line for text in rendered for line in text.plain.splitlines()]

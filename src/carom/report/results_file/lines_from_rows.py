@@ -72,7 +72,7 @@ def build_line(row: Row) -> RowLine:
         scene=job.scene.name,
         engine=job.engine,
         profile=job.profile,
-        tried=dict(job.method.tried),
+        tried=dict(job.method.overrides),
         dt_s=job.dt_s,
         refinement=job.refinement,
         status=row.status,

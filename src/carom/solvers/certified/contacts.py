@@ -167,7 +167,7 @@ class BallContacts:
             rubs = bodies.materials[bodies.obstacles[wall_index(other)].wall].friction > 0.0
             flat = isinstance(bodies.obstacles[wall_index(other)].shape, Plane)
             return flat and not rubs and bodies.are_orthogonal(other, ground.body)
-        if bodies.scene.arrays.rubs_discs:
+        if bodies.scene.arrays.has_disc_friction:
             return False
         theirs = self._was_on.get(other)
         alike = bodies.scene.discs[i].radius_m == bodies.scene.discs[other].radius_m

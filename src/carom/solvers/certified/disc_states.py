@@ -89,7 +89,7 @@ class BallBodies:
         self.vx, self.vy = ([arb(disc.velocity_m_s[k]) for disc in discs] for k in (0, 1))
         self.time = [0.0] * len(discs)
         self.movable = [not disc.immovable for disc in discs]
-        self.turns, self.rubs = scene.arrays.turns, scene.arrays.rubs
+        self.turns, self.has_friction = scene.arrays.turns, scene.arrays.has_friction
         self.spin = [arb(disc.spin_rad_s) for disc in discs]
         self.inverse_inertia_ratio = [
             ZERO if math.isinf(disc.inertia_factor) else 1 / arb(disc.inertia_factor) for disc in discs
@@ -106,7 +106,7 @@ class BallBodies:
         self.pulls = [_find_gravity_sign(scene, obstacle.shape) for obstacle in self.obstacles]
         drives = {wall_body(k): drive for k, drive in enumerate(scene.arrays.wall_drives or ())}
         drives |= dict(zip(scene.arrays.driven_discs, scene.arrays.disc_drives, strict=True))
-        self._drives: dict[int, Drive] = {body: drive for body, drive in drives.items() if not drive.stands}
+        self._drives: dict[int, Drive] = {body: drive for body, drive in drives.items() if not drive.is_stationary}
         self.fastest_drive = bound_drive_speeds(scene)
         self._legs: dict[int, tuple[BallLeg, ...]] = {}
         for disc in scene.arrays.driven_discs:
@@ -137,7 +137,7 @@ class BallBodies:
         spread = (x - x.mid()) + (y - y.mid())
         spread_v = (self.vx[i] - self.vx[i].mid()) + (self.vy[i] - self.vy[i].mid())
         known = min((size + spread).rel_accuracy_bits(), (self._speed + spread_v).rel_accuracy_bits())
-        if self.rubs:
+        if self.has_friction:
             rim = radius * self.spin[i]
             known = min(known, (self._speed + (rim - rim.mid())).rel_accuracy_bits())
         return max(0, min(int(ctx.prec), known))
@@ -198,7 +198,7 @@ class BallBodies:
         if orthogonal is None:
             a, b = (self.obstacles[wall_index(body)].shape for body in (one, other))
             orthogonal = False
-            if isinstance(a, Plane) and isinstance(b, Plane) and not self.scene.arrays.rubs_walls:
+            if isinstance(a, Plane) and isinstance(b, Plane) and not self.scene.arrays.has_wall_friction:
                 orthogonal = a.normal[0] * b.normal[0] + a.normal[1] * b.normal[1] == 0
             self._orthogonal[one, other] = orthogonal
         return orthogonal

@@ -111,7 +111,7 @@ def _apply_impact(bodies: BallBodies, meeting: Meeting) -> BallImpact:
     edge = NO_EDGE
     if isinstance(meeting.near, PairApproach):
         normal = _collide_discs(bodies, meeting, meeting.near)
-        if bodies.scene.arrays.rubs_discs:
+        if bodies.scene.arrays.has_disc_friction:
             _rub_discs(bodies, meeting, meeting.near, normal)
     else:
         edge = _find_edge(bodies, meeting)

@@ -193,7 +193,7 @@ class Selection:
         dx, dy = xj - xi, yj - yi
         fastest = max((bodies.vx[k] * bodies.vx[k] + bodies.vy[k] * bodies.vy[k]).upper() for k in range(len(bodies)))
         fastest, speed_factor = fastest.sqrt().max(arb(bodies.fastest_drive)), 5
-        if bodies.rubs:
+        if bodies.has_friction:
             fastest, speed_factor = max([fastest, *(abs(bodies.rim_speed(k)).upper() for k in range(len(bodies)))]), 13
         # Each disc moves at most with 5 times the greatest speed (13 times with friction). The disc moves for at most
         # twice the window plus the time from `instant_s`.

@@ -131,7 +131,7 @@ def build_grounds(start: DiscArrays, features: dict[int, tuple[Outline, WallFeat
     }
     for number, wall in enumerate(walls):
         belt = 0.0 if start.belts_m_s is None else start.belts_m_s[wall]
-        if belt or not start.drive_of_wall(wall).stands:
+        if belt or not start.drive_of_wall(wall).is_stationary:
             continue
         if number not in features:  # a half-plane
             rows[number, 0] = 1

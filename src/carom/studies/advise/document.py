@@ -48,7 +48,7 @@ def build_advice_document(advice: Advice, scene_word: str = "") -> Document:
     """
 
     def order(one: StepAdvice) -> tuple[bool, float, float]:
-        return one.method in advice.located, _compute_sort_key(one.demand), _compute_sort_key(one.never_misses)
+        return one.method in advice.located, _compute_sort_key(one.meets_target), _compute_sort_key(one.never_misses)
 
     rows = sorted(advice.answers, key=order)
     answer, *further_lines = _build_headline(advice)
@@ -73,10 +73,10 @@ def build_advice_document(advice: Advice, scene_word: str = "") -> Document:
     return Document("Carom: advice", (answer,), (*sections, *making_of))
 
 
-def _list_questions(advice: Advice) -> Iterator[tuple[str, Callable[[StepAdvice], StepRange]]]:
+def _list_criteria(advice: Advice) -> Iterator[tuple[str, Callable[[StepAdvice], StepRange]]]:
     """Yield the heading of each accuracy criterion, and a function that returns the step sizes that meet it."""
     yield "no miss", lambda answer: answer.never_misses
-    yield f"≤ {_format_target_angle(advice)}", lambda answer: answer.demand
+    yield f"≤ {_format_target_angle(advice)}", lambda answer: answer.meets_target
 
 
 def _build_table(advice: Advice, rows: Sequence[StepAdvice]) -> Table:
@@ -90,7 +90,7 @@ def _build_table(advice: Advice, rows: Sequence[StepAdvice]) -> Table:
     return Table(
         (
             Column("", lambda answer: answer.method.label + (" +CCD" if answer.method in advice.swept else "")),
-            *(column for question in _list_questions(advice) for column in build_columns(*question)),
+            *(column for question in _list_criteria(advice) for column in build_columns(*question)),
             Column(f"at {frame}", lambda answer: _format_frame_step_result(advice, answer)),
         ),
         rows,
@@ -107,7 +107,7 @@ def _build_evidence_table(advice: Advice, rows: Sequence[StepAdvice]) -> Table:
 
     columns = (
         Column("", lambda answer: answer.method.label),
-        *(column for question in _list_questions(advice) for column in build_columns(*question)),
+        *(column for question in _list_criteria(advice) for column in build_columns(*question)),
         Column("direction", _format_direction_error, "error", number=True),
         Column("engine", lambda answer: str(answer.steps), "steps", number=True),
     )
@@ -121,10 +121,10 @@ def _build_headline(advice: Advice) -> Iterator[str]:
         without_miss = _describe_longest_step(advice, lambda answer: answer.never_misses)
         yield f"{advice.scene.name}: to miss no impact, {without_miss}."
         target = f"For a direction error of at most {_format_target_angle(advice)}"
-        if advice.demand.miss_probability > 0:
-            most = formatting.format_percent(advice.demand.miss_probability)
+        if advice.target.miss_probability > 0:
+            most = formatting.format_percent(advice.target.miss_probability)
             target += f" and misses at no more than {most} of phases"
-        yield f"{target}, {_describe_longest_step(advice, lambda answer: answer.demand)}."
+        yield f"{target}, {_describe_longest_step(advice, lambda answer: answer.meets_target)}."
     else:
         yield f"{advice.scene.name}: no engine was searched."
     if needed := _describe_pit_steps(advice):
@@ -135,7 +135,7 @@ def _build_headline(advice: Advice) -> Iterator[str]:
 
 
 def _format_target_angle(advice: Advice) -> str:
-    return _format_degrees(advice.demand.direction_error_rad)
+    return _format_degrees(advice.target.direction_error_rad)
 
 
 def _describe_longest_step(advice: Advice, question: Callable[[StepAdvice], StepRange]) -> str:
@@ -145,11 +145,13 @@ def _describe_longest_step(advice: Advice, question: Callable[[StepAdvice], Step
     setting of the engine.
     """
     candidates = [one for one in advice.answers if one.method not in advice.located] or list(advice.answers)
-    passing = [(found, answer) for answer in candidates if (found := question(answer)).passes]
+    passing = [(found, answer) for answer in candidates if (found := question(answer)).largest_passing]
     if not passing:
         return "no tested step size of any engine suffices"
-    longest = max(found.passes.dt_s for found, _ in passing if found.passes)
-    best = [(found, answer) for found, answer in passing if found.passes and found.passes.dt_s == longest]
+    longest = max(found.largest_passing.dt_s for found, _ in passing if found.largest_passing)
+    best = [
+        (found, answer) for found, answer in passing if found.largest_passing and found.largest_passing.dt_s == longest
+    ]
     names = formatting.join_words([answer.method.label for _, answer in best], "or")
     any_step = all(_has_no_step_limit(answer, found) for found, answer in best)
     steps = "any tested step size ({} or more steps per second)" if any_step else "{} steps/s"
@@ -158,7 +160,7 @@ def _describe_longest_step(advice: Advice, question: Callable[[StepAdvice], Step
 
 def _has_no_step_limit(answer: StepAdvice, step_range: StepRange) -> bool:
     """Whether every tested step size passes, including the whole run in one step."""
-    return step_range.passes is not None and step_range.fails is None and answer.refused_s is None
+    return step_range.largest_passing is not None and step_range.smallest_failing is None and answer.refused_s is None
 
 
 def _describe_substeps(advice: Advice, step_range: StepRange) -> str:
@@ -166,12 +168,14 @@ def _describe_substeps(advice: Advice, step_range: StepRange) -> str:
     if (times := _count_steps_per_frame(advice, step_range)) is None:
         return ""
     rate = formatting.format_number(advice.scene.frame_rate_hz, 4)
-    enough = "" if step_range.in_frame is step_range.passes else f" {'is' if times == 1 else 'are'} enough"
+    enough = (
+        "" if step_range.frame_divisor is step_range.largest_passing else f" {'is' if times == 1 else 'are'} enough"
+    )
     return f" ({formatting.format_count(times, 'step')} per frame at {rate} Hz{enough})"
 
 
 def _count_steps_per_frame(advice: Advice, step_range: StepRange) -> int | None:
-    trial = step_range.in_frame
+    trial = step_range.frame_divisor
     return None if trial is None else count_steps_per_frame(trial.dt_s, advice.scene.frame_rate_hz)
 
 
@@ -182,12 +186,12 @@ def _build_code_blocks(advice: Advice, rows: Sequence[StepAdvice], scene_word: s
     """
     media = Media.EVERYWHERE
     for answer in rows:
-        found = answer.demand if answer.demand.in_frame else answer.never_misses
-        method, trial, times = answer.method, found.in_frame, _count_steps_per_frame(advice, found)
+        found = answer.meets_target if answer.meets_target.frame_divisor else answer.never_misses
+        method, trial, times = answer.method, found.frame_divisor, _count_steps_per_frame(advice, found)
         if trial is None or times is None or method in advice.located:
             continue
         target = f"for a direction error of at most {_format_target_angle(advice)}"
-        criterion = target if found is answer.demand else "to miss no impact"
+        criterion = target if found is answer.meets_target else "to miss no impact"
         code = advice.code.get(method, "")
         ending = ". As code:" if code else "."
         fewer = _count_steps_per_frame(advice, answer.never_misses)
@@ -203,9 +207,9 @@ def _build_code_blocks(advice: Advice, rows: Sequence[StepAdvice], scene_word: s
 
 
 def _describe_passing_step(answer: StepAdvice, step_range: StepRange) -> str:
-    if step_range.passes is None:
+    if step_range.largest_passing is None:
         return _format_rate_range(step_range)
-    return "any tried" if _has_no_step_limit(answer, step_range) else _format_rate(step_range.passes.dt_s)
+    return "any tried" if _has_no_step_limit(answer, step_range) else _format_rate(step_range.largest_passing.dt_s)
 
 
 def _format_frame_step_result(advice: Advice, answer: StepAdvice) -> str:
@@ -216,19 +220,19 @@ def _format_frame_step_result(advice: Advice, answer: StepAdvice) -> str:
         return "refused" if answer.refused_s is not None and answer.refused_s <= 1.0 / rate_hz else formatting.ABSENT
     if trial.reason:
         return "stopped"
-    if trial.lost:
-        return f"fails at {trial.lost} of {trial.phases}"
+    if trial.lost_phases:
+        return f"fails at {trial.lost_phases} of {trial.phases}"
     return f"found, {_format_degrees(trial.direction_error_rad)} error"
 
 
 def _describe_pit_steps(advice: Advice) -> str:
     if (closed := advice.closed_form) is not None:
-        steps = (closed.never_misses_s, closed.demand_s)
+        steps = (closed.never_misses_s, closed.meets_target_s)
         one, other = (_format_rate(dt_s) if math.isfinite(dt_s) else "any number" for dt_s in steps)
         return f"{one} and {other} steps/s, by formula"
     if advice.sampling is None:
         return ""
-    one, other = (_format_rate_range(found) for found in (advice.sampling.never_misses, advice.sampling.demand))
+    one, other = (_format_rate_range(found) for found in (advice.sampling.never_misses, advice.sampling.meets_target))
     return f"{one} and {other} steps/s, by search"
 
 
@@ -236,7 +240,7 @@ def _build_notes(advice: Advice) -> Iterator[str]:
     """Yield notes on the hardest impact, unfinished searches, and methods that fail below a passing step size."""
     for answer in advice.answers:
         never_misses = answer.never_misses
-        for found, result in ((never_misses, "misses none"), (answer.demand, "meets the target")):
+        for found, result in ((never_misses, "misses none"), (answer.meets_target, "meets the target")):
             is_repeated = result != "misses none" and found.finer_failures == never_misses.finer_failures
             if found.monotone or is_repeated:
                 continue
@@ -261,7 +265,7 @@ def _build_trials_table(answer: StepAdvice) -> Table:
     columns = (
         Column("steps/s", lambda trial: _format_rate(trial.dt_s), number=True),
         Column("step size, s", lambda trial: formatting.format_number(trial.dt_s, 4), number=True),
-        Column("missed or spurious", lambda trial: f"{trial.lost} of {trial.phases}", number=True),
+        Column("missed or spurious", lambda trial: f"{trial.lost_phases} of {trial.phases}", number=True),
         Column("direction error", lambda trial: _format_degrees(trial.direction_error_rad), number=True),
         Column("", lambda trial: trial.reason),
     )
@@ -270,7 +274,7 @@ def _build_trials_table(answer: StepAdvice) -> Table:
 
 
 def _compute_sort_key(step_range: StepRange) -> float:
-    return math.inf if step_range.passes is None else -step_range.passes.dt_s
+    return math.inf if step_range.largest_passing is None else -step_range.largest_passing.dt_s
 
 
 def _format_rate(dt_s: float) -> str:
@@ -289,17 +293,19 @@ def _format_rates(trials: Iterable[StepTrial]) -> str:
 
 
 def _format_rate_range(step_range: StepRange) -> str:
-    if step_range.passes is not None:
-        return f"{_format_rate(step_range.passes.dt_s)}-{_format_rate(step_range.down_to_s)}"
-    if math.isnan(step_range.down_to_s):
+    if step_range.largest_passing is not None:
+        return f"{_format_rate(step_range.largest_passing.dt_s)}-{_format_rate(step_range.smallest_tested_s)}"
+    if math.isnan(step_range.smallest_tested_s):
         return formatting.ABSENT
-    failed = step_range.fails is not None and step_range.fails.dt_s == step_range.down_to_s
+    failed = (
+        step_range.smallest_failing is not None and step_range.smallest_failing.dt_s == step_range.smallest_tested_s
+    )
     return "none" if failed else "unfinished"
 
 
 def _format_failing_rate(answer: StepAdvice, step_range: StepRange) -> str:
-    if step_range.fails is not None:
-        return _format_rate(step_range.fails.dt_s)
+    if step_range.smallest_failing is not None:
+        return _format_rate(step_range.smallest_failing.dt_s)
     if not answer.trials:
         return formatting.ABSENT
     return "none" if answer.refused_s is None else "refused"
@@ -321,7 +327,7 @@ def _describe_search(advice: Advice, rows: Sequence[StepAdvice]) -> Iterator[str
 
 def _format_direction_error(answer: StepAdvice) -> str:
     """Return the error at the recommended step size, or at the smallest tested one."""
-    trial = answer.demand.passes or (answer.trials[-1] if answer.trials else None)
+    trial = answer.meets_target.largest_passing or (answer.trials[-1] if answer.trials else None)
     if trial is None:
         return formatting.ABSENT
     any_step = trial.dt_s <= (answer.flat_from_s or 0.0)
@@ -342,8 +348,9 @@ def _describe_hardest_impact(advice: Advice) -> str:
         return f"{which} {bodies_and_time}: {impact.cause.value}."
     speed, reach = formatting.format_number(window.speed_m_s), formatting.format_number(window.reach_m)
     size = f"relative speed {speed} m/s, centres {reach} m apart"
+    offset = formatting.format_number(window.relative_offset, 4)
     why = {
-        Cause.GRAZE: f"a graze, off centre by {formatting.format_number(window.share, 4)} of the contact distance",
+        Cause.GRAZE: f"a graze, off centre by {offset} of the contact distance",
         Cause.FAST: f"the discs are fast for their size ({size})",
         Cause.TURN: f"the line between their centres turns fast ({size})",
     }[impact.cause]
@@ -352,7 +359,7 @@ def _describe_hardest_impact(advice: Advice) -> str:
     direction = f"error is too large if the impact is found more than {late_text} late"
     if math.isinf(late):
         direction = "meets the target even if the impact is found late"
-    if advice.scene.arrays.rubs_discs:  # there is no formula for the effect of friction
+    if advice.scene.arrays.has_disc_friction:  # there is no formula for the effect of friction
         direction += " (without friction)"
     return (
         f"{which} {bodies_and_time}: {why}. The bodies overlap and approach each other for "

@@ -41,11 +41,15 @@ def draw_advice(advice: Advice, axes: Axes, *, narrow: bool = False) -> None:
         # A logarithmic axis has no 0, so exact results are drawn at the lower edge.
         degrees = [max(math.degrees(trial.direction_error_rad), _LEAST_DEG) for trial in found]
         axes.plot(rates, degrees, label=answer.method.label, **style)
-        lossy_points = [(rate, error) for rate, error, trial in zip(rates, degrees, found, strict=True) if trial.lost]
+        lossy_points = [
+            (rate, error) for rate, error, trial in zip(rates, degrees, found, strict=True) if trial.lost_phases
+        ]
         if lossy_points:
             axes.plot(*zip(*lossy_points, strict=True), "x", color=style["color"], markersize=9.0)
-    demand = math.degrees(advice.demand.direction_error_rad)
-    axes.axhline(demand, color=INK, linewidth=0.8, linestyle=":", label=f"target: {format_tick(demand, 0.0)}°")
+    target_degrees = math.degrees(advice.target.direction_error_rad)
+    axes.axhline(
+        target_degrees, color=INK, linewidth=0.8, linestyle=":", label=f"target: {format_tick(target_degrees, 0.0)}°"
+    )
     axes.set(xscale="log", yscale="log", xlabel="steps per second")
     axes.set_ylabel("direction error, degrees")
     for axis in (axes.xaxis, axes.yaxis):

@@ -29,7 +29,7 @@ from carom.execution.settings_code import find_step_code
 from carom.model.scene import Scene
 from carom.model.trace import Trace
 from carom.studies.advise.options import AdviceOptions
-from carom.studies.advise.sampling_limit import Demand, HardImpact, rank_hardest_impacts
+from carom.studies.advise.sampling_limit import AccuracyTarget, HardImpact, rank_hardest_impacts
 from carom.studies.advise.step_search import StepAdvice, StepSearch
 from carom.studies.advise.step_trial import StepTrial, list_start_phases, try_phases
 
@@ -63,11 +63,11 @@ class ClosedForm:
 
     Attributes:
         never_misses_s: Largest step size with which PIT finds the impact at every phase.
-        demand_s: Largest step size with which PIT meets the accuracy target at every phase.
+        meets_target_s: Largest step size with which PIT meets the accuracy target at every phase.
     """
 
     never_misses_s: float
-    demand_s: float
+    meets_target_s: float
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ class Advice:
 
     Attributes:
         scene: The scene, which is shortened if rounding makes its later impacts unreliable.
-        demand: Required accuracy.
+        target: Required accuracy.
         impacts: Number of impacts in the searched part of the scene.
         hardest: Some of the hardest impacts, beginning with the hardest one.
         closed_form: The largest step sizes for PIT; None if no formula exists.
@@ -96,7 +96,7 @@ class Advice:
     """
 
     scene: Scene
-    demand: Demand
+    target: AccuracyTarget
     impacts: int
     hardest: tuple[HardImpact, ...]
     closed_form: ClosedForm | None
@@ -132,10 +132,10 @@ def advise(
         UnknownNameError: An engine does not exist.
     """
     started = time.perf_counter()
-    demand, phases = Demand(options.direction_error_rad, options.miss_probability), options.phases
+    target, phases = AccuracyTarget(options.direction_error_rad, options.miss_probability), options.phases
     reference, cut = _cut_reference(scene)
     scene = reference.scene
-    hardest = rank_hardest_impacts(reference, demand)
+    hardest = rank_hardest_impacts(reference, target)
     closed_form = _find_closed_form(scene, hardest)
     guess_s, frame_s = hardest[0].limit.dt_s, 1.0 / scene.frame_rate_hz
     infos = select_engines(describe_engines(options.engines, pool), options.engines)
@@ -147,15 +147,15 @@ def advise(
 
     def find_refusal(method: Method, dt_s: float) -> str:
         answer = methods.find_refusal(method, frame_s) or methods.find_job_refusal(Job(scene, method, dt_s))
-        return "" if answer is None else answer.said
+        return "" if answer is None else answer.problem
 
     def build_search(method: Method) -> StepSearch:
         why = partial(find_refusal, method)
-        return StepSearch(scene, method, demand, guess_s, phases, len(aimed_s), options.budget_steps, why)
+        return StepSearch(scene, method, target, guess_s, phases, len(aimed_s), options.budget_steps, why)
 
     searches = {} if closed_form else {PIT_METHOD: build_search(PIT_METHOD)}
     unable = []
-    for method in (method for info in other_infos for method in methods.at[info.name, frame_s]):
+    for method in (method for info in other_infos for method in methods.by_engine_and_step[info.name, frame_s]):
         search = build_search(method)
         if search.is_refused:
             unable.append(UnsearchedMethod(method, find_refusal(method, frame_s) or search.build_answer().refusal))
@@ -168,7 +168,7 @@ def advise(
     own = {method: answer for method, answer in answers.items() if method not in located}
     return Advice(
         scene,
-        demand,
+        target,
         len(reference.impacts),
         hardest[:AIMED],
         closed_form,
@@ -197,7 +197,7 @@ def _write_frame_code(scene: Scene, answer: StepAdvice, pool: Pool) -> str:
 
     If no step size meets the target, the code uses the largest step size that misses no impact.
     """
-    trial = answer.demand.in_frame or answer.never_misses.in_frame
+    trial = answer.meets_target.frame_divisor or answer.never_misses.frame_divisor
     return "" if trial is None else find_step_code(answer.method.engine, answer.method.profile, scene, trial.dt_s, pool)
 
 
@@ -231,7 +231,7 @@ def _find_closed_form(scene: Scene, hardest: Sequence[HardImpact]) -> ClosedForm
     slowed = scene.damping_per_s or scene.table_deceleration_m_s2
     is_accelerated = slowed or (any(scene.gravity_m_s2) and not all(scene.arrays.movable))
     turns = any(disc.legs for disc in scene.discs)
-    if len(scene.discs) != 2 or scene.walls or scene.arrays.rubs_discs or is_accelerated or turns:
+    if len(scene.discs) != 2 or scene.walls or scene.arrays.has_disc_friction or is_accelerated or turns:
         return None
     windows = [impact.limit.window for impact in hardest]
     never = min((window.length_s for window in windows if window is not None), default=math.inf)
@@ -243,14 +243,16 @@ def _run_searches(
 ) -> None:
     """Test the step sizes that the searches request, until all searches have ended."""
     tested_count = 0
-    while requests := {method: search.wanted for method, search in searches.items() if search.wanted is not None}:
-        phases_by_method = {method: list_start_phases(one.dt_s, one.even, aimed_s) for method, one in requests.items()}
+    while requests := {method: search.request for method, search in searches.items() if search.request is not None}:
+        phases_by_method = {
+            method: list_start_phases(one.dt_s, one.even_phases, aimed_s) for method, one in requests.items()
+        }
         phases = [(method, phase) for method, (even, aimed) in phases_by_method.items() for phase in (*even, *aimed)]
         jobs = [Job(scene, method, requests[method].dt_s, 0, phase) for method, phase in phases]
         found = try_phases(jobs, pool)
         for method, (even, aimed) in phases_by_method.items():
             answers = ([found[method, phase] for phase in some] for some in (even, aimed))
-            searches[method].take(StepTrial.of(requests[method].dt_s, *answers))
+            searches[method].add_result(StepTrial.of(requests[method].dt_s, *answers))
         tested_count += len(requests)
-        ended = sum(search.wanted is None for search in searches.values())
+        ended = sum(search.request is None for search in searches.values())
         progress(ended, len(searches), f"{tested_count} steps tested")

@@ -21,7 +21,7 @@ from carom.model.trace import Trace, Vector, wall_index
 
 
 @dataclass(frozen=True)
-class Demand:
+class AccuracyTarget:
     """Required accuracy.
 
     Attributes:
@@ -61,7 +61,7 @@ class ContactWindow:
         return math.sqrt(max(inside, 0.0)) / self.speed_m_s
 
     @property
-    def share(self) -> float:
+    def relative_offset(self) -> float:
         """The impact parameter divided by the contact distance: 0 for a head-on impact, 1 if the discs only graze."""
         return abs(self.miss_m) / self.reach_m
 
@@ -93,7 +93,11 @@ def compute_direction_limit(
     centre = (velocity_before[0] + sign * 0.5 * push * ux, velocity_before[1] + sign * 0.5 * push * uy)
     start = 2.0 * math.atan2(window.normal[1], window.normal[0]) - math.atan2(uy, ux)
     # The signed angle by which w turns until the closest approach: 0 for a head-on impact.
-    turn = math.copysign(2.0 * math.acos(min(1.0, window.share)), window.miss_m) if window.share > 0.0 else 0.0
+    turn = (
+        math.copysign(2.0 * math.acos(min(1.0, window.relative_offset)), window.miss_m)
+        if window.relative_offset > 0.0
+        else 0.0
+    )
     if radius == 0.0 or turn == 0.0:
         return math.inf
     reference = (centre[0] + sign * radius * math.cos(start), centre[1] + sign * radius * math.sin(start))
@@ -158,7 +162,7 @@ def compute_pair_limit(
     velocities_before: tuple[Vector, Vector],
     inverse_masses: tuple[float, float],
     restitution: float,
-    demand: Demand,
+    target: AccuracyTarget,
 ) -> PairLimit:
     """Return the largest step sizes for an impact of two discs.
 
@@ -167,10 +171,10 @@ def compute_pair_limit(
     total = sum(inverse_masses)
     pushes = [(1.0 + restitution) * inverse / total for inverse in inverse_masses]
     direction = min(
-        compute_direction_limit(window, before, sign, push, demand.direction_error_rad)
+        compute_direction_limit(window, before, sign, push, target.direction_error_rad)
         for before, push, sign in zip(velocities_before, pushes, (1.0, -1.0), strict=True)
     )
-    return PairLimit(window, window.length_s / (1.0 - demand.miss_probability), direction)
+    return PairLimit(window, window.length_s / (1.0 - target.miss_probability), direction)
 
 
 #: An impact counts as a graze if its impact parameter, divided by the contact distance, is at least this number: cos
@@ -208,13 +212,13 @@ class HardImpact:
     cause: Cause
 
 
-def rank_hardest_impacts(reference: Trace, demand: Demand) -> tuple[HardImpact, ...]:
+def rank_hardest_impacts(reference: Trace, target: AccuracyTarget) -> tuple[HardImpact, ...]:
     """Compute the largest step sizes for each impact of a reference, and sort the impacts by step size."""
-    found = [_build_hard_impact(reference, k, demand) for k in range(len(reference.impacts))]
+    found = [_build_hard_impact(reference, k, target) for k in range(len(reference.impacts))]
     return tuple(sorted(found, key=lambda impact: (impact.limit.dt_s, impact.time_s)))
 
 
-def _build_hard_impact(reference: Trace, number: int, demand: Demand) -> HardImpact:
+def _build_hard_impact(reference: Trace, number: int, target: AccuracyTarget) -> HardImpact:
     impact, scene = reference.impacts[number], reference.scene
     first, second, time_s = int(impact["first"]), int(impact["second"]), float(impact["time_s"])
     if second < 0:
@@ -225,6 +229,6 @@ def _build_hard_impact(reference: Trace, number: int, demand: Demand) -> HardImp
     one, other = scene.discs[first], scene.discs[second]
     window = ContactWindow.of(one.radius_m + other.radius_m, normal, (vx - ux, vy - uy))
     inverse_masses = (1.0 / one.mass_kg, 1.0 / other.mass_kg)
-    limit = compute_pair_limit(window, ((ux, uy), (vx, vy)), inverse_masses, scene.restitution, demand)
+    limit = compute_pair_limit(window, ((ux, uy), (vx, vy)), inverse_masses, scene.restitution, target)
     soft = Cause.TURN if limit.direction_dt_s < limit.miss_dt_s else Cause.FAST
-    return HardImpact(time_s, first, second, limit, Cause.GRAZE if window.share >= GRAZE else soft)
+    return HardImpact(time_s, first, second, limit, Cause.GRAZE if window.relative_offset >= GRAZE else soft)

@@ -10,7 +10,7 @@ from itertools import takewhile
 
 from carom.execution.job import Method
 from carom.model.scene import Scene
-from carom.studies.advise.sampling_limit import Demand
+from carom.studies.advise.sampling_limit import AccuracyTarget
 from carom.studies.advise.step_trial import StepTrial, compute_step_limit
 
 #: Number of evenly spread phases at which a result is confirmed.
@@ -54,22 +54,23 @@ class SearchEnding(Enum):
 
 @dataclass(frozen=True)
 class StepRange:
-    """A range of step sizes that are accurate enough: every tested step size from `passes` down to `down_to_s`.
+    """A range of step sizes that are accurate enough: every tested one from `largest_passing` to `smallest_tested_s`.
 
     Attributes:
-        passes: The largest step size that passes, confirmed at `CONFIRM` phases; None if there is none.
-        in_frame: The largest step size that passes and divides a frame into equal steps, also confirmed; None if there
-            is none.
-        down_to_s: The smallest tested step size, in seconds; NaN if none was tested.
-        fails: The smallest failing step size, which is the next one above `passes`; None if no step size fails.
+        largest_passing: The largest step size that passes, confirmed at `CONFIRM` phases; None if there is none.
+        frame_divisor: The largest step size that passes and divides a frame into equal steps, also confirmed; None if
+            there is none.
+        smallest_tested_s: The smallest tested step size, in seconds; NaN if none was tested.
+        smallest_failing: The smallest failing step size, which is the next one above `largest_passing`; None if no step
+            size fails.
         coarser_passes: Step sizes that pass although a smaller one fails, the largest first.
         finer_failures: Step sizes that fail although a larger one passes, the largest first.
     """
 
-    passes: StepTrial | None
-    in_frame: StepTrial | None
-    down_to_s: float
-    fails: StepTrial | None
+    largest_passing: StepTrial | None
+    frame_divisor: StepTrial | None
+    smallest_tested_s: float
+    smallest_failing: StepTrial | None
     coarser_passes: tuple[StepTrial, ...]
     finer_failures: tuple[StepTrial, ...]
 
@@ -87,7 +88,7 @@ class StepAdvice:
         method: Engine and profile.
         trials: Results of all tested step sizes, beginning with the largest.
         never_misses: Range of step sizes with which the engine misses and invents no impact at any phase.
-        demand: Range of step sizes that meet the whole accuracy target.
+        meets_target: Range of step sizes that meet the whole accuracy target.
         ending: Reason why no smaller step size was tested.
         refused_s: The smallest step size that the method refuses, in seconds; None if the method refuses none. Larger
             step sizes were not run.
@@ -97,7 +98,7 @@ class StepAdvice:
     method: Method
     trials: tuple[StepTrial, ...]
     never_misses: StepRange
-    demand: StepRange
+    meets_target: StepRange
     ending: SearchEnding
     refused_s: float | None = None
     refusal: str = ""
@@ -126,7 +127,7 @@ class StepRequest:
     """A step size that a search wants to test, with the number of evenly spread phases."""
 
     dt_s: float
-    even: int
+    even_phases: int
 
 
 def generate_step_grid(scene: Scene, guess_s: float) -> Iterator[float]:
@@ -161,10 +162,10 @@ class StepSearch:
     Args:
         scene: The scene.
         method: Engine and profile.
-        demand: Required accuracy.
+        target: Required accuracy.
         guess_s: Largest step size at which checking once per step is accurate enough for the hardest impact.
         phases: Number of evenly spread phases at which each step size is tested.
-        aimed: Number of additional phases, at which a check comes just before a hard impact.
+        aimed_phases: Number of additional phases, at which a check comes just before a hard impact.
         budget_steps: Largest number of engine steps in the search. A step size is tested only if the rest of this
             budget covers its estimated number of steps. The estimate assumes that runs end as early as with the
             previous step size.
@@ -176,14 +177,14 @@ class StepSearch:
         self,
         scene: Scene,
         method: Method,
-        demand: Demand,
+        target: AccuracyTarget,
         guess_s: float,
         phases: int,
-        aimed: int,
+        aimed_phases: int,
         budget_steps: int,
         refusal: Callable[[float], str],
     ) -> None:
-        self._method, self._demand, self._phases, self._aimed = method, demand, phases, aimed
+        self._method, self._target, self._phases, self._aimed_phases = method, target, phases, aimed_phases
         self._duration_s, self._budget_left, self._refusal = scene.duration_s, budget_steps, refusal
         self._rate_hz, self._guess_s = scene.frame_rate_hz, guess_s
         self._frame_s = 1.0 / scene.frame_rate_hz
@@ -195,36 +196,36 @@ class StepSearch:
         self._used_part = 1.0
         self._ending = SearchEnding.FINEST
         self._requests = self._generate_steps()
-        self.wanted: StepRequest | None = next(self._requests, None)
+        self.request: StepRequest | None = next(self._requests, None)
 
     @property
     def is_refused(self) -> bool:
         """Whether the method refuses every step size."""
         return all(self._refusal(dt_s) for dt_s in self._grid)
 
-    def take(self, trial: StepTrial | str) -> None:
+    def add_result(self, trial: StepTrial | str) -> None:
         """Store the result of the requested step size, or the reason why the step size could not be tested.
 
         Then request the next step size.
         """
         try:
-            self.wanted = self._requests.send(trial)
+            self.request = self._requests.send(trial)
         except StopIteration:
-            self.wanted = None
+            self.request = None
 
     def build_answer(self) -> StepAdvice:
         """Return the result."""
         refused_s, refusal = self._refused_step or (None, "")
-        misses, demand = (self._build_range(passes) for passes in self._questions)
-        return StepAdvice(self._method, self._tested, misses, demand, self._ending, refused_s, refusal)
+        never_misses, meets_target = (self._build_range(passes) for passes in self._criteria)
+        return StepAdvice(self._method, self._tested, never_misses, meets_target, self._ending, refused_s, refusal)
 
     @property
     def _tested(self) -> tuple[StepTrial, ...]:
         return tuple(self._trials[dt_s] for dt_s in self._grid if dt_s in self._trials)
 
     @property
-    def _questions(self) -> tuple[Callable[[StepTrial], bool], ...]:
-        return (lambda trial: trial.never_misses, lambda trial: trial.is_within(self._demand))
+    def _criteria(self) -> tuple[Callable[[StepTrial], bool], ...]:
+        return (lambda trial: trial.never_misses, lambda trial: trial.is_within(self._target))
 
     def _generate_steps(self) -> Generator[StepRequest, StepTrial | str, None]:
         for dt_s in self._grid:
@@ -236,25 +237,25 @@ class StepSearch:
             while unconfirmed := self._find_unconfirmed():
                 if not (yield from self._test(unconfirmed.dt_s, max(CONFIRM, self._phases))):
                     return
-            if all(self._is_found(passes) for passes in self._questions):
+            if all(self._is_found(passes) for passes in self._criteria):
                 self._ending = SearchEnding.FOUND
                 return
             if self._is_flat(dt_s):
                 self._ending = SearchEnding.FLAT
                 return
 
-    def _test(self, dt_s: float, even: int) -> Generator[StepRequest, StepTrial | str, bool]:
+    def _test(self, dt_s: float, even_phases: int) -> Generator[StepRequest, StepTrial | str, bool]:
         """Request a step size, and return whether the search continues."""
-        max_steps = compute_step_limit(self._duration_s, dt_s, even + self._aimed)
+        max_steps = compute_step_limit(self._duration_s, dt_s, even_phases + self._aimed_phases)
         if max_steps * self._used_part > self._budget_left:
             self._ending = SearchEnding.BUDGET
             return False
-        trial = yield StepRequest(dt_s, even)
+        trial = yield StepRequest(dt_s, even_phases)
         if isinstance(trial, str):
             self._refused_step = (dt_s, trial)
             return True
         self._trials[dt_s] = trial
-        if even >= CONFIRM:
+        if even_phases >= CONFIRM:
             self._confirmed.add(dt_s)
         self._budget_left -= trial.steps
         self._used_part = trial.steps / max_steps
@@ -266,7 +267,7 @@ class StepSearch:
 
     def _find_unconfirmed(self) -> StepTrial | None:
         """Return a step size that passed and must be confirmed at more phases; None if there is none."""
-        for passes in self._questions:
+        for passes in self._criteria:
             run = _select_finest_passing(self._tested, passes)
             for trial in (*run[:1], *self._select_frame_divisor(run)) if self._is_long_enough(run) else ():
                 if trial.dt_s not in self._confirmed:
@@ -293,7 +294,7 @@ class StepSearch:
         """
         if dt_s > min(self._frame_s, self._guess_s):
             return False
-        never_misses, meets_target = self._questions
+        never_misses, meets_target = self._criteria
         run = _select_finest_passing(self._tested, lambda trial: never_misses(trial) and not meets_target(trial))
         last = [trial for trial in run if trial.dt_s <= 2**LONGEST * run[-1].dt_s]
         return _has_octaves(last, LONGEST) and _is_constant([trial.direction_error_rad for trial in last])

@@ -22,7 +22,7 @@ from carom.execution.scheduler import TaskRequest, run_tasks
 from carom.execution.score_jobs import estimate_steps, sort_by_start
 from carom.model.scene import Scene
 from carom.model.trace import Outcome
-from carom.studies.advise.sampling_limit import Demand
+from carom.studies.advise.sampling_limit import AccuracyTarget
 
 #: At a phase that is chosen for a hard impact, a check comes this fraction of a step before the impact. A method that
 #: checks once per step then finds the impact almost a whole step late.
@@ -42,12 +42,12 @@ class PhaseResult:
     """Result of a run at one phase.
 
     Attributes:
-        lost: Whether an impact was missed or invented, or the run ended early.
+        is_lost: Whether an impact was missed or invented, or the run ended early.
         direction_error_rad: Largest direction error of the found impacts; NaN if none was found.
         steps: Number of engine steps.
     """
 
-    lost: bool
+    is_lost: bool
     direction_error_rad: float
     steps: int
 
@@ -68,13 +68,13 @@ class StartTask(JobTask):
         # Run further steps, because impacts in the last steps may be reported later.
         scene = Scene(**{**dict(shifted_scene), "duration_s": shifted_scene.duration_s + BEYOND_STEPS * job.dt_s})
         reference = require_reference(_reference(scene))
-        observed = observe_run(adapter, scene, job.profile, job.dt_s, overrides=job.method.tried, watched=False)
+        observed = observe_run(adapter, scene, job.profile, job.dt_s, overrides=job.method.overrides, stepwise=False)
         aligned = match_impacts(reference, observed, comparison_range(reference, shifted_scene.duration_s))
         (measured,) = measure_errors([MatchedRun(reference, observed, aligned)], compute_scales(scene, reference))
         # After the additional steps, only a run that ended early has undecided impacts. These impacts count as missed.
         wrong = aligned.missed or aligned.spurious or aligned.undecided
         return PhaseResult(
-            lost=bool(wrong) or observed.outcome is not Outcome.COMPLETED,
+            is_lost=bool(wrong) or observed.outcome is not Outcome.COMPLETED,
             direction_error_rad=measured.largest.direction_rad,
             steps=int(observed.counts.get("steps", 0)),
         )
@@ -89,20 +89,21 @@ class StepTrial:
 
     Attributes:
         dt_s: The step size, in seconds.
-        even: Number of evenly spread phases at which the engine did not fail.
+        even_phases: Number of evenly spread phases at which the engine did not fail.
         phases: Number of all phases.
-        lost_even: Number of evenly spread phases at which an impact was missed or invented, or the run ended early.
-        lost: Number of all phases at which an impact was missed or invented, or the run ended early.
+        lost_even_phases: Number of evenly spread phases at which an impact was missed or invented, or the run ended
+            early.
+        lost_phases: Number of all phases at which an impact was missed or invented, or the run ended early.
         direction_error_rad: Largest direction error at any phase; NaN if no impact was found.
         steps: Number of engine steps.
         reason: Error message of the engine or its adapter, which makes the step size fail; empty without an error.
     """
 
     dt_s: float
-    even: int
+    even_phases: int
     phases: int
-    lost_even: int
-    lost: int
+    lost_even_phases: int
+    lost_phases: int
     direction_error_rad: float
     steps: int
     reason: str = ""
@@ -110,13 +111,17 @@ class StepTrial:
     @property
     def never_misses(self) -> bool:
         """Whether no impact was missed or invented at any phase."""
-        return not self.reason and self.lost == 0
+        return not self.reason and self.lost_phases == 0
 
-    def is_within(self, demand: Demand) -> bool:
+    def is_within(self, target: AccuracyTarget) -> bool:
         """Return whether the accuracy target is met; False if the direction error is unknown."""
-        allowed = demand.miss_probability
-        few = self.never_misses if allowed == 0.0 else not self.reason and self.lost_even <= allowed * self.even
-        return few and self.direction_error_rad <= demand.direction_error_rad
+        allowed = target.miss_probability
+        few = (
+            self.never_misses
+            if allowed == 0.0
+            else not self.reason and self.lost_even_phases <= allowed * self.even_phases
+        )
+        return few and self.direction_error_rad <= target.direction_error_rad
 
     @classmethod
     def of(
@@ -132,13 +137,13 @@ class StepTrial:
         known = [one.direction_error_rad for one in results if not math.isnan(one.direction_error_rad)]
         return cls(
             dt_s,
-            even=len(of_even),
+            even_phases=len(of_even),
             phases=len(results) + len(broken),
-            lost_even=sum(one.lost for one in of_even),
-            lost=sum(one.lost for one in results),
+            lost_even_phases=sum(one.is_lost for one in of_even),
+            lost_phases=sum(one.is_lost for one in results),
             direction_error_rad=max(known, default=math.nan),
             steps=sum(one.steps for one in results),
-            reason=broken[0].said if broken else "",
+            reason=broken[0].problem if broken else "",
         )
 
 

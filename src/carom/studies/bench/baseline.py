@@ -43,12 +43,13 @@ class BaselineChange(Enum):
 class BaselinePoint(NamedTuple):
     """A point of the earlier bench.
 
-    Run times are divided by PIT's run times of the same rounds. `lost` counts missed and invented impacts.
+    Run times are divided by PIT's run times of the same rounds. `missed_and_spurious` counts missed and invented
+    impacts.
     """
 
     ratios: Sequence[float]
     error: float
-    lost: int
+    missed_and_spurious: int
 
 
 @dataclass(frozen=True)
@@ -86,7 +87,7 @@ class PointChange:
 
         Errors have no noise, because repeated runs of one version have equal errors.
         """
-        current, earlier = ((one.lost, _round_error(one.error)) for one in (self.point, self.before))
+        current, earlier = ((one.missed_and_spurious, _round_error(one.error)) for one in (self.point, self.before))
         if current == earlier:
             return BaselineChange.SAME
         return BaselineChange.REGRESSED if current > earlier else BaselineChange.IMPROVED
@@ -131,8 +132,10 @@ def read_baseline(path: Path, environment: Environment) -> dict[tuple[str, At], 
 def _read_point(point: dict[str, Any]) -> BaselinePoint:
     error = point["error"]
     ratios = (point["timing"] or {}).get("ratios") or ()
-    lost = int(point["missed"]) + int(point["spurious"])
-    return BaselinePoint([float(one) for one in ratios], math.nan if error is None else float(error), lost)
+    missed_and_spurious = int(point["missed"]) + int(point["spurious"])
+    return BaselinePoint(
+        [float(one) for one in ratios], math.nan if error is None else float(error), missed_and_spurious
+    )
 
 
 def compare_points(bench: Bench, before: dict[tuple[str, At], BaselinePoint]) -> list[PointChange]:
@@ -225,4 +228,4 @@ def _format_interval(one: PointChange) -> str:
 
 
 def _format_error(one: Point | BaselinePoint, kind: ErrorKind) -> str:
-    return f"{one.lost} lost" if one.lost else format_error(one.error, kind)
+    return f"{one.missed_and_spurious} lost" if one.missed_and_spurious else format_error(one.error, kind)

@@ -95,7 +95,7 @@ class _Drawing:
             marks = {key: style.pop(key) for key in ("marker", "markersize", "markerfacecolor")}
             self.axes.plot(*zip(*(place for place, _ in drawn_points), strict=True), **style)
             for (x, y), point in drawn_points:
-                sound = self.kind is Diagram.TIME_DT or point.is_sound
+                sound = self.kind is Diagram.TIME_DT or point.is_correct
                 # A point with missed or invented impacts is drawn as a cross, because its error covers only the other
                 # impacts.
                 as_drawn = marks if sound else {**marks, "marker": "x", "markersize": 6.0}

@@ -58,13 +58,14 @@ class GrowthRun:
         timing: Run times.
         before_bytes: Memory of the process before the world was built, in bytes.
         peak_bytes: Peak memory of the process, in bytes.
-        sitting: Start time (UTC) of the bench that ran the gas. Only run times with the same start time are comparable.
+        bench_start: Start time (UTC) of the bench that ran the gas. Only run times with the same start time are
+            comparable.
     """
 
     timing: Timing
     before_bytes: int
     peak_bytes: int
-    sitting: str
+    bench_start: str
 
 
 @dataclass(frozen=True)
@@ -73,7 +74,7 @@ class GrowthTask:
 
     discs: int
     method: Method
-    sitting: str = ""
+    bench_start: str = ""
     gravity: bool = False
 
     @property
@@ -99,7 +100,7 @@ class GrowthTask:
         time_run(adapter, small, profile, DT_S, steps=1, runs=1, zero=True)
         before = measure_resident_bytes() or 0
         timing = time_run(adapter, scene, profile, DT_S, steps=STEPS, runs=REPEATS, enough_s=SHORT_S)
-        return GrowthRun(timing, before, measure_resident_bytes("VmHWM") or 0, self.sitting)
+        return GrowthRun(timing, before, measure_resident_bytes("VmHWM") or 0, self.bench_start)
 
 
 @dataclass(frozen=True)
@@ -141,7 +142,7 @@ class GrowthPoint:
         ratio: `advance_s` divided by PIT's with the same number of discs. NaN if the two run times were not measured
             after the same start of the bench.
         reason: Reason why the gas was not run; empty if it was run.
-        sitting: Start time (UTC) of the bench that ran the gas; empty if the gas was not run.
+        bench_start: Start time (UTC) of the bench that ran the gas; empty if the gas was not run.
     """
 
     discs: int
@@ -151,7 +152,7 @@ class GrowthPoint:
     peak_bytes: float = math.nan
     ratio: float = math.nan
     reason: str = ""
-    sitting: str = ""
+    bench_start: str = ""
 
 
 @dataclass(frozen=True)
@@ -243,20 +244,20 @@ def measure_growth(
         spent = dict.fromkeys(points, 0.0)
         for done, (size, gravity, info) in enumerate(planned_runs):
             before = time.perf_counter()
-            all_left_s = 2 * budget_s - (before - started)
-            waiting = {(one.name, falls) for _, falls, one in planned_runs[done:]}
+            remaining_s = 2 * budget_s - (before - started)
+            waiting_curves = {(one.name, falls) for _, falls, one in planned_runs[done:]}
             # A curve whose last run failed needs no more time.
-            shares_s = {
+            time_shares_s = {
                 key: max(0.0, 2 * budget_s / len(points) - spent[key])
-                for key in waiting
+                for key in waiting_curves
                 if not (points[key] and points[key][-1].reason)
             }
-            left_s = _compute_time_left((info.name, gravity), shares_s, all_left_s)
+            available_s = _compute_available_time((info.name, gravity), time_shares_s, remaining_s)
             description = f"{size} {'falling ' if gravity else ''}discs on {info.name}"
-            progress(done, len(planned_runs), f"{description}{formatting.format_time_left(all_left_s)}")
+            progress(done, len(planned_runs), f"{description}{formatting.format_time_left(remaining_s)}")
             curve_points, method = points[info.name, gravity], methods[info.name]
             key = GrowthKey(size, method, find_versions(info.name), environment.machine, gravity, STEPS)
-            reason = info.unavailable or _find_skip_reason(curve_points, size, min(left_s, options.time_limit_s))
+            reason = info.unavailable or _find_skip_reason(curve_points, size, min(available_s, options.time_limit_s))
             refused = Answer[GrowthRun](Status.UNSUPPORTED, reason) if reason else None
             pool.renew()
             ask = TaskRequest(size, key, GrowthTask(size, method, environment.date, gravity), refused)
@@ -265,16 +266,18 @@ def measure_growth(
             curve_points.append(_build_point(size, answer))
     curves = []
     for (name, gravity), curve_points in points.items():
-        pit = {(point.discs, point.sitting): point.advance_s for point in points.get(("pit", gravity), ())}
+        pit = {(point.discs, point.bench_start): point.advance_s for point in points.get(("pit", gravity), ())}
         curves.append(_build_curve(methods[name], gravity, curve_points, pit))
     elapsed_s = time.perf_counter() - started
     return Growth(tuple(curves), environment, budget_s, command, elapsed_s)
 
 
-def _compute_time_left(curve: tuple[str, bool], shares_s: Mapping[tuple[str, bool], float], all_left_s: float) -> float:
+def _compute_available_time(
+    curve: tuple[str, bool], time_shares_s: Mapping[tuple[str, bool], float], remaining_s: float
+) -> float:
     """Return a run's time limit in seconds: its curve's share, or the time that the other curves' shares leave."""
-    others_s = sum(share_s for key, share_s in shares_s.items() if key != curve)
-    return min(all_left_s, max(shares_s.get(curve, 0.0), all_left_s - others_s))
+    other_shares_s = sum(share_s for key, share_s in time_shares_s.items() if key != curve)
+    return min(remaining_s, max(time_shares_s.get(curve, 0.0), remaining_s - other_shares_s))
 
 
 def _find_skip_reason(curve_points: Sequence[GrowthPoint], size: int, allowed_s: float) -> str:
@@ -303,9 +306,11 @@ def _build_point(discs: int, answer: Answer[GrowthRun]) -> GrowthPoint:
     grown = answer.value
     if grown is None:
         started = answer.status in {Status.CRASHED, Status.TIMED_OUT}
-        return GrowthPoint(discs, reason=answer.said if started else answer.reason)
+        return GrowthPoint(discs, reason=answer.problem if started else answer.reason)
     memory, peak = float(max(0, grown.peak_bytes - grown.before_bytes)), float(grown.peak_bytes)
-    return GrowthPoint(discs, grown.timing.prepare_s, grown.timing.advance_s, memory, peak, sitting=grown.sitting)
+    return GrowthPoint(
+        discs, grown.timing.prepare_s, grown.timing.advance_s, memory, peak, bench_start=grown.bench_start
+    )
 
 
 def select_same_method(points: Sequence[GrowthPoint]) -> list[GrowthPoint]:
@@ -321,7 +326,7 @@ def select_same_method(points: Sequence[GrowthPoint]) -> list[GrowthPoint]:
 def _build_curve(
     method: Method, gravity: bool, points: Sequence[GrowthPoint], pit: dict[tuple[int, str], float]
 ) -> GrowthCurve:
-    pit_s = [pit.get((point.discs, point.sitting), math.nan) for point in points]
+    pit_s = [pit.get((point.discs, point.bench_start), math.nan) for point in points]
     rated_points = tuple(replace(point, ratio=point.advance_s / of) for point, of in zip(points, pit_s, strict=True))
     fitted = select_same_method([point for point in rated_points if not point.reason and point.discs >= FIT_FROM])
     sizes = [float(point.discs) for point in fitted]

@@ -31,7 +31,7 @@ def describe_bench(bench: Bench) -> Iterator[str]:
         best = formatting.join_words([f"{name} on {_format_scenes(scenes, bench)}" for name, scenes in most_common])
         parts.append(f"the fastest engine with at most {target_text} is {best.removesuffix(' on every scene')}")
     unreached = [scene for scene, point in results if point is None]
-    lossy = [scene for scene in unreached if not any(curve.best and curve.best.is_sound for curve in scene.engines)]
+    lossy = [scene for scene in unreached if not any(curve.best and curve.best.is_correct for curve in scene.engines)]
     if lossy:
         parts.append(f"every engine misses or invents impacts on {_format_scenes(lossy, bench)}")
     if len(unreached) > len(lossy):
@@ -71,14 +71,14 @@ def describe_scene(scene: SceneBench, target: float, kind: ErrorKind, *, next_be
         timing = exact.timing
         parts.append(f"PIC takes {format_milliseconds(timing.advance_s)} ms" if timing else "PIC is exact")
     ranked = [(curve, curve.best) for curve in scene.engines]
-    sound = [(curve, best) for curve, best in ranked if best is not None and best.is_sound]
+    sound = [(curve, best) for curve, best in ranked if best is not None and best.is_correct]
     if sound:
         parts += _describe_engines(scene, sound, target, kind)
         other_points = [best for curve, best in sound if curve.engine != sound[0][0].engine]
         parts += [f"the next engine is {_describe_point(best, kind)}" for best in other_points[:next_best]]
     elif lossy := [best for _, best in ranked if best is not None]:
         best = lossy[0]
-        if best.lost:
+        if best.missed_and_spurious:
             parts.append(
                 f"every engine misses or invents impacts at every step size; the best is {_format_method(best)}, which "
                 f"{format_losses(best)}{_format_run_time(best)} at steps of {formatting.format_step(best.dt_s)}"

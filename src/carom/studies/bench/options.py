@@ -47,7 +47,7 @@ def parse_step_series(text: str) -> tuple[float, ...]:
     coarsest, _, finest = ends.partition("..")
     if count and not (count.isascii() and count.isdigit() and len(count) < 10 and 2 <= int(count) <= MOST_SERIES):
         raise ValueError
-    first, last = (build_step_kind().take(parse_fraction(end)) for end in (coarsest, finest))
+    first, last = (build_step_kind().convert(parse_fraction(end)) for end in (coarsest, finest))
     return compute_geometric_steps(first, last, int(count) if count else STEPS)
 
 

@@ -52,12 +52,12 @@ class Point:
     untimed: str = ""
 
     @property
-    def is_sound(self) -> bool:
+    def is_correct(self) -> bool:
         """Whether every impact was found, none was invented, and the error is known."""
         return not self.reason and not self.missed and not self.spurious and math.isfinite(self.error)
 
     @property
-    def lost(self) -> int:
+    def missed_and_spurious(self) -> int:
         """Number of missed and invented impacts, added up over all phases."""
         return self.missed + self.spurious
 
@@ -98,7 +98,7 @@ class Curve:
         """
 
         def order(point: Point) -> tuple[bool, int, float, float]:
-            return not point.is_sound, point.lost, point.error, read_run_time(point)
+            return not point.is_correct, point.missed_and_spurious, point.error, read_run_time(point)
 
         return min((point for point in self.points if not point.reason), key=order, default=None)
 
@@ -134,7 +134,7 @@ class SceneBench:
     @property
     def exact(self) -> Point | None:
         """PIC's fastest point; None if PIC was not run, or has errors above rounding."""
-        points = [point for curve in self.curves if curve.is_pic for point in curve.points if point.is_sound]
+        points = [point for curve in self.curves if curve.is_pic for point in curve.points if point.is_correct]
         return min((p for p in points if p.error <= THRESHOLDS.rounding), key=read_run_time, default=None)
 
     @property
@@ -180,7 +180,7 @@ def find_pareto_front(points: Sequence[Point]) -> tuple[Point, ...]:
     The fastest point is first. Points without a run time, or with missed or invented impacts, are excluded.
     """
     front: list[Point] = []
-    for point in sorted((p for p in points if p.is_sound and p.timing), key=lambda p: (read_run_time(p), p.error)):
+    for point in sorted((p for p in points if p.is_correct and p.timing), key=lambda p: (read_run_time(p), p.error)):
         # Differences within rounding do not count as more accurate.
         if not front or point.error < front[-1].error - THRESHOLDS.rounding:
             front.append(point)
@@ -189,7 +189,7 @@ def find_pareto_front(points: Sequence[Point]) -> tuple[Point, ...]:
 
 def find_cheapest(points: Sequence[Point], target: float) -> Point | None:
     """Return the fastest point that finds every impact with an error of at most the target; None if there is none."""
-    meeting = [point for point in points if point.is_sound and point.timing and point.error <= target]
+    meeting = [point for point in points if point.is_correct and point.timing and point.error <= target]
     return min(meeting, key=read_run_time, default=None)
 
 
@@ -206,6 +206,12 @@ def sort_best_first(curves: Iterable[Curve]) -> list[Curve]:
             return (True, True, math.inf, math.inf, math.inf)
         # Errors that look equal in tables count as equal. For equal errors, the faster method is better.
         error = 0.0 if best.error <= THRESHOLDS.rounding else float(f"{best.error:.1e}")
-        return (False, not best.is_sound, best.lost / max(1, best.expected), error, read_run_time(best))
+        return (
+            False,
+            not best.is_correct,
+            best.missed_and_spurious / max(1, best.expected),
+            error,
+            read_run_time(best),
+        )
 
     return sorted(curves, key=place)

@@ -102,7 +102,8 @@ def _build_jobs(
     all_methods = list_methods(infos, profiles, [dt_s for scene_steps in steps.values() for dt_s in scene_steps], pool)
     added = list_own_methods(plan.engines)
     methods_at_step = {
-        (name, dt_s): [added[name]] if name in added else methods for (name, dt_s), methods in all_methods.at.items()
+        (name, dt_s): [added[name]] if name in added else methods
+        for (name, dt_s), methods in all_methods.by_engine_and_step.items()
     }
     jobs = [
         Job(scene, method, dt_s, refinement, phase)
@@ -127,7 +128,7 @@ def _build_point(
     answers = [answer for answer in phase_answers if answer is not None]
     measured = [answer.value for answer in answers if answer.value is not None]
     errors = [error for measures in measured if not math.isnan(error := compute_error(measures, kind))]
-    reason = unscored or next((answer.said for answer in answers if answer.said), "")
+    reason = unscored or next((answer.problem for answer in answers if answer.problem), "")
     if not reason:
         reason = next((f"ended early: {m.outcome}" for m in measured if m.outcome != "completed"), "")
     if not reason and all(measures.expected == 0 for measures in measured):
@@ -151,7 +152,7 @@ def _build_scene_bench(scene: Scene, points: Sequence[Point], timing: SceneTimin
     by_curve = formatting.group_by(((point.engine, point.profile), point) for point in points)
     curves = []
     for (engine, profile), curve_points in by_curve.items():
-        sound = [point for point in curve_points if point.is_sound]
+        sound = [point for point in curve_points if point.is_correct]
         order = fit_order([point.dt_s for point in sound], [point.error for point in sound])
         curves.append(Curve(engine, profile, tuple(curve_points), order, find_cheapest(curve_points, target)))
     return SceneBench(

@@ -96,7 +96,7 @@ class ScoringPass:
         step size that has run.
         """
 
-        def badness(method: Method) -> tuple[int, float]:
+        def severity(method: Method) -> tuple[int, float]:
             found = [job for job in self.jobs if job.method == method and build_job_key(job) in results]
             finest = min((job.dt_s for job in found), default=math.inf)
             values = [results[build_job_key(job)].value for job in found if job.dt_s == finest]
@@ -105,6 +105,6 @@ class ScoringPass:
             lost_count = sum(value.missed + value.spurious for value in measured)
             return lost_count, math.inf if any(map(math.isnan, errors)) else max(errors, default=math.inf)
 
-        ranked = sorted(methods, key=badness)
+        ranked = sorted(methods, key=severity)
         place = {method: [m for m in ranked if m.engine == method.engine].index(method) for method in ranked}
         return sorted(ranked, key=place.__getitem__)

@@ -68,7 +68,7 @@ def list_reached_targets(bench: Bench) -> list[float]:
 
 
 def _is_within_target(point: Point, target: float) -> bool:
-    return point.is_sound and point.error <= target
+    return point.is_correct and point.error <= target
 
 
 def build_method_table(scene: SceneBench, kind: ErrorKind, targets: Sequence[float]) -> Table:
@@ -116,7 +116,9 @@ def build_suite_table(bench: Bench, targets: Sequence[float]) -> Table:
     kind = bench.plan.error
     columns = [
         METHOD,
-        Column("found", lambda method: _format_share(method, sum(b.is_sound for b in method.best)), "all", number=True),
+        Column(
+            "found", lambda method: _format_share(method, sum(b.is_correct for b in method.best)), "all", number=True
+        ),
         *(
             Column(format_error(target, kind), partial(_build_reach_cell, target), "n, ×", only=only)  # noqa: RUF001 - the sign of a ratio
             for target, only in zip(targets, _select_media(targets), strict=True)
@@ -194,7 +196,7 @@ def _format_order(order: ConvergenceOrder) -> Cell:
 
 
 def _format_sound_steps(curve: Curve) -> str:
-    return f"{sum(point.is_sound for point in curve.points)} of {sum(not point.reason for point in curve.points)}"
+    return f"{sum(point.is_correct for point in curve.points)} of {sum(not point.reason for point in curve.points)}"
 
 
 def _build_least_error_cell(kind: ErrorKind, curve: Curve) -> Cell:
@@ -202,7 +204,7 @@ def _build_least_error_cell(kind: ErrorKind, curve: Curve) -> Cell:
     if best is None:
         reasons = list(dict.fromkeys(point.reason for point in curve.points))
         return Cell("not run", "; ".join(reasons), short=reasons[0].partition(":")[0] if reasons else "")
-    if best.is_sound:
+    if best.is_correct:
         return Cell(format_error(best.error, kind))
     short = formatting.format_missed_and_invented(best.missed, best.spurious) or formatting.ABSENT
     return Cell(format_losses(best), short=short)

@@ -145,7 +145,7 @@ class TimingKey:
     Attributes:
         scene: Name of the scene, for readers.
         scene_sha256: Hash of the scene.
-        asked: Timed methods and step sizes, in order.
+        requested: Timed methods and step sizes, in order.
         versions: Versions of the engines and of all packages that affect their numbers.
         machine: See `carom.execution.environment.Environment.machine`.
         seed: Seed of the random order of runs in a round.
@@ -153,7 +153,7 @@ class TimingKey:
 
     scene: str
     scene_sha256: str
-    asked: tuple[At, ...]
+    requested: tuple[At, ...]
     versions: tuple[tuple[str, tuple[tuple[str, str], ...]], ...]
     machine: tuple[str, str, int]
     seed: int
@@ -204,7 +204,7 @@ class TimeScene(DependentTasks[SceneTiming]):
 
     Attributes:
         scene: The scene.
-        asked: Methods and step sizes to time.
+        requested: Methods and step sizes to time.
         rounds: Largest number of rounds. If the time is short, there are fewer rounds, but at least three.
         seed: Seed of the random order of runs in a round.
         budget_s: Time limit of the pass, in seconds. Methods that would take longer are omitted with a reason.
@@ -212,7 +212,7 @@ class TimeScene(DependentTasks[SceneTiming]):
     """
 
     scene: Scene
-    asked: tuple[At, ...]
+    requested: tuple[At, ...]
     rounds: int = 7
     seed: int = 1
     budget_s: float = math.inf
@@ -226,7 +226,7 @@ class TimeScene(DependentTasks[SceneTiming]):
     def run(self, runner: TaskRunner) -> Answer[SceneTiming]:
         """Return the measured times. Each engine has one worker process for all its runs."""
         scene, progress = self.scene, self.progress
-        requested = set(self.asked)
+        requested = set(self.requested)
         pit = [(PIT_METHOD, dt_s) for dt_s in sorted({dt_s for _, dt_s in requested}, reverse=True)]
         ordered = [*pit, *sorted(requested - set(pit), key=lambda method_step: (method_step[0], -method_step[1]))]
         until_s = time.perf_counter() + self.budget_s
@@ -251,7 +251,7 @@ class TimeScene(DependentTasks[SceneTiming]):
                     probe.take()
                     answer = runner.run(tasks[method_step])
                     if answer.value is None:
-                        untimed[method_step] = answer.said
+                        untimed[method_step] = answer.problem
                     else:
                         visits[method_step].append(answer.value)
                 method, dt_s = method_step
@@ -292,7 +292,7 @@ def _measure_visit_costs(
             runner.run(VisitTask(scene, method_step))
         answer: Answer[Visit] = runner.run(VisitTask(scene, method_step))
         if answer.value is None:
-            untimed[method_step] = answer.said
+            untimed[method_step] = answer.problem
             continue
         visit_costs_s[method_step] = answer.value.whole_s + answer.value.empty_s * min(
             1.0, EMPTY_STEPS / scene.step_count(dt_s)

@@ -84,7 +84,7 @@ def _build_document(title: str, about: str, grid: Grid) -> Document:
         build_cells_section(grid),
         build_impact_tables_section(grid),
     )
-    return Document(title, build_headline(grid), sections, about=about, watch=find_first_replay(grid))
+    return Document(title, build_headline(grid), sections, about=about, replay_link=find_first_replay(grid))
 
 
 class Report(NamedTuple):
@@ -168,7 +168,7 @@ def _format_python_call(grid: Grid) -> str:
     """Return a Python call that repeats a cross-check, for results that were not made from the command line."""
     engines = list(dict.fromkeys(method.engine for method in grid.columns))
     profiles = list(dict.fromkeys(method.profile for method in grid.columns))
-    overrides = next((dict(method.tried) for method in grid.columns if method.tried), {})
+    overrides = next((dict(method.overrides) for method in grid.columns if method.overrides), {})
     settings = f", settings={overrides!r}" if overrides else ""
     jobs = [row.job for row in grid.results.rows]
     has_default_steps = all(job.dt_s in compute_default_dts(job.scene) for job in jobs)

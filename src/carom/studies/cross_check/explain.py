@@ -125,7 +125,7 @@ def _describe_saving(saved: time_saved.SkippedTime | None, plain: str) -> str:
     if saved is None:
         return ""
     takes = f"{plain} takes {format_number(saved.ratio)} times as long"
-    return f"; it takes {format_number(1e3 * saved.with_s, 3)} ms, and {takes}"
+    return f"; it takes {format_number(1e3 * saved.with_skipping_s, 3)} ms, and {takes}"
 
 
 def _describe_engines(scene: Scene, reference: Trace, dt_s: float) -> str:

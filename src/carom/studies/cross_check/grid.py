@@ -43,7 +43,7 @@ class GridColumn(NamedTuple):
     """A column of the grid: a method, and whether it is one of Carom's own methods."""
 
     method: Method
-    own: bool
+    is_own_method: bool
 
     @property
     def engine(self) -> str:
@@ -58,7 +58,7 @@ class GridColumn(NamedTuple):
     @property
     def label(self) -> str:
         """The engine's name in headings: PIC, PIT, or the adapter's name."""
-        return self.engine.upper() if self.own else self.engine
+        return self.engine.upper() if self.is_own_method else self.engine
 
     @property
     def name(self) -> str:
@@ -75,7 +75,7 @@ class GridCell(NamedTuple):
         mark: The grade, or the kind of failure.
         reasons: Every verdict with its reason, or the reason why there is no run, as sentences without a full stop.
         line: All numbers of the run, as in results.jsonl; unknown if no run was planned.
-        of_scene: Number of impacts, horizon and scales of the scene.
+        scene_line: Number of impacts, horizon and scales of the scene.
         pit: PIT's errors by name for the same scene and step size; empty if PIT was not run.
         row: The run with its trace; None if no run was planned, or if the grid comes from results.jsonl.
     """
@@ -85,7 +85,7 @@ class GridCell(NamedTuple):
     mark: Mark
     reasons: tuple[str, ...]
     line: RowLine
-    of_scene: SceneLine
+    scene_line: SceneLine
     pit: Mapping[str, str | int | float | None]
     row: Row | None
 
@@ -120,7 +120,7 @@ class GridCell(NamedTuple):
     @property
     def expected(self) -> int:
         """Number of the reference's impacts with which the run was compared."""
-        return self.of_scene.expected if self.scored else 0
+        return self.scene_line.expected if self.scored else 0
 
     @property
     def missed(self) -> int:
@@ -163,7 +163,7 @@ class GridCell(NamedTuple):
         error_s = self.errors.time_s
         if math.isnan(error_s):
             return error_s
-        limit_s = THRESHOLDS.time_rounding_of(self.line.float_bits or 64, self.of_scene.scales.time_s, self.line.dt_s)
+        limit_s = THRESHOLDS.time_rounding_of(self.line.float_bits or 64, self.scene_line.scales.time_s, self.line.dt_s)
         return 0.0 if abs(error_s) <= limit_s else error_s
 
     def has_verdict(self, verdict: Verdict) -> bool:
@@ -188,7 +188,7 @@ class GridCell(NamedTuple):
         if self.scored and not self.matched:
             if self.undecided:
                 return f"{self.undecided} of {self.expected} undecided"
-            return "none compared" if self.of_scene.beyond_horizon else "no impact"
+            return "none compared" if self.scene_line.beyond_horizon else "no impact"
         if not self.scored or self.mark in (Mark.EXACT, Mark.EXACT_32):
             return ""
         velocity, spin = self.errors.velocity, self.errors.spin  # the spin error is NaN if no disc spins
@@ -203,7 +203,7 @@ class GridCell(NamedTuple):
         return f"{formatting.format_percent(velocity)} of greatest speed"
 
     @property
-    def compact(self) -> str:
+    def short_figure(self) -> str:
         """The most important number in short form, for a terminal."""
         if self.missed or self.invented:
             return formatting.format_missed_and_invented(self.missed, self.invented)
@@ -333,23 +333,25 @@ def merge_own_profiles(contents: Mapping[GridColumn, object]) -> list[list[GridC
     Args:
         contents: The values by which the profiles are compared, for each column.
     """
-    found = (((column.engine if column.own else column, content), column) for column, content in contents.items())
+    found = (
+        ((column.engine if column.is_own_method else column, content), column) for column, content in contents.items()
+    )
     return list(formatting.group_by(found).values())
 
 
-def keep_worst(items: Sequence[T], max_items: int, cells_of: Callable[[T], Sequence[GridCell]]) -> Sequence[T]:
+def select_worst(items: Sequence[T], max_items: int, cells_of: Callable[[T], Sequence[GridCell]]) -> Sequence[T]:
     """Return the `max_items` items whose cells have the worst grades, in their original order."""
     if len(items) <= max_items:
         return items
 
-    def badness(place: int) -> list[int]:
+    def severity(place: int) -> list[int]:
         return sorted((-1 if cell.rank is None else cell.rank for cell in cells_of(items[place])), reverse=True)
 
-    return [items[place] for place in sorted(heapq.nlargest(max_items, range(len(items)), badness))]
+    return [items[place] for place in sorted(heapq.nlargest(max_items, range(len(items)), severity))]
 
 
-def omission_note(listed: Sequence[T], items: Sequence[T], noun: str, media: Media) -> tuple[Text, ...]:
-    """Return a note if `keep_worst` has omitted items, and an empty tuple if not."""
+def build_omission_note(listed: Sequence[T], items: Sequence[T], noun: str, media: Media) -> tuple[Text, ...]:
+    """Return a note if `select_worst` has omitted items, and an empty tuple if not."""
     worst = f"Only the {len(listed):,} {noun} with the worst grades of {len(items):,} are shown; results.jsonl has all."
     return (Text(worst, media),) if len(listed) < len(items) else ()
 

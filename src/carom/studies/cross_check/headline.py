@@ -21,7 +21,7 @@ MOST_NAMES = 4
 def build_headline(grid: Grid) -> tuple[str, ...]:
     """Build the headline: the main result, and sentences on the reference, the grades and the effect of phases."""
     compared = grid.compared
-    columns = [column for column in compared if not column.own] or compared
+    columns = [column for column in compared if not column.is_own_method] or compared
     if not columns:
         sentence = "Nothing was scored, because no requested method ran any of these scenes."
     else:
@@ -65,7 +65,7 @@ def _describe_scenes(grid: Grid, columns: Sequence[GridColumn]) -> str:
     second = "tuned" if "tuned" in other_profiles else next(iter(other_profiles), first)
     shipped, tuned = by_profile[first], by_profile[second]
     misses, sampled = _describe_misses(grid, shipped), _describe_sampled(grid, tuned)
-    if columns[0].own:  # without an engine, PIT would be compared with itself
+    if columns[0].is_own_method:  # without an engine, PIT would be compared with itself
         return f"{formatting.capitalise(misses)}."
     if first == second:
         return f"{_format_profile(first)}: {misses}; {sampled}."
@@ -88,7 +88,7 @@ def _describe_misses(grid: Grid, columns: Sequence[GridColumn]) -> str:
     if len(columns) == 1:
         miss_text = f"an impact in {by_all} of {scenes} scenes" if by_all else f"no impact in {scenes} scenes"
         return f"{columns[0].label} misses {miss_text}"
-    kind = "method" if columns[0].own else "engine"
+    kind = "method" if columns[0].is_own_method else "engine"
     if by_all:
         return f"every {kind} misses an impact in {by_all} of {scenes} scenes"
     if not any(counts):
@@ -138,7 +138,7 @@ def _describe_reference(results: Results) -> str:
 
 def _describe_counts(grid: Grid, columns: Sequence[GridColumn]) -> str:
     """Describe the numbers of runs by grade."""
-    counted_columns, noun = [column for column in grid.columns.values() if not column.own], "engine run"
+    counted_columns, noun = [column for column in grid.columns.values() if not column.is_own_method], "engine run"
     if not counted_columns:  # if only Carom's own methods ran, count PIT
         counted_columns = list(columns) or list(grid.columns.values())
         labels = {column.label for column in counted_columns}

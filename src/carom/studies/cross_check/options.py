@@ -82,7 +82,7 @@ class Options(LimitOptions):
         InputError: A value is invalid.
     """
 
-    stamped = (
+    fixed_on_resume = (
         *("engines", "dts", "profiles", "settings", "phases", "seed", "certified", "certify_s", "timing", "samples"),
         *("time_limit_s", "memory_limit_mb"),
     )

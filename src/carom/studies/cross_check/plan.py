@@ -59,14 +59,14 @@ def build_plan(scenes: Iterable[Scene | CatalogueScene | str], options: Options,
     infos = select_engines(known, options.engines)
     profiles = select_profiles(infos, options.profiles)
     dts = [dt_s for scene in plain for dt_s in options.list_steps(scene)]
-    tried = {info.name: resolve_settings(info, options.settings, profiles, dts[0], pool) for info in infos}
-    methods = list_methods(infos, profiles, dts, pool, tried)
+    overrides = {info.name: resolve_settings(info, options.settings, profiles, dts[0], pool) for info in infos}
+    methods = list_methods(infos, profiles, dts, pool, overrides)
     jobs = [
         Job(scene, method, dt_s, refinement)
         for scene in plain
         for info in infos
         for refinement, dt_s in enumerate(options.list_steps(scene))
-        for method in methods.at[info.name, dt_s]
+        for method in methods.by_engine_and_step[info.name, dt_s]
         if options.dts or refinement == 0 or method.profile not in info.located
     ]
     return Plan(plain, answers, tuple(known), profiles, tuple(jobs), options, methods)

@@ -55,7 +55,7 @@ class Replay:
             MissingExtraError: The extra `report` is not installed.
         """
         trace = self.observed
-        job = Job(trace.scene, Method(trace.method, trace.profile, tuple(trace.tried.items())), trace.dt_s)
+        job = Job(trace.scene, Method(trace.method, trace.profile, tuple(trace.overrides.items())), trace.dt_s)
         row = Row(job, Status.RAN, trace=trace, score=self.score)
         # A trace from a direct call of a solver has no profile, so no command can repeat it.
         command = format_run_command("scene.toml", job) if trace.profile else ""

@@ -30,23 +30,34 @@ if TYPE_CHECKING:
 
     from carom.comparator import Score
 
-#: Durations in seconds: the film without slow motion, the part before the first fault (at normal speed), and the pause
-#: at the fault. The page's replay has the same durations. The last constant is the frame rate. A frame of a GIF lasts a
-#: whole number of hundredths of a second, here 4.
-_FILM_S, _LEAD_S, _HELD_S, FRAMES_PER_S = 6, 0.6, 1.5, 25
+#: Duration of the film without slow motion. The page's replay has the same durations.
+_FILM_S = 6
+#: Duration of the part before the first fault, at normal speed.
+_LEAD_S = 0.6
+#: Duration of the pause at the fault.
+_PAUSE_S = 1.5
+#: A frame of a GIF lasts a whole number of hundredths of a second, here 4.
+FRAMES_PER_S = 25
 #: Smallest speed of the slow motion, relative to normal speed.
 _SLOWEST = 1.0 / 8.0
-#: Discs flash at each step of the run. The constants are the duration of a flash in seconds and the largest number of
-#: flashes at once. With more than `_CROWD` discs, only discs with a missed impact flash.
-_FLASH_S, _MOST_FLASHES, _CROWD = 0.45, 3, 4
-#: Sizes of the magnifying inset, the same as in the page. `_REACH` is half the side of the magnified region, in disc
-#: radii. `_ASIDE` is the inset's largest size, divided by the picture's width and height. `_MAGNIFIES` is the smallest
-#: magnification.
-_REACH, _ASIDE, _MAGNIFIES = 2.5, (0.42, 0.56), 1.4
-#: Colours of exact positions and of missed impacts, the same as in the page.
-_GHOST, _WRONG = "#74777c", "#d5452f"
+#: Duration of a flash. Discs flash at each step of the run.
+_FLASH_S = 0.45
+#: Largest number of flashes at once.
+_MAX_FLASHES = 3
+#: With more discs, only discs with a missed impact flash.
+_MAX_FLASHING_DISCS = 4
+#: Half the side of the magnified region, in disc radii. The sizes of the inset are the same as in the page.
+_MAGNIFIED_RADII = 2.5
+#: Largest size of the magnifying inset, divided by the picture's width and height.
+_INSET_SIZE = (0.42, 0.56)
+#: Smallest magnification.
+_MIN_MAGNIFICATION = 1.4
+#: Colour of exact positions, the same as in the page.
+_EXACT_COLOUR = "#74777c"
+#: Colour of missed impacts, the same as in the page.
+_MISSED_COLOUR = "#d5452f"
 #: Time for which the outcome of an impact is shown, as a fraction of the scene's duration.
-_SAID_FOR = 1.0 / 12.0
+_OUTCOME_SHOWN_FOR = 1.0 / 12.0
 
 Array = NDArray[np.float64]
 
@@ -78,20 +89,20 @@ def build_film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation
     clock = figure.suptitle("")
     left, right = figure.subplots(1, 2)
     pictures = [(left, limits), (right, limits)]
-    failing, held_s = list[int](), None
+    failing, pause_time_s = list[int](), None
     near: list[Artist] = []  # the inset and its frame, shown while the film is slow
     if (fault := find_first_fault(rows)) is not None:
         failing, index = rows[fault]["bodies"], rows[fault].get("at")
-        held_s = find_pause_time(rows[fault], None if index is None else places[index].overlap_s, observed)
+        pause_time_s = find_pause_time(rows[fault], None if index is None else places[index].overlap_s, observed)
         first: Track = run_tracks[failing[0]]
-        middle = first.positions_at(np.array([held_s]))[0] if index is None else np.array(places[index][:2])
-        reach = _REACH * max(scene.discs[body].radius_m for body in failing if body >= 0)
-        if _compute_inset_side(limits) >= _MAGNIFIES * 2.0 * reach:
+        middle = first.positions_at(np.array([pause_time_s]))[0] if index is None else np.array(places[index][:2])
+        reach = _MAGNIFIED_RADII * max(scene.discs[body].radius_m for body in failing if body >= 0)
+        if _compute_inset_side(limits) >= _MIN_MAGNIFICATION * 2.0 * reach:
             magnified = (middle - reach, middle + reach)
             inset, frame = _draw_inset(right, magnified, limits)
             near += [inset, frame]
             pictures.append((inset, magnified))
-    times = _compute_frame_times(scene, held_s)
+    times = _compute_frame_times(scene, pause_time_s)
     moving: list[_Moving] = []
     crosses: list[tuple[float, Artist]] = []
     driven: list[tuple[Axes, Drive, Artist]] = []
@@ -102,11 +113,14 @@ def build_film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation
         moving += _draw_discs(axes, scene, exact if axes is left else run_tracks, times)
         if axes is left:
             continue
-        moving += _draw_discs(axes, scene, exact, times, color=_GHOST, alpha=0.4, path=False)
+        moving += _draw_discs(axes, scene, exact, times, color=_EXACT_COLOUR, alpha=0.4, path=False)
         if observed.dt_s:
             moving += _draw_frames(axes, scene, run_tracks, times, observed.dt_s, failing)
         crosses += [
-            (row["true"], axes.plot(*places[row["at"]][:2], "x", color=_WRONG, markersize=12, markeredgewidth=3)[0])
+            (
+                row["true"],
+                axes.plot(*places[row["at"]][:2], "x", color=_MISSED_COLOUR, markersize=12, markeredgewidth=3)[0],
+            )
             for row in rows
             if row["flag"] == "missed"
         ]
@@ -126,11 +140,13 @@ def build_film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation
         for since, cross in crosses:
             cross.set_visible(bool(time_s >= since))
         for artist in near:
-            artist.set_visible(held_s is not None and bool(abs(time_s - held_s) <= _compute_lead_time(scene)))
+            artist.set_visible(
+                pause_time_s is not None and bool(abs(time_s - pause_time_s) <= _compute_lead_time(scene))
+            )
         clock.set_text(f"{format_number(time_s, 4)} s of {format_number(scene.duration_s, 4)} s")
-        lasts_s = _SAID_FOR * scene.duration_s
+        shown_for_s = _OUTCOME_SHOWN_FOR * scene.duration_s
         recent_changes = [
-            became for changed_s, became in changes if changed_s is not None and 0 <= time_s - changed_s < lasts_s
+            became for changed_s, became in changes if changed_s is not None and 0 <= time_s - changed_s < shown_for_s
         ]
         words.set_text(f"impact {recent_changes[-1]}" if recent_changes else " ")
         return [circle for circle, *_ in moving]
@@ -138,16 +154,18 @@ def build_film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation
     return FuncAnimation(figure, show, frames=len(times))
 
 
-def _compute_frame_times(scene: Scene, held_s: float | None) -> Array:
+def _compute_frame_times(scene: Scene, pause_time_s: float | None) -> Array:
     """Return the scene's time in each frame of the film, in seconds.
 
     The film is slower before the first fault, and pauses at the fault.
     """
     step_s, time_s, before = scene.duration_s / (_FILM_S * FRAMES_PER_S), 0.0, list[float]()
-    while held_s is not None and time_s < held_s:
+    while pause_time_s is not None and time_s < pause_time_s:
         before.append(time_s)
-        time_s = min(held_s, time_s + step_s * min(1.0, max(_SLOWEST, (held_s - time_s) / _compute_lead_time(scene))))
-    pause = [] if held_s is None else [held_s] * (round(_HELD_S * FRAMES_PER_S) - 1)
+        time_s = min(
+            pause_time_s, time_s + step_s * min(1.0, max(_SLOWEST, (pause_time_s - time_s) / _compute_lead_time(scene)))
+        )
+    pause = [] if pause_time_s is None else [pause_time_s] * (round(_PAUSE_S * FRAMES_PER_S) - 1)
     after = np.linspace(time_s, scene.duration_s, max(1, round((scene.duration_s - time_s) / step_s)))
     return np.concatenate([before, pause, after])
 
@@ -182,16 +200,15 @@ def _draw_frames(
 
     Also draw fading flashes of the discs at the last few steps.
     """
-    # `looks` is the number of the run's latest step at each frame of the film. The added 1e-9 prevents rounding down to
-    # the previous step.
-    looks, frames = np.floor(times / dt_s + 1e-9), np.arange(len(times))
-    yield from _draw_discs(axes, scene, tracks, looks * dt_s, fill=False, linestyle="--", path=False)
-    is_failing_only = len(scene.discs) > _CROWD and bool(failing)
-    for frames_back in range(_MOST_FLASHES):
-        since = frames - np.searchsorted(looks, looks - frames_back)
-        alphas = np.clip(1.0 - since / (_FLASH_S * FRAMES_PER_S), 0.0, 1.0) * (looks >= frames_back)
-        taken_s = np.maximum(looks - frames_back, 0.0) * dt_s
-        flashing = _draw_discs(axes, scene, tracks, taken_s, fill=False, linewidth=2.5, path=False)
+    # The added 1e-9 prevents rounding down to the previous step.
+    latest_steps, frames = np.floor(times / dt_s + 1e-9), np.arange(len(times))
+    yield from _draw_discs(axes, scene, tracks, latest_steps * dt_s, fill=False, linestyle="--", path=False)
+    is_failing_only = len(scene.discs) > _MAX_FLASHING_DISCS and bool(failing)
+    for steps_back in range(_MAX_FLASHES):
+        since = frames - np.searchsorted(latest_steps, latest_steps - steps_back)
+        alphas = np.clip(1.0 - since / (_FLASH_S * FRAMES_PER_S), 0.0, 1.0) * (latest_steps >= steps_back)
+        step_time_s = np.maximum(latest_steps - steps_back, 0.0) * dt_s
+        flashing = _draw_discs(axes, scene, tracks, step_time_s, fill=False, linewidth=2.5, path=False)
         movable = (k for k, disc in enumerate(scene.discs) if not disc.immovable)
         for k, moving in zip(movable, flashing, strict=True):
             yield moving._replace(alphas=np.zeros(len(times)) if is_failing_only and k not in failing else alphas)
@@ -199,7 +216,7 @@ def _draw_frames(
 
 def _compute_inset_side(limits: Limits) -> float:
     """Return the side of the inset, converted to metres of the surrounding picture."""
-    return float(np.min(np.array(_ASIDE) * (limits[1] - limits[0])))
+    return float(np.min(np.array(_INSET_SIZE) * (limits[1] - limits[0])))
 
 
 def _draw_inset(axes: Axes, region: Limits, limits: Limits) -> tuple[Axes, Artist]:

@@ -93,13 +93,15 @@ def run(
     check_value(build_step_kind(), "dt", dt)
     require_named(engine := resolve_engine(engine))
     with limits.open_pool() as pool:
-        tried = resolve_settings(describe_engines([engine], pool)[0], settings, [profile], dt, pool) if settings else ()
-        job = Job(scene, Method(engine, profile, tried), dt)
+        overrides = (
+            resolve_settings(describe_engines([engine], pool)[0], settings, [profile], dt, pool) if settings else ()
+        )
+        job = Job(scene, Method(engine, profile, overrides), dt)
         answer = observe_job(job, pool, samples=True)
         if answer.status is Status.FAILED:
             select_profiles(describe_engines([engine], pool), [profile])
     if answer.value is None:
-        raise AdapterError(f"{job}: {answer.said}")
+        raise AdapterError(f"{job}: {answer.problem}")
     return answer.value
 
 
@@ -298,7 +300,7 @@ def _is_same_run(one: Trace | None, other: Trace | None) -> bool:
     """Whether two runs are equal except for their profile, settings and work counts, so that their scores are equal."""
     if one is None or other is None:
         return False
-    settings = {name: getattr(other, name) for name in ("profile", "tried", "settings", "counts")}
+    settings = {name: getattr(other, name) for name in ("profile", "overrides", "settings", "counts")}
     return replace(one, **settings) == other
 
 
@@ -360,5 +362,5 @@ def _time_jobs(rows: Sequence[Row], observer: _Observer) -> dict[Key, Row]:
     for key, answer in answers.items():
         timing, pit = answer.value, answers.get(_build_key(_build_pit_job(completed_rows[key].job)))
         ratio = timing.advance_s / pit.value.advance_s if timing and pit and pit.value else None
-        found[key] = replace(completed_rows[key], timing=timing, untimed=answer.said, time_ratio=ratio)
+        found[key] = replace(completed_rows[key], timing=timing, untimed=answer.problem, time_ratio=ratio)
     return found

@@ -66,7 +66,7 @@ def resolve_settings(
         return ()
     answer = runner.run(KnownSettingsTask(info.name, tuple(profiles), dt_s))
     if answer.value is None:
-        raise InputError(f"{info.name} could not list its settings: {answer.said}")
+        raise InputError(f"{info.name} could not list its settings: {answer.problem}")
     known = {**{name: knob.example for name, knob in info.knobs.items()}, **answer.value}
     return tuple(sorted((name, _check_setting(info.name, name, value, known)) for name, value in overrides.items()))
 

@@ -121,7 +121,7 @@ class Change:
         return _are_graded(self.old, self.new)
 
     @property
-    def badness(self) -> tuple[float, ...]:
+    def severity(self) -> tuple[float, ...]:
         """Sort key that is largest for the worst change.
 
         Changes are ordered by whether the runs are graded, then by kind, new grade, old grade, growth of the number of
@@ -134,7 +134,7 @@ class Change:
         return (float(self.graded), kind, _rank_of(self.new), -_rank_of(self.old), impacts, growth)
 
     @property
-    def telling(self) -> BeforeAfter | None:
+    def most_important(self) -> BeforeAfter | None:
         """The most important changed number; None if no number changed.
 
         If the run became worse, a number that became worse is preferred, and vice versa. The order of importance is:
@@ -167,12 +167,12 @@ class Diff:
     Attributes:
         changes: The changes, worst first.
         unchanged: Number of unchanged runs.
-        around: Differences in versions and machine, each as a phrase.
+        environment_changes: Differences in versions and machine, each as a phrase.
     """
 
     changes: tuple[Change, ...]
     unchanged: int
-    around: tuple[str, ...]
+    environment_changes: tuple[str, ...]
 
 
 def compare_records(old: Path, new: Path, match: Sequence[tuple[str, str]] | None = None) -> Diff:
@@ -210,9 +210,9 @@ def compare_records(old: Path, new: Path, match: Sequence[tuple[str, str]] | Non
         )
     versions = _find_changed_versions(before.environment, after.environment)
     changes = [change for a, b in run_pairs if (change := _compare_cell(a, b, versions))]
-    changes.sort(key=lambda change: change.badness, reverse=True)
-    around = tuple(f"{name} {values}" for name, values in versions.items())
-    return Diff(tuple(changes), len(run_pairs) - len(changes), around)
+    changes.sort(key=lambda change: change.severity, reverse=True)
+    environment_changes = tuple(f"{name} {values}" for name, values in versions.items())
+    return Diff(tuple(changes), len(run_pairs) - len(changes), environment_changes)
 
 
 def _has_run(cell: DiffCell | None) -> bool:

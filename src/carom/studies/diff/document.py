@@ -47,12 +47,12 @@ def build_diff_document(diff: Diff, old: str, new: str) -> Document:
         Table(_COLUMNS, changes, css="cells diff", only=Media.PAGE | Media.DETAIL),
         Table(_COLUMNS, changes[:MOST_ROWS], note=note, only=Media.MARKDOWN),
     )
-    around = Text(f"These differ between the runs: {'; '.join(diff.around)}.", Media.IN_FULL)
+    around = Text(f"These differ between the runs: {'; '.join(diff.environment_changes)}.", Media.IN_FULL)
     in_few = tuple(_build_summary_tables(changes))
     sections = (
         *((Section("Summary", in_few, only=Media.TERMINAL),) if in_few else ()),
         *((Section("Changes, worst first", tables, only=Media.IN_FULL),) if changes else ()),
-        *((Section("Versions and machine", (around,), only=Media.IN_FULL),) if diff.around else ()),
+        *((Section("Versions and machine", (around,), only=Media.IN_FULL),) if diff.environment_changes else ()),
     )
     headline = (*_build_headline(diff), *_describe_setting_changes(changes))
     return Document(f"Carom diff: {old} → {new}", headline, sections)
@@ -109,7 +109,7 @@ def _build_headline(diff: Diff) -> list[str]:
         lead = [f"{formatting.capitalise(formatting.join_words(counted))}; {unchanged_text} unchanged."]
     if tally[Kind.WORSE] or tally[Kind.MIXED]:
         worst = diff.changes[0]
-        number = f" ({worst.telling})" if worst.telling else ""
+        number = f" ({worst.most_important})" if worst.most_important else ""
         run_text = f"{worst.scene} on {worst.method} at {formatting.format_step(worst.dt_s)}"
         lead.append(f"Worst: {run_text}, {_format_marks(worst)}{number}.")
     return lead
@@ -136,7 +136,7 @@ def _format_kind(change: Change) -> str:
 
 def _build_example_cell(group: _Group, *, several: bool) -> Cell:
     change = group[0]
-    number = str(change.telling) if change.telling else next(iter(change.verdicts), "").partition(" (")[0]
+    number = str(change.most_important) if change.most_important else next(iter(change.verdicts), "").partition(" (")[0]
     method = f"{change.method}: " if several else ""
     return Cell(f"{method}{change.scene}, {formatting.format_step(change.dt_s)}", number)
 

@@ -56,9 +56,9 @@ class ReleaseRun:
         lost: Number of missed and invented impacts.
         velocity: Largest velocity error divided by the scene's greatest speed; NaN if no impact was matched.
         late_steps: Largest time error, in steps; NaN if no impact was matched.
-        off_m: Errors of positions at `PLACES` evenly spread instants up to the end: x and y of each disc, in metres. An
-            error is infinite if the run or the reference ends before the instant.
-        off_m_s: Errors of final velocities: x and y of each disc, in metres per second.
+        position_errors_m: Errors of positions at `PLACES` evenly spread instants up to the end: x and y of each disc,
+            in metres. An error is infinite if the run or the reference ends before the instant.
+        velocity_errors_m_s: Errors of final velocities: x and y of each disc, in metres per second.
         place_rounding_m: Rounding error of a position, in metres.
         speed_m_s: The scene's greatest speed, in metres per second.
         float_bits: Width of the floats that the adapter declares.
@@ -73,8 +73,8 @@ class ReleaseRun:
     lost: int
     velocity: float
     late_steps: float
-    off_m: tuple[float, ...]
-    off_m_s: tuple[float, ...]
+    position_errors_m: tuple[float, ...]
+    velocity_errors_m_s: tuple[float, ...]
     place_rounding_m: float
     speed_m_s: float
     float_bits: int
@@ -120,8 +120,8 @@ class HistoryTask(JobTask):
             lost=len(score.missed) + len(score.spurious),
             velocity=score.total.velocity,
             late_steps=abs(score.total.time_s) / job.dt_s,
-            off_m=places,
-            off_m_s=velocities,
+            position_errors_m=places,
+            velocity_errors_m_s=velocities,
             place_rounding_m=rounding * score.scales.reach_m,
             speed_m_s=score.scales.speed_m_s,
             float_bits=score.float_bits,
@@ -169,16 +169,16 @@ history_journal = partial(Journal[JobKey, ReleaseRun], "releases", JournalEntry[
 
 
 @dataclass(frozen=True)
-class SeenCell:
+class ReleaseCell:
     """Results of one release for a scene, profile and step size, at phase 0 and, if requested, at other phases."""
 
-    own: Answer[ReleaseRun]
+    at_phase_0: Answer[ReleaseRun]
     phases: tuple[Answer[ReleaseRun], ...] = ()
 
     @property
-    def ran(self) -> tuple[ReleaseRun, ...]:
+    def runs(self) -> tuple[ReleaseRun, ...]:
         """Results at all phases, including phase 0."""
-        return tuple(answer.value for answer in (self.own, *self.phases) if answer.value is not None)
+        return tuple(answer.value for answer in (self.at_phase_0, *self.phases) if answer.value is not None)
 
 
 class ChangeKind(Enum):
@@ -196,7 +196,7 @@ class ChangeKind(Enum):
     NOT_RUN = "not run by both releases"
 
     @property
-    def real(self) -> bool:
+    def is_engine_change(self) -> bool:
         """Whether the engine's motion changed, and not only its settings, its adapter or its reported contacts."""
         return self in {ChangeKind.WORSE, ChangeKind.BETTER, ChangeKind.NEITHER}
 
@@ -207,11 +207,11 @@ class CellChange:
 
     Attributes:
         kind: Kind of change.
-        why: The numbers behind the change, as a phrase; empty if there are none.
+        numbers: The numbers that show the change, as a phrase; empty if there are none.
     """
 
     kind: ChangeKind
-    why: str = ""
+    numbers: str = ""
 
 
 @dataclass(frozen=True)
@@ -220,12 +220,12 @@ class _Measure:
 
     Attributes:
         name: Name of the number.
-        of: Function that returns the number.
+        compute: Function that returns the number.
         rounding: Function that returns the largest change that rounding can cause.
     """
 
     name: str
-    of: Callable[[ReleaseRun], float]
+    compute: Callable[[ReleaseRun], float]
     rounding: Callable[[ReleaseRun], float]
 
     def describe(self, before: Sequence[float], after: Sequence[float]) -> str:
@@ -237,11 +237,11 @@ def _read_rounding(release_run: ReleaseRun) -> float:
 
 
 def _compute_velocity_error(run: ReleaseRun) -> float:
-    return _compute_largest_error(run.off_m_s) / run.speed_m_s
+    return _compute_largest_error(run.velocity_errors_m_s) / run.speed_m_s
 
 
 def _compute_place_error(run: ReleaseRun) -> float:
-    return _compute_largest_error(run.off_m)
+    return _compute_largest_error(run.position_errors_m)
 
 
 #: Numbers that describe the motion, and do not depend on reported contacts.
@@ -261,7 +261,9 @@ def has_changed(old: ReleaseRun, new: ReleaseRun) -> bool:
     """Return whether two runs differ by more than rounding in their grades, verdicts, numbers or motion."""
     if (old.grade, old.verdicts) != (new.grade, new.verdicts) or not _has_same_motion(old, new):
         return True
-    return any(_is_changed(one.of(old), one.of(new), _compute_largest_rounding(one, [old, new])) for one in _CONTACTS)
+    return any(
+        _is_changed(one.compute(old), one.compute(new), _compute_largest_rounding(one, [old, new])) for one in _CONTACTS
+    )
 
 
 def _compute_largest_rounding(measure: _Measure, runs: Sequence[ReleaseRun]) -> float:
@@ -276,13 +278,18 @@ def _has_same_motion(old: ReleaseRun, new: ReleaseRun) -> bool:
     """Whether positions and final velocities are equal, except for rounding."""
     speed = max(_read_rounding(old), _read_rounding(new)) * old.speed_m_s
     place = max(old.place_rounding_m, new.place_rounding_m)
-    states = ((old.off_m, new.off_m, place), (old.off_m_s, new.off_m_s, speed))
+    states = (
+        (old.position_errors_m, new.position_errors_m, place),
+        (old.velocity_errors_m_s, new.velocity_errors_m_s, speed),
+    )
     return not any(
-        _is_changed(a, b, limit) for ours, theirs, limit in states for a, b in zip(ours, theirs, strict=True)
+        _is_changed(a, b, limit)
+        for old_errors, new_errors, limit in states
+        for a, b in zip(old_errors, new_errors, strict=True)
     )
 
 
-def classify_change(old: SeenCell, new: SeenCell) -> CellChange:
+def classify_change(old: ReleaseCell, new: ReleaseCell) -> CellChange:
     """Compare two releases for one scene, profile and step size, and classify the change.
 
     A change is attributed to the engine if the settings read back from the engine are equal and the motion differs. The
@@ -292,9 +299,9 @@ def classify_change(old: SeenCell, new: SeenCell) -> CellChange:
     only reported contacts changed, or the phase explains the change. If velocities change without a reported impact,
     the adapter does not observe every contact, and the releases are not compared.
     """
-    a, b = old.own.value, new.own.value
+    a, b = old.at_phase_0.value, new.at_phase_0.value
     if a is None or b is None:
-        return CellChange(ChangeKind.NOT_RUN, (new.own if a is not None else old.own).said)
+        return CellChange(ChangeKind.NOT_RUN, (new.at_phase_0 if a is not None else old.at_phase_0).problem)
     if a.digest == b.digest:
         return CellChange(ChangeKind.NOTHING)
     if a.settings != b.settings:
@@ -303,27 +310,27 @@ def classify_change(old: SeenCell, new: SeenCell) -> CellChange:
         return CellChange(ChangeKind.UNOBSERVED)
     if not has_changed(a, b):
         return CellChange(ChangeKind.ROUNDING)
-    if (fewest := min(len(old.ran), len(new.ran))) < FEWEST_PHASES:
+    if (fewest := min(len(old.runs), len(new.runs))) < FEWEST_PHASES:
         return CellChange(ChangeKind.OVERLAP, f"only {fewest} of the required {FEWEST_PHASES} phases ran")
-    separate = list(_find_separated_measures(_MOTION, old.ran, new.ran))
-    elsewhere = "" if separate else _describe_coordinate(old.ran, new.ran)
+    separate = list(_find_separated_measures(_MOTION, old.runs, new.runs))
+    elsewhere = "" if separate else _describe_coordinate(old.runs, new.runs)
     if separate or elsewhere:
         kinds = {kind for kind, _ in separate}
         unknown = Grade.UNGRADED.name in (a.grade, b.grade)  # it is unknown which release is correct
         kind = kinds.pop() if len(kinds) == 1 and not unknown else ChangeKind.NEITHER
         return CellChange(kind, "; ".join(why for _, why in separate) or elsewhere)
-    changes = [why for _, why in _find_separated_measures(_CONTACTS, old.ran, new.ran)]
-    changes += _find_verdict_changes(old.ran, new.ran)
-    alike = all(map(_has_same_motion, old.ran, new.ran))
+    changes = [why for _, why in _find_separated_measures(_CONTACTS, old.runs, new.runs)]
+    changes += _find_verdict_changes(old.runs, new.runs)
+    alike = all(map(_has_same_motion, old.runs, new.runs))
     kind = ChangeKind.OTHER_CONTACTS if changes or alike else ChangeKind.OVERLAP
-    return CellChange(kind, "; ".join(changes or _describe_all_ranges(old.ran, new.ran)))
+    return CellChange(kind, "; ".join(changes or _describe_all_ranges(old.runs, new.runs)))
 
 
 def _find_separated_measures(
     measures: Sequence[_Measure], old: Sequence[ReleaseRun], new: Sequence[ReleaseRun]
 ) -> Iterator[tuple[ChangeKind, str]]:
     for measure in measures:
-        before, after = (list(map(measure.of, runs)) for runs in (old, new))
+        before, after = (list(map(measure.compute, runs)) for runs in (old, new))
         if any(map(math.isnan, (*before, *after))):
             continue
         gaps = _compute_range_gaps(np.array(before), np.array(after))
@@ -352,7 +359,7 @@ def _compute_range_gaps(before: NDArray[np.float64], after: NDArray[np.float64])
 
 def _describe_coordinate(old: Sequence[ReleaseRun], new: Sequence[ReleaseRun]) -> str:
     """Describe where two releases differ most: in which coordinate and when. Empty if no coordinate differs."""
-    before, after = (np.array([run.off_m for run in runs]) for runs in (old, new))
+    before, after = (np.array([run.position_errors_m for run in runs]) for runs in (old, new))
     gaps = _compute_range_gaps(before, after).max(axis=0)
     k = int(gaps.argmax())
     if not gaps[k] > max(run.place_rounding_m for run in (*old, *new)):
@@ -364,7 +371,7 @@ def _describe_coordinate(old: Sequence[ReleaseRun], new: Sequence[ReleaseRun]) -
 
 def _describe_all_ranges(old: Sequence[ReleaseRun], new: Sequence[ReleaseRun]) -> Iterator[str]:
     for measure in (*_MOTION, *_CONTACTS):
-        before, after = (list(map(measure.of, runs)) for runs in (old, new))
+        before, after = (list(map(measure.compute, runs)) for runs in (old, new))
         if sorted(map(repr, before)) != sorted(map(repr, after)):
             yield measure.describe(before, after)
 

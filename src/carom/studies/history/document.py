@@ -71,7 +71,7 @@ def build_history_document(history: History) -> Document:
     changed = [
         _Changed(step, cell, change)
         for step in reversed(history.transitions)
-        for cell, change in sorted(step.real.items(), key=lambda item: (item[1].kind.name, item[0]))
+        for cell, change in sorted(step.engine_changes.items(), key=lambda item: (item[1].kind.name, item[0]))
     ]
     sections = (
         Section("Releases", (Table(_build_release_columns(history), rows), *_describe_settings(history))),
@@ -113,24 +113,24 @@ def describe_bisection(bisection: Bisection | None) -> Iterator[str]:
     if bisection is None:
         yield "In this run, the oldest and the newest release differ no more than runs at different phases."
         return
-    oldest = bisection.asked[0]
+    oldest = bisection.tested_versions[0]
     agrees = f"{bisection.last}, which agrees with the oldest, {oldest}"
     before = f"{oldest}, the oldest" if bisection.last == oldest else agrees
-    why = f"{bisection.change.kind.value}: {bisection.change.why}"
+    why = f"{bisection.change.kind.value}: {bisection.change.numbers}"
     cell = f"{bisection.cell.scene} with {bisection.cell.profile} at {formatting.format_step(bisection.cell.dt_s)}"
     yield f"{cell}: {bisection.first} differs from {before} ({why})."
-    yield f"Releases run: {', '.join(dict.fromkeys(bisection.asked))}."
+    yield f"Releases run: {', '.join(dict.fromkeys(bisection.tested_versions))}."
 
 
 def _build_headline(history: History) -> Iterator[str]:
-    run_releases, engine = history.ran, history.origin.engine
-    changed_steps = [step for step in history.transitions if step.real]
+    run_releases, engine = history.completed, history.origin.engine
+    changed_steps = [step for step in history.transitions if step.engine_changes]
     if len(run_releases) >= 2 and not changed_steps:
         is_identical = all(step.count(ChangeKind.NOTHING) == step.compared for step in history.transitions)
         nothing = "no bit changed" if is_identical else "no change is larger than the differences between phases"
         yield f"In {engine} from {run_releases[0].version} to {run_releases[-1].version}, {nothing}."
     for step in reversed(changed_steps):
-        counts = Counter(change.kind for change in step.real.values())
+        counts = Counter(change.kind for change in step.engine_changes.values())
         became = {
             ChangeKind.WORSE: "became worse",
             ChangeKind.BETTER: "became better",
@@ -139,14 +139,15 @@ def _build_headline(history: History) -> Iterator[str]:
         first, *others = [(counts[kind], words) for kind, words in became.items() if counts[kind]]
         phrases = [f"{formatting.format_count(first[0], 'cell')} {first[1]}", *(f"{n} {words}" for n, words in others)]
         yield f"From {engine} {step.old.version} to {step.new.version}, {formatting.join_words(phrases)}."
-    cells = formatting.format_count(max((len(one.seen) for one in run_releases), default=0), "cell")
+    cells = formatting.format_count(max((len(one.cells) for one in run_releases), default=0), "cell")
     requested = formatting.format_count(len(history.releases), "requested release")
     yield f"{len(run_releases)} of {requested} of {engine} ran, each on {cells}."
 
 
 def _build_release_columns(history: History) -> tuple[Column, ...]:
-    ran = [one for release in history.ran for seen_cell in release.seen.values() for one in seen_cell.ran[:1]]
-    bits, grades = max((one.float_bits for one in ran), default=64), {one.grade for one in ran}
+    release_cells = [one for release in history.completed for one in release.cells.values()]
+    runs = [run for one in release_cells for run in one.runs[:1]]
+    bits, grades = max((run.float_bits for run in runs), default=64), {run.grade for run in runs}
     marks = {grade: mark_of_grade(grade, bits).word for grade in Grade if grade.name in grades}
 
     kinds = [kind for kind in _HEADINGS if any(step.count(kind) for step in history.transitions)]
@@ -171,7 +172,8 @@ def _format_same_bits(row: _Row) -> str:
 
 def _count_grade(grade: Grade, row: _Row) -> str:
     """Return the number of runs with a grade; an empty text for 0, or if the release was not run."""
-    results = [seen_cell.own.value for seen_cell in row.release.seen.values() if seen_cell.own.value is not None]
+    runs = [one.at_phase_0.value for one in row.release.cells.values()]
+    results = [run for run in runs if run is not None]
     return "" if row.release.not_run else str(sum(one.grade == grade.name for one in results) or "")
 
 
@@ -184,16 +186,16 @@ def _release_note(release: Release) -> str:
 def _describe_settings(history: History) -> Iterator[Lines]:
     """Describe the settings that differ between consecutive releases, and the runs that failed."""
     setting_changes = dict.fromkeys(
-        f"Different settings: {step.old.version} → {step.new.version}, {cell.profile}: {change.why}"
+        f"Different settings: {step.old.version} → {step.new.version}, {cell.profile}: {change.numbers}"
         for step in history.transitions
         for cell, change in step.changes.items()
         if change.kind is ChangeKind.OTHER_SETTINGS
     )
     lacking = formatting.group_by(
-        ((cell.profile, seen_cell.own.said), release.version)
-        for release in history.ran
-        for cell, seen_cell in release.seen.items()
-        if seen_cell.own.value is None
+        ((cell.profile, release_cell.at_phase_0.problem), release.version)
+        for release in history.completed
+        for cell, release_cell in release.cells.items()
+        if release_cell.at_phase_0.value is None
     )
     not_run = (
         f"Not run in some scenes, {profile}: {reason} ({', '.join(dict.fromkeys(versions))})"
@@ -209,7 +211,7 @@ _CHANGE_COLUMNS = (
     Column("profile", lambda item: item.cell.profile),
     Column("step", lambda item: formatting.format_step(item.cell.dt_s)),
     Column("change", lambda item: item.change.kind.value),
-    Column("numbers over phases", lambda item: item.change.why),
+    Column("numbers over phases", lambda item: item.change.numbers),
 )
 
 
@@ -221,7 +223,7 @@ def render_error_chart(history: History) -> str:
     """
     with use_drawing_style():
         figure, axes = build_framed_figure(_WIDTH_IN, _HEIGHT_IN, f"{history.origin.engine}: velocity error by release")
-        releases = [release for release in history.ran if not release.observes_no_contact]
+        releases = [release for release in history.completed if not release.observes_no_contact]
         places, thin = range(len(releases)), {"linewidth": 0.6, "markersize": 2.5}
         for profile in history.options.profiles:
             errors = _list_errors(releases, profile)
@@ -245,9 +247,10 @@ def _list_errors(releases: list[Release], profile: str) -> list[list[float]]:
     """Return each release's velocity errors in those runs of a profile that have an error in every release."""
 
     def read_error(release: Release, cell: RunCell) -> float:
-        seen_cell = release.seen.get(cell)
-        return math.nan if seen_cell is None or seen_cell.own.value is None else seen_cell.own.value.velocity
+        release_cell = release.cells.get(cell)
+        run = None if release_cell is None else release_cell.at_phase_0.value
+        return math.nan if run is None else run.velocity
 
-    cells = [cell for cell in (releases[0].seen if releases else ()) if cell.profile == profile]
+    cells = [cell for cell in (releases[0].cells if releases else ()) if cell.profile == profile]
     shared = [cell for cell in cells if all(math.isfinite(read_error(release, cell)) for release in releases)]
     return [[read_error(release, cell) for cell in shared] for release in releases]

@@ -8,7 +8,7 @@ from functools import cached_property
 from itertools import pairwise
 
 from carom.execution.environment import Environment
-from carom.studies.history.compare_cells import CellChange, ChangeKind, SeenCell, classify_change
+from carom.studies.history.compare_cells import CellChange, ChangeKind, ReleaseCell, classify_change
 from carom.studies.history.options import HistoryOptions
 from carom.studies.history.release_engines import Origin
 
@@ -30,26 +30,30 @@ class Release:
         version: Version of the release.
         name: Name of the release in the list of engines; empty if it is not in the list.
         reason: Reason why the release was not run; empty if it was run.
-        seen: Results by scene, profile and step size.
+        cells: Results by scene, profile and step size.
     """
 
     version: str
     name: str = ""
     reason: str = ""
-    seen: Mapping[RunCell, SeenCell] = field(default_factory=dict)
+    cells: Mapping[RunCell, ReleaseCell] = field(default_factory=dict)
 
     @property
     def observes_no_contact(self) -> bool:
         """Whether the release never reports a contact when velocities change, so that its results are useless."""
-        results = [one.own.value for one in self.seen.values() if one.own.value is not None and one.own.value.expected]
+        results = [
+            one.at_phase_0.value
+            for one in self.cells.values()
+            if one.at_phase_0.value is not None and one.at_phase_0.value.expected
+        ]
         return bool(results) and all(one.observes_no_contact for one in results)
 
     @property
     def not_run(self) -> str:
         """Most frequent reason why the release could not run; empty if the release ran at least one scene."""
-        if self.reason or any(one.ran for one in self.seen.values()):
+        if self.reason or any(one.runs for one in self.cells.values()):
             return self.reason
-        reasons = [one.own.said for one in self.seen.values()]
+        reasons = [one.at_phase_0.problem for one in self.cells.values()]
         return max(dict.fromkeys(reasons), key=reasons.count, default="there is no cell")
 
 
@@ -68,9 +72,9 @@ class Transition:
     changes: Mapping[RunCell, CellChange]
 
     @property
-    def real(self) -> dict[RunCell, CellChange]:
+    def engine_changes(self) -> dict[RunCell, CellChange]:
         """Changes attributed to the engine."""
-        return {cell: change for cell, change in self.changes.items() if change.kind.real}
+        return {cell: change for cell, change in self.changes.items() if change.kind.is_engine_change}
 
     @property
     def compared(self) -> int:
@@ -105,19 +109,19 @@ class History:
     elapsed_s: float
 
     @property
-    def ran(self) -> tuple[Release, ...]:
+    def completed(self) -> tuple[Release, ...]:
         """Releases that ran at least one scene."""
-        return tuple(one for one in self.releases if any(seen_cell.ran for seen_cell in one.seen.values()))
+        return tuple(one for one in self.releases if any(release_cell.runs for release_cell in one.cells.values()))
 
     @cached_property
     def transitions(self) -> tuple[Transition, ...]:
         """Changes between consecutive releases that ran."""
-        return tuple(_build_transition(old, new) for old, new in pairwise(self.ran))
+        return tuple(_build_transition(old, new) for old, new in pairwise(self.completed))
 
     @property
     def is_worse(self) -> bool:
         """Whether the newest release is worse than the previous one in some run, beyond the effect of the phase."""
-        last = self.transitions[-1:] if self.ran and self.ran[-1] is self.releases[-1] else ()
+        last = self.transitions[-1:] if self.completed and self.completed[-1] is self.releases[-1] else ()
         return any(change.kind is ChangeKind.WORSE for one in last for change in one.changes.values())
 
 
@@ -130,16 +134,16 @@ class Bisection:
         last: The last release that agrees with the oldest release.
         first: The next release, which differs from the oldest release.
         change: The change, with its kind and numbers.
-        asked: The releases that were run, in order.
+        tested_versions: The releases that were run, in order.
     """
 
     cell: RunCell
     last: str
     first: str
     change: CellChange
-    asked: tuple[str, ...]
+    tested_versions: tuple[str, ...]
 
 
 def _build_transition(old: Release, new: Release) -> Transition:
-    cells = [cell for cell in old.seen if cell in new.seen]
-    return Transition(old, new, {cell: classify_change(old.seen[cell], new.seen[cell]) for cell in cells})
+    cells = [cell for cell in old.cells if cell in new.cells]
+    return Transition(old, new, {cell: classify_change(old.cells[cell], new.cells[cell]) for cell in cells})

@@ -28,8 +28,8 @@ from carom.studies.history.compare_cells import (
     CellChange,
     ChangeKind,
     HistoryTask,
+    ReleaseCell,
     ReleaseRun,
-    SeenCell,
     classify_change,
     has_changed,
 )
@@ -69,7 +69,7 @@ def _find_origin(engine: str, pool: Pool) -> Origin:
     describe_engines([engine], pool)  # raises an error for an unknown name
     answer = pool.run(OriginTask(engine))
     if answer.value is None:
-        raise AdapterError(f"{engine} could not return its origin: {answer.said}")
+        raise AdapterError(f"{engine} could not return its origin: {answer.problem}")
     if not answer.value.registry:
         raise InputError(f"{engine} has no registry: its adapter names neither a distribution nor an npm package")
     return answer.value
@@ -132,29 +132,35 @@ class _ReleaseRuns:
         self._done += 1
         self._progress(self._done, max(self._total, self._done), description)
 
-    def seen(self, names: Sequence[str], cells: Sequence[RunCell], pool: Pool) -> dict[str, dict[RunCell, SeenCell]]:
+    def run_cells(
+        self, names: Sequence[str], cells: Sequence[RunCell], pool: Pool
+    ) -> dict[str, dict[RunCell, ReleaseCell]]:
         """Return the results of each engine for each scene, profile and step size.
 
         If the results of consecutive engines differ, both engines are run again at all phases.
         """
         answers = self.run_jobs((self.job(name, cell) for name in names for cell in cells), pool)
-        seen_cells = {name: {cell: SeenCell(answers[self.job(name, cell)]) for cell in cells} for name in names}
+        cells_of_release = {
+            name: {cell: ReleaseCell(answers[self.job(name, cell)]) for cell in cells} for name in names
+        }
         todo = set[tuple[str, RunCell]]()
         for cell in cells:
-            for pair in pairwise(name for name in names if seen_cells[name][cell].ran):
-                if _needs_phases(*(seen_cells[name][cell] for name in pair)):
+            for pair in pairwise(name for name in names if cells_of_release[name][cell].runs):
+                if _needs_phases(*(cells_of_release[name][cell] for name in pair)):
                     todo.update((name, cell) for name in pair)
         phases = generate_phases(self.options.phases, self.options.seed)
         jobs = {place: [self.job(*place, phase) for phase in phases] for place in sorted(todo)}
         found = self.run_jobs(chain.from_iterable(jobs.values()), pool)
         for (name, cell), several in jobs.items():
-            seen_cells[name][cell] = replace(seen_cells[name][cell], phases=tuple(found[job] for job in several))
-        return seen_cells
+            cells_of_release[name][cell] = replace(
+                cells_of_release[name][cell], phases=tuple(found[job] for job in several)
+            )
+        return cells_of_release
 
 
-def _needs_phases(old: SeenCell, new: SeenCell) -> bool:
+def _needs_phases(old: ReleaseCell, new: ReleaseCell) -> bool:
     """Whether the results of two releases differ in a way that the phase may explain."""
-    a, b = old.own.value, new.own.value
+    a, b = old.at_phase_0.value, new.at_phase_0.value
     if a is None or b is None or a.settings != b.settings or a.misses_contacts or b.misses_contacts:
         return False
     return has_changed(a, b)
@@ -188,7 +194,7 @@ def _install_releases(
             else:
                 answer = pool.run(ServedManifestTask(study.engine, name, version, str(overlay)))
                 if answer.value is None:
-                    raise AdapterError(f"{study.engine} could not return its manifest: {answer.said}")
+                    raise AdapterError(f"{study.engine} could not return its manifest: {answer.problem}")
                 path = folder / "engine.toml"
                 path.write_text(answer.value, encoding="utf-8")
             manifests.append(path)
@@ -238,8 +244,8 @@ def run_history(
             installed = own if origin.installed else Release("installed", reason="it is not installed")
             columns = (*registry_releases, installed) if options.installed else registry_releases
             names = [one.name for one in columns if one.name]
-            seen_cells = study.seen(names, cells, pool)
-    releases = tuple(replace(one, seen=seen_cells.get(one.name, {})) for one in columns)
+            cells_of_release = study.run_cells(names, cells, pool)
+    releases = tuple(replace(one, cells=cells_of_release.get(one.name, {})) for one in columns)
     return History(engine, origin, options, releases, describe_environment(), command, time.perf_counter() - started)
 
 
@@ -292,20 +298,20 @@ def bisect_change(
             with _install_releases(study, origin, (candidates[0], version), cache, pool) as columns:
                 if reason := next((one.reason for one in columns if not one.name), ""):
                     raise UnavailableError(f"{origin.package} {version}: {reason}")
-                seen_cells = study.seen([one.name for one in columns], [cell], pool)
-                old, new = (seen_cells[one.name][cell] for one in columns)
+                cells_of_release = study.run_cells([one.name for one in columns], [cell], pool)
+                old, new = (cells_of_release[one.name][cell] for one in columns)
             change = classify_change(old, new)
             if change.kind is ChangeKind.NOT_RUN:
                 what = f"{origin.package} {version} can't run this scene with this profile and step size"
-                raise CaromError(f"{what}: {change.why}")
+                raise CaromError(f"{what}: {change.numbers}")
             return change
 
-        if len(candidates) < 2 or not (newest := find_change(candidates[-1])).kind.real:
+        if len(candidates) < 2 or not (newest := find_change(candidates[-1])).kind.is_engine_change:
             return None
         low, high, change = 0, len(candidates) - 1, newest
         while high - low > 1:
             middle = (low + high) // 2
-            if (one := find_change(candidates[middle])).kind.real:
+            if (one := find_change(candidates[middle])).kind.is_engine_change:
                 high, change = middle, one
             else:
                 low = middle

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike
 
-from carom.catalogue import Complaint, KnownAnswer, Symptom
+from carom.catalogue import BugReport, KnownAnswer, Symptom
 from carom.catalogue.entry import compute_deepest_overlap
 from carom.execution.job import Method, Status
 from carom.execution.pool import TaskRunner
@@ -25,23 +25,23 @@ from carom.support.formatting import format_number
 NOTICED = 0.01
 
 
-def check_complaint(complaint: Complaint, method: Method, runner: TaskRunner) -> UnsavedResult:
+def check_bug_report(bug_report: BugReport, method: Method, runner: TaskRunner) -> UnsavedResult:
     """Check whether a method has a reported bug. Return the result with the scene of the bug report."""
-    scene, line = complaint.scene, complaint.name.partition("/")[2]
+    scene, name = bug_report.scene, bug_report.name.partition("/")[2]
     answer = observe(scene, method, runner)
-    cell = partial(CellResult, "complaint", line, method.name, status=answer.status)
+    cell = partial(CellResult, "complaint", name, method.name, status=answer.status)
     if answer.status in {Status.UNAVAILABLE, Status.UNSUPPORTED}:
-        return UnsavedResult(cell(CellEnding.NOT_RUN, reason=answer.said), (scene,))
+        return UnsavedResult(cell(CellEnding.NOT_RUN, reason=answer.problem), (scene,))
     if answer.value is None:
-        is_seen, figure, reason = complaint.symptom is Symptom.NEVER_ENDS, math.inf, answer.said
+        is_seen, figure, reason = bug_report.symptom is Symptom.NEVER_ENDS, math.inf, answer.problem
     else:
-        is_seen, figure, reason = find_symptom(complaint, answer.value)
+        is_seen, figure, reason = find_symptom(bug_report, answer.value)
     ending, value = CellEnding.SEEN if is_seen else CellEnding.NOT_SEEN, figure if math.isfinite(figure) else None
     reason = reason if is_seen or not reason else f"not as reported, but {reason}"
     return UnsavedResult(cell(ending, value, reason=reason, runs=1), (scene,))
 
 
-def find_symptom(complaint: Complaint, trace: Trace) -> tuple[bool, float, str]:
+def find_symptom(bug_report: BugReport, trace: Trace) -> tuple[bool, float, str]:
     """Return whether a trace shows the reported bug, the size of the deviation, and an explanation.
 
     If the bug report is about energy, or the correct final velocities are unknown, the deviation is the energy error,
@@ -49,7 +49,7 @@ def find_symptom(complaint: Complaint, trace: Trace) -> tuple[bool, float, str]:
     if spins are known, divided by the scene's greatest speed. If a trace does not show the bug, but is wrong by a per
     cent or more, the explanation mentions this error.
     """
-    symptom, known, scene = complaint.symptom, complaint.known, complaint.scene
+    symptom, known, scene = bug_report.symptom, bug_report.known, bug_report.scene
     finite = bool(np.isfinite(trace.final_velocity_m_s).all() and np.isfinite(trace.final_position_m).all())
     if not finite or trace.outcome is Outcome.NON_FINITE:
         return symptom is Symptom.NOT_FINITE, math.inf, Outcome.NON_FINITE.value
@@ -58,7 +58,7 @@ def find_symptom(complaint: Complaint, trace: Trace) -> tuple[bool, float, str]:
     velocity, energy = _compute_velocity_error(trace, known, scene), _compute_energy_error(trace, known, scene)
     of_energy = symptom in {Symptom.GAINS_ENERGY, Symptom.LOSES_ENERGY} or math.isnan(velocity)
     figure, quantity = (energy, "energy") if of_energy else (velocity, "greatest speed")
-    threshold, is_seen, reason = complaint.at_least, False, ""
+    threshold, is_seen, reason = bug_report.smallest_error, False, ""
     if symptom is Symptom.MISSES:
         missed = _count_missed(trace, known)
         is_seen = missed > 0 and abs(figure) > threshold

@@ -14,15 +14,15 @@ from typing import Any
 
 from carom.catalogue.closed_forms import build_disc
 from carom.catalogue.groups.classics_walled import FLOOR
-from carom.studies.stress.attack import (
+from carom.studies.stress.pairs import DT_S, RADIUS_M, RATE_HZ, SPEED_M_S, build_trial
+from carom.studies.stress.stress_test import (
     TraceCheck,
     Trial,
-    attack,
-    attack_at_phases,
-    build_attack,
     build_closed_form_check,
+    build_stress_test,
+    stress_test,
+    stress_test_at_phases,
 )
-from carom.studies.stress.pairs import DT_S, RADIUS_M, RATE_HZ, SPEED_M_S, build_trial
 from carom.support.formatting import format_number
 
 _G, _K = 10.0, 0.5
@@ -71,7 +71,7 @@ def _build_contact_check(along: float, rim: float, change: float) -> TraceCheck:
     return build_closed_form_check([(along, 0.0)], 0, [change], final_rim_m_s=[rim], cause="contact")
 
 
-@attack_at_phases
+@stress_test_at_phases
 def _lively(value: float, phase: float) -> Trial:
     """Make a trial of a ball that bounces three times, and then flies for as long as its first fall."""
     e, bounces, fall_s = 1.0 - value, 3, (96 + phase) * DT_S
@@ -82,7 +82,7 @@ def _lively(value: float, phase: float) -> Trial:
     return _build_floor_trial(description, check, last_s + fall_s, up=0.5 * _G * fall_s**2, wall_restitution=e)
 
 
-@attack_at_phases
+@stress_test_at_phases
 def _rests(value: float, phase: float) -> Trial:
     """Make a trial of a ball that bounces until it rests, at least half a second before the end of the scene."""
     e, fall_s = 1.0 - value, (24 + phase) * DT_S
@@ -125,7 +125,7 @@ def _build_slope_trials(kind: str, value: float) -> Sequence[Trial]:
     return [_build_slope_trial(kind, value, side) for side in (1.0, -1.0)]
 
 
-@attack
+@stress_test
 def _slide_friction(value: float) -> Iterator[Trial]:
     """Make trials of a disc that is thrown along a floor with a backspin of equal speed.
 
@@ -139,7 +139,7 @@ def _slide_friction(value: float) -> Iterator[Trial]:
         yield _build_floor_trial(description, check, **moving, wall_friction=friction)
 
 
-@attack
+@stress_test
 def _rolling_resistance(value: float) -> Iterator[Trial]:
     """Make trials of a disc that rolls along a floor.
 
@@ -161,5 +161,5 @@ def _list_with_reciprocal(value: float) -> Sequence[float]:
     return [value, 1.0 / value] if value else [value]
 
 
-_SLOPES = [build_attack(name, partial(_build_slope_trials, name)) for name in _STEEPEST]
-CONTACT_ATTACKS = (_lively, _rests, *_SLOPES, _slide_friction, _rolling_resistance)
+_SLOPES = [build_stress_test(name, partial(_build_slope_trials, name)) for name in _STEEPEST]
+CONTACT_TESTS = (_lively, _rests, *_SLOPES, _slide_friction, _rolling_resistance)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -18,7 +17,7 @@ from carom.report.files import fields_of, format_json
 from carom.report.provenance import build_provenance
 from carom.report.render.html import render_html
 from carom.report.render.markdown import render_markdown
-from carom.studies.stress.result import CellEnding, CellResult, StressResults, StressTest
+from carom.studies.stress.result import CellEnding, CellResult, StressResults, StressRow
 from carom.support.folders import write_files
 
 #: Names of the kinds of tests in documents. Files and the command line use the keys.
@@ -81,167 +80,163 @@ def write_stress(results: StressResults, document: Document, folder: Path) -> Pa
 
 def build_stress_document(results: StressResults) -> Document:
     """Return a document with the results by method, a table for each kind of test, and details of each result."""
-    kinds = {kind: _sort_worst_first(results, [one for one in results.lines if one.kind == kind]) for kind in HEADINGS}
+    kinds = {kind: _sort_worst_first(results, [one for one in results.rows if one.kind == kind]) for kind in HEADINGS}
     sections = (
         Section("Results by method", tuple(_build_method_blocks(results, kinds))),
-        *(section for kind, lines in kinds.items() if lines for section in _build_kind_sections(results, kind, lines)),
+        *(section for kind, rows in kinds.items() if rows for section in _build_kind_sections(results, kind, rows)),
         *build_provenance(results.environment, results.command, results.elapsed_s),
     )
     return Document("Carom: stress", tuple(_describe_results(results, kinds)), sections)
 
 
-def _sort_worst_first(results: StressResults, lines: list[StressTest]) -> list[StressTest]:
+def _sort_worst_first(results: StressResults, rows: list[StressRow]) -> list[StressRow]:
     """Sort stress tests by the fraction of their range that methods pass on average, smallest first.
 
     Invariances and reported bugs keep their order.
     """
 
-    def compute_passed_part(line: StressTest) -> float:
-        depths = [line.compute_depth(result) for _, result in _list_cells(results, line)]
+    def compute_passed_part(row: StressRow) -> float:
+        depths = [row.compute_depth(result) for _, result in _list_cells(results, row)]
         known = [depth for depth in depths if depth is not None]
         return sum(known) / len(known) if known else 1.0
 
-    return sorted(lines, key=compute_passed_part)
+    return sorted(rows, key=compute_passed_part)
 
 
-def _build_method_blocks(results: StressResults, kinds: Mapping[str, list[StressTest]]) -> Iterator[Block]:
+def _build_method_blocks(results: StressResults, kinds: Mapping[str, list[StressRow]]) -> Iterator[Block]:
     """Yield a table with a row per method: a heat map of its stress tests, and the numbers of passed tests."""
-    attacks = kinds["attack"]
+    stress_tests = kinds["attack"]
     columns = [Column("method", lambda method: method.label)]
-    for group, group_lines in formatting.group_by((line.group, line) for line in attacks).items():
+    for group, group_rows in formatting.group_by((row.group, row) for row in stress_tests).items():
         columns.append(
-            Column(group or WORDS["attack"], partial(_build_heat_cell, results, group_lines), f"of {len(group_lines)}")
+            Column(group or WORDS["attack"], partial(_build_heat_cell, results, group_rows), f"of {len(group_rows)}")
         )
-    only = Media.IN_FULL if attacks else Media.EVERYWHERE  # a terminal shows sentences about the methods instead
-    for (head, ending), lines in zip(_COUNTED, kinds.values(), strict=True):
-        if lines:
-            count = partial(_format_count_of, results, lines, ending)
-            columns.append(Column(head, count, f"of {len(lines)}", number=True, only=only))
-    if attacks:
+    only = Media.IN_FULL if stress_tests else Media.EVERYWHERE  # a terminal shows sentences about the methods instead
+    for (head, ending), rows in zip(_COUNTED, kinds.values(), strict=True):
+        if rows:
+            count = partial(_format_count_of, results, rows, ending)
+            columns.append(Column(head, count, f"of {len(rows)}", number=True, only=only))
+    if stress_tests:
         columns.append(
-            Column("fails first", lambda method: _find_first_failure(results, attacks, method)[1], only=Media.PAGE)
+            Column("fails first", lambda method: _find_first_failure(results, stress_tests, method)[1], only=Media.PAGE)
         )
-    long = attacks if len(results.methods) > SENTENCES else []
+    long = stress_tests if len(results.methods) > SENTENCES else []
     if long:
-        said = (_describe_method(results, attacks, method, short=True) for method in results.methods)
+        said = (_describe_method(results, stress_tests, method, short=True) for method in results.methods)
         yield Lines(tuple(said), Media.TERMINAL)
     yield Table(columns, results.methods, css="methods")
-    if attacks:
+    if stress_tests:
         yield Text(HEAT, Media.TERMINAL | Media.DETAIL)
     if long:
-        yield Lines(tuple(_describe_method(results, attacks, method) for method in results.methods), Media.IN_FULL)
+        yield Lines(tuple(_describe_method(results, stress_tests, method) for method in results.methods), Media.IN_FULL)
     marks = ((Cell(word, symbol=sign, css=css), meaning) for (sign, css), word, meaning in _MEANINGS)
     yield Legend(tuple(marks), Media.PAGE)
 
 
-def _list_endings(results: StressResults, lines: list[StressTest], method: Method) -> list[CellEnding]:
+def _list_endings(results: StressResults, rows: list[StressRow], method: Method) -> list[CellEnding]:
     """Return the outcomes of the tests that a method could run."""
-    endings = [results.cells[line.name, method.name].ending for line in lines]
+    endings = [results.cells[row.name, method.name].ending for row in rows]
     return [ending for ending in endings if ending is not CellEnding.NOT_RUN]
 
 
-def _format_count_of(results: StressResults, lines: list[StressTest], ending: CellEnding, method: Method) -> str:
-    return str(_list_endings(results, lines, method).count(ending))
+def _format_count_of(results: StressResults, rows: list[StressRow], ending: CellEnding, method: Method) -> str:
+    return str(_list_endings(results, rows, method).count(ending))
 
 
-def _build_heat_cell(results: StressResults, lines: list[StressTest], method: Method) -> Cell:
+def _build_heat_cell(results: StressResults, rows: list[StressRow], method: Method) -> Cell:
     """Return the number of tests of a group that a method passes. A terminal shows a character for each test."""
-    run_endings = _list_endings(results, lines, method)
+    run_endings = _list_endings(results, rows, method)
     passed = run_endings.count(CellEnding.PASSES)
     _, css = _WAY if passed else _BAD
     if passed == len(run_endings):
         _, css = _GOOD if run_endings else _NOT
-    signs = "".join(_format_sign(line, results.cells[line.name, method.name]) for line in lines)
-    total_text = f" of {len(run_endings)}" if len(run_endings) < len(lines) else ""
+    signs = "".join(_format_sign(row, results.cells[row.name, method.name]) for row in rows)
+    total_text = f" of {len(run_endings)}" if len(run_endings) < len(rows) else ""
     return Cell(f"{passed}{total_text}", short=signs, css=css, style=_STYLES[css], title=signs)
 
 
-def _format_sign(line: StressTest, result: CellResult) -> str:
+def _format_sign(row: StressRow, result: CellResult) -> str:
     """Return the character of a test: passed, not run, or how many tenths of the range were passed."""
-    depth = line.compute_depth(result)
+    depth = row.compute_depth(result)
     if depth is None:
         return _NOT[0]
     return _GOOD[0] if result.ending is CellEnding.PASSES else str(min(9, int(10 * depth)))
 
 
-def _describe_method(results: StressResults, lines: list[StressTest], method: Method, *, short: bool = False) -> str:
+def _describe_method(results: StressResults, rows: list[StressRow], method: Method, *, short: bool = False) -> str:
     """Describe how many stress tests a method passes, and the first failed test with the varied quantity."""
-    run_endings = _list_endings(results, lines, method)
+    run_endings = _list_endings(results, rows, method)
     if not run_endings:
-        return f"{method.phrase}: none of {formatting.format_count(len(lines), WORDS['attack'])} could be run."
-    unrun = (
-        f" ({len(lines) - len(run_endings)} could not be run)" if len(run_endings) < len(lines) and not short else ""
-    )
+        return f"{method.phrase}: none of {formatting.format_count(len(rows), WORDS['attack'])} could be run."
+    unrun = f" ({len(rows) - len(run_endings)} could not be run)" if len(run_endings) < len(rows) and not short else ""
     passes = f"{method.phrase} passes {run_endings.count(CellEnding.PASSES)} of {len(run_endings)}{unrun}"
-    line, first = _find_first_failure(results, lines, method)
-    if line is None:
+    row, first = _find_first_failure(results, rows, method)
+    if row is None:
         return f"{passes}."
-    quantity = "" if short else f" ({line.axis.partition(', ')[0]})"
+    quantity = "" if short else f" ({row.axis.partition(', ')[0]})"
     return f"{passes}; it first fails in {first.text}{quantity}."
 
 
-def _find_first_failure(
-    results: StressResults, lines: list[StressTest], method: Method
-) -> tuple[StressTest | None, Cell]:
+def _find_first_failure(results: StressResults, rows: list[StressRow], method: Method) -> tuple[StressRow | None, Cell]:
     """Return the failed test in which a method passes the smallest fraction of the range, and a cell for the test."""
-    cells = [(line, results.cells[line.name, method.name]) for line in lines]
+    cells = [(row, results.cells[row.name, method.name]) for row in rows]
     failed = [one for one in cells if one[1].ending not in {CellEnding.PASSES, CellEnding.NOT_RUN}]
     if not failed:
         return None, Cell("")
-    line, result = min(failed, key=lambda one: one[0].compute_depth(one[1]) or 0.0)
+    row, result = min(failed, key=lambda one: one[0].compute_depth(one[1]) or 0.0)
     at = "" if result.ending is CellEnding.FAILS_AT_START else "at "
-    text = f"{line.name} {at}{_format_result(result)}"
-    return line, Cell(text, title=result.reason, link=f"#{_build_anchor(line, method)}")
+    text = f"{row.name} {at}{_format_result(result)}"
+    return row, Cell(text, title=result.reason, link=f"#{_build_anchor(row, method)}")
 
 
-def _build_kind_sections(results: StressResults, kind: str, lines: list[StressTest]) -> Iterator[Section]:
+def _build_kind_sections(results: StressResults, kind: str, rows: list[StressRow]) -> Iterator[Section]:
     """Yield a section with a table of all tests of one kind, and a section with details of each result."""
     columns = [
-        Column(WORDS[kind], lambda line: Cell(line.name, title=line.axis)),
+        Column(WORDS[kind], lambda row: Cell(row.name, title=row.axis)),
         # On a page, the varied quantity is shown with the details of each result.
-        Column("axis", lambda line: line.axis, only=Media.MARKDOWN | Media.DETAIL),
+        Column("axis", lambda row: row.axis, only=Media.MARKDOWN | Media.DETAIL),
         *(Column(method.engine, partial(_build_cell, results, method), method.profile) for method in results.methods),
     ]
-    table = Table(columns, lines, note=NOTES[kind], css="grid", only=Media.IN_FULL)
+    table = Table(columns, rows, note=NOTES[kind], css="grid", only=Media.IN_FULL)
     yield Section(HEADINGS[kind], (table, Text("A cell links to its evidence: reason, scene and command.", Media.PAGE)))
-    why = tuple(reason for line in lines for reason in _list_reasons(results, line))
+    why = tuple(reason for row in rows for reason in _list_reasons(results, row))
     yield Section(f"{HEADINGS[kind]}: reasons", (Lines(why, Media.DETAIL),), level=3)
-    yield Section(f"{HEADINGS[kind]}: evidence", tuple(_build_evidence_table(results, line) for line in lines), level=3)
+    yield Section(f"{HEADINGS[kind]}: evidence", tuple(_build_evidence_table(results, row) for row in rows), level=3)
 
 
-def _list_reasons(results: StressResults, line: StressTest) -> Iterator[str]:
+def _list_reasons(results: StressResults, row: StressRow) -> Iterator[str]:
     """Yield the reasons why methods failed a test, each with the methods."""
-    found = formatting.group_by((result.reason, method.name) for method, result in _list_cells(results, line))
-    return (f"{line.name}, {', '.join(names)}: {reason}" for reason, names in found.items() if reason)
+    found = formatting.group_by((result.reason, method.name) for method, result in _list_cells(results, row))
+    return (f"{row.name}, {', '.join(names)}: {reason}" for reason, names in found.items() if reason)
 
 
-def _build_evidence_table(results: StressResults, line: StressTest) -> Table:
+def _build_evidence_table(results: StressResults, row: StressRow) -> Table:
     """Return a table with the details of a test for each method: the result, the scene and a command."""
     columns = (
-        Column("method", lambda cell: Cell(cell[0].name, anchor=_build_anchor(line, cell[0]))),
+        Column("method", lambda cell: Cell(cell[0].name, anchor=_build_anchor(row, cell[0]))),
         Column("result", lambda cell: Cell(cell[1].ending.value, symbol=_SHOWN[cell[1].ending][0])),
         Column("value", lambda cell: _format_number(cell[1].value), number=True),
-        Column("passes up to", lambda cell: _format_number(cell[1].stands_at), number=True),
+        Column("passes up to", lambda cell: _format_number(cell[1].passes_until), number=True),
         Column("error at that value", lambda cell: _format_number(cell[1].error), number=True),
         Column("why", lambda cell: Cell(cell[1].reason, css="prose")),
         Column("scene", lambda cell: Cell(", ".join(cell[1].scenes), link=next(iter(cell[1].scenes), ""))),
         Column("command, in this folder", lambda cell: _format_command(*cell)),
     )
-    thread = f" {line.link}" if line.link else ""
+    thread = f" {row.link}" if row.link else ""
     return Table(
         columns,
-        _list_cells(results, line),
-        title=f"{line.name}: {line.axis}",
-        note=f"{formatting.capitalise(line.gives_way).rstrip('.')}. Exact answer: {line.truth}.{thread}",
-        folded=f"{line.name}: {line.axis}",
+        _list_cells(results, row),
+        title=f"{row.name}: {row.axis}",
+        note=f"{formatting.capitalise(row.failure_rule).rstrip('.')}. Exact answer: {row.truth}.{thread}",
+        folded=f"{row.name}: {row.axis}",
         css="cells",
         only=Media.ON_PAPER,
     )
 
 
-def _build_anchor(line: StressTest, method: Method) -> str:
+def _build_anchor(row: StressRow, method: Method) -> str:
     """Return the anchor of a result's details within the page."""
-    return quote(f"{line.name}/{method.name}")
+    return quote(f"{row.name}/{method.name}")
 
 
 def _format_number(value: float | None) -> str:
@@ -255,8 +250,8 @@ def _format_command(method: Method, result: CellResult) -> str:
     return shlex.join(words)
 
 
-def _list_cells(results: StressResults, line: StressTest) -> list[tuple[Method, CellResult]]:
-    return [(method, results.cells[line.name, method.name]) for method in results.methods]
+def _list_cells(results: StressResults, row: StressRow) -> list[tuple[Method, CellResult]]:
+    return [(method, results.cells[row.name, method.name]) for method in results.methods]
 
 
 def _format_result(result: CellResult) -> str:
@@ -277,8 +272,8 @@ def _format_result(result: CellResult) -> str:
             return value or result.reason.partition(":")[0]
 
 
-def _build_cell(results: StressResults, method: Method, line: StressTest) -> Cell:
-    result = results.cells[line.name, method.name]
+def _build_cell(results: StressResults, method: Method, row: StressRow) -> Cell:
+    result = results.cells[row.name, method.name]
     symbol, css = _SHOWN[result.ending]
     return Cell(
         _format_result(result),
@@ -286,39 +281,39 @@ def _build_cell(results: StressResults, method: Method, line: StressTest) -> Cel
         title=result.reason,
         css=css,
         symbol=symbol,
-        link=f"#{_build_anchor(line, method)}",
-        part=line.compute_depth(result),
+        link=f"#{_build_anchor(row, method)}",
+        part=row.compute_depth(result),
     )
 
 
-def _describe_results(results: StressResults, kinds: Mapping[str, list[StressTest]]) -> Iterator[str]:
-    test_counts = [formatting.format_count(len(lines), WORDS[kind]) for kind, lines in kinds.items() if lines]
+def _describe_results(results: StressResults, kinds: Mapping[str, list[StressRow]]) -> Iterator[str]:
+    test_counts = [formatting.format_count(len(rows), WORDS[kind]) for kind, rows in kinds.items() if rows]
     if kinds["attack"] and len(results.methods) <= SENTENCES:
         yield from (_describe_method(results, kinds["attack"], method) for method in results.methods)
     else:
         yield from _describe_ranking(results, "attack", kinds["attack"], CellEnding.PASSES)
     yield from _describe_ranking(results, "relation", kinds["relation"], CellEnding.HOLDS)
     if kinds["complaint"]:
-        yield _describe_complaints(results, kinds["complaint"])
+        yield _describe_bug_reports(results, kinds["complaint"])
     methods, form = formatting.format_count(len(results.methods), "method"), "quick" if results.quick else "full"
     spent = formatting.format_seconds(results.elapsed_s)
     yield f"This {form} campaign ran {methods} on {formatting.join_words(test_counts)}, and took {spent}."
 
 
-def _describe_ranking(results: StressResults, kind: str, lines: list[StressTest], good: CellEnding) -> Iterator[str]:
+def _describe_ranking(results: StressResults, kind: str, rows: list[StressRow], good: CellEnding) -> Iterator[str]:
     """Yield a sentence on the best and the worst methods, and a sentence on methods that could not run every test."""
     passed: dict[int, list[str]] = {}
     partly: list[str] = []
     for method in results.methods:
-        ran = _list_endings(results, lines, method)
-        if ran and len(ran) == len(lines):
+        ran = _list_endings(results, rows, method)
+        if ran and len(ran) == len(rows):
             passed.setdefault(ran.count(good), []).append(method.phrase)
         elif ran:
             partly.append(f"{method.phrase} passed {ran.count(good)} of {len(ran)} that it can run")
     if passed:
         most, fewest = max(passed), min(passed)
         each = "each " if len(passed[most]) > 1 else ""
-        tests = formatting.format_count(len(lines), WORDS[kind])
+        tests = formatting.format_count(len(rows), WORDS[kind])
         few = f"only {fewest}, the fewest" if fewest else "none"
         worst = f"; {_name_methods(passed[fewest])} passed {few}" if fewest < most else ""
         yield f"{_name_methods(passed[most])} {each}passed {most} of {tests}{worst}."
@@ -332,24 +327,28 @@ def _name_methods(methods: list[str]) -> str:
     return formatting.join_words(methods) if len(methods) <= FEW else f"{len(methods)} methods"
 
 
-def _describe_complaints(results: StressResults, complaints: list[StressTest]) -> str:
+def _describe_bug_reports(results: StressResults, bug_reports: list[StressRow]) -> str:
     """Describe how many reported bugs still occur in the engines for which they were reported."""
     endings = {
-        line.name: {result.ending for method, result in _list_cells(results, line) if method.engine == line.about}
-        for line in complaints
+        row.name: {result.ending for method, result in _list_cells(results, row) if method.engine == row.about}
+        for row in bug_reports
     }
     concerned = sum(bool(own_endings - {CellEnding.NOT_RUN}) for own_endings in endings.values())
     still_seen = [name for name, own_endings in endings.items() if CellEnding.SEEN in own_endings]
     names_text = f": {formatting.join_words(still_seen)}" if 0 < len(still_seen) <= FEW else ""
-    lead = f"{concerned} of {formatting.format_count(len(complaints), WORDS['complaint'])} concern one of these engines"
+    lead = (
+        f"{concerned} of {formatting.format_count(len(bug_reports), WORDS['complaint'])} concern one of these engines"
+    )
     return f"{lead}, and {len(still_seen)} still occur{names_text}."
 
 
 def _format_json(results: StressResults) -> str:
-    def list_cell_fields(line: StressTest) -> list[dict[str, Any]]:
-        return [{**fields_of(one), "ending": one.ending.in_files} for _, one in _list_cells(results, line)]
+    def list_cell_fields(row: StressRow) -> list[dict[str, Any]]:
+        return [{**fields_of(one), "ending": one.ending.in_files} for _, one in _list_cells(results, row)]
 
-    methods = [(method, results.engines[method.engine]) for method in results.methods]
-    about = [{**asdict(one), "version": engine.version, "unavailable": engine.unavailable} for one, engine in methods]
-    lines = [{**asdict(line), "cells": list_cell_fields(line)} for line in results.lines]
-    return format_json("stress", results, leave_out=("engines", "cells"), methods=about, lines=lines)
+    engines = [(method, results.engines[method.engine]) for method in results.methods]
+    methods = [
+        {**fields_of(one), "version": engine.version, "unavailable": engine.unavailable} for one, engine in engines
+    ]
+    rows = [{**fields_of(row), "cells": list_cell_fields(row)} for row in results.rows]
+    return format_json("stress", results, leave_out=("engines", "cells", "rows"), methods=methods, lines=rows)

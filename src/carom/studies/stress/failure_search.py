@@ -15,8 +15,8 @@ from carom.execution.observation.engine_run import observe_job
 from carom.execution.pool import TaskRunner
 from carom.model.scene import Scene
 from carom.model.trace import Trace
-from carom.studies.stress.attack import Attack, CheckResult, Trial
 from carom.studies.stress.result import STRESS, CellEnding, CellResult, UnsavedResult
+from carom.studies.stress.stress_test import CheckResult, StressTest, Trial
 
 #: The bisection ends when the passing and the failing value differ by at most this factor.
 RESOLUTION, QUICK_RESOLUTION = 1.1, 3.2
@@ -30,11 +30,11 @@ class NotRunError(Exception):
     """
 
     def __init__(self, answer: Answer[Any]) -> None:
-        super().__init__(answer.said)
+        super().__init__(answer.problem)
         self.status = answer.status
 
 
-class _Tried(NamedTuple):
+class _TriedValue(NamedTuple):
     """A trial for one value, with the result of the check."""
 
     value: float
@@ -43,40 +43,40 @@ class _Tried(NamedTuple):
 
     @property
     def passes(self) -> bool:
-        return not self.result.broken
+        return not self.result.failure
 
 
-def find_failure(attack: Attack, method: Method, runner: TaskRunner, *, quick: bool) -> UnsavedResult:
+def find_failure(stress_test: StressTest, method: Method, runner: TaskRunner, *, quick: bool) -> UnsavedResult:
     """Find the value at which a method fails a stress test. Return the result with a scene that reproduces it."""
-    ladder = iter(attack.build_ladder(quick))
+    ladder = iter(stress_test.build_ladder(quick))
     runs = 0
     resolution = QUICK_RESOLUTION if quick else RESOLUTION
-    cell = partial(CellResult, "attack", attack.name, method.name)
-    passed: _Tried | None = None
-    failed: _Tried | None = None
+    cell = partial(CellResult, "attack", stress_test.name, method.name)
+    passed: _TriedValue | None = None
+    failed: _TriedValue | None = None
     value = next(ladder, None)
     try:
         while value is not None:
-            tried, spent = _try_value(attack, value, method, runner, quick=quick)
+            tried, spent = _try_value(stress_test, value, method, runner, quick=quick)
             runs += spent
             passed, failed = (tried, failed) if tried.passes else (passed, tried)
             if failed is None:
                 value = next(ladder, None)
             else:
-                value = attack.find_middle_value(passed.value, failed.value, resolution) if passed else None
+                value = stress_test.find_middle_value(passed.value, failed.value, resolution) if passed else None
     except NotRunError as error:
         return UnsavedResult(cell(CellEnding.NOT_RUN, reason=str(error), runs=runs, status=error.status))
     reported = failed or passed
     assert reported is not None  # noqa: S101 - a ladder has at least one value
     description = f"{reported.trial.scene.description} Here {method.name} {'fails' if failed else 'passes'}."
-    scene = rename_scene(f"{attack.name}/{method.engine}/{method.profile}", reported.trial.scene, description)
+    scene = rename_scene(f"{stress_test.name}/{method.engine}/{method.profile}", reported.trial.scene, description)
     broke = CellEnding.FAILS_AT_SIZE if passed else CellEnding.FAILS_AT_START
     result = cell(
         broke if failed else CellEnding.PASSES,
         value=reported.value,
-        stands_at=passed.value if passed else None,
+        passes_until=passed.value if passed else None,
         error=passed.result.error if passed and math.isfinite(passed.result.error) else None,
-        reason=reported.result.broken or reported.result.note,
+        reason=reported.result.failure or reported.result.note,
         runs=runs,
         status=reported.result.status,
     )
@@ -93,7 +93,9 @@ def rename_scene(name: str, scene: Scene, description: str) -> Scene:
     return scene.model_copy(update={"name": f"{STRESS}{name}", "description": description})
 
 
-def _try_value(attack: Attack, value: float, method: Method, runner: TaskRunner, *, quick: bool) -> tuple[_Tried, int]:
+def _try_value(
+    stress_test: StressTest, value: float, method: Method, runner: TaskRunner, *, quick: bool
+) -> tuple[_TriedValue, int]:
     """Run the trials for a value up to the first failure. Return the worst result, and the number of runs.
 
     If the engine fails, the check fails with the engine's error as the reason.
@@ -102,17 +104,19 @@ def _try_value(attack: Attack, value: float, method: Method, runner: TaskRunner,
         NotRunError: The engine is unavailable, or does not support the scene at the harmless end.
     """
     try:
-        trials = attack.trials(value)
+        trials = stress_test.trials(value)
     except InputError as error:
-        raise InputError(f"the stress test {attack.name} can't make a scene at {value:g}: {error}") from error
-    passed: list[_Tried] = []
+        raise InputError(f"the stress test {stress_test.name} can't make a scene at {value:g}: {error}") from error
+    passed: list[_TriedValue] = []
     for trial in trials[::2] if quick else trials:
         answer = observe(trial.scene, method, runner)
         status = answer.status
-        if status is Status.UNAVAILABLE or (value == attack.harmless and status is Status.UNSUPPORTED):
+        if status is Status.UNAVAILABLE or (value == stress_test.harmless and status is Status.UNSUPPORTED):
             raise NotRunError(answer)
-        found = CheckResult(math.nan, answer.said, status=status) if answer.value is None else trial.check(answer.value)
-        tried = _Tried(value, trial, found)
+        found = (
+            CheckResult(math.nan, answer.problem, status=status) if answer.value is None else trial.check(answer.value)
+        )
+        tried = _TriedValue(value, trial, found)
         if not tried.passes:
             return tried, len(passed) + 1
         passed.append(tried)

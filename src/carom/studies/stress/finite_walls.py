@@ -16,8 +16,8 @@ from carom.catalogue.closed_forms import build_disc, to_vector
 from carom.catalogue.groups.classics_walled import edges
 from carom.model.scene import Chain, Wall
 from carom.model.walls import Leg, build_drive
-from carom.studies.stress.attack import Trial, attack_at_phases, build_closed_form_check
 from carom.studies.stress.pairs import DT_S, RADIUS_M, RATE_HZ, SPEED_M_S, STEPS_BEFORE, build_trial
+from carom.studies.stress.stress_test import Trial, build_closed_form_check, stress_test_at_phases
 from carom.support.formatting import format_metres, format_number
 
 #: Half the length of a wall. Discs only reach the ends in stress tests on ends of walls.
@@ -45,7 +45,7 @@ def _build_one_impact_trial(
     return build_trial(f"{sentence} Phase {phase:g} of a step.", discs, check, walls=[wall])
 
 
-@attack_at_phases
+@stress_test_at_phases
 def _thin_wall(value: float, phase: float) -> Trial:
     speed = value * RADIUS_M * RATE_HZ
     description = f"A disc that moves {format_number(value, 3)} radii per step meets a wall without thickness head-on."
@@ -53,7 +53,7 @@ def _thin_wall(value: float, phase: float) -> Trial:
     return _build_one_impact_trial(description, phase, start, speed, _build_upright_wall(), -speed)
 
 
-@attack_at_phases
+@stress_test_at_phases
 def _paddle(value: float, phase: float) -> Trial:
     speed = value * RADIUS_M * RATE_HZ
     description = f"A wall without thickness moves {format_number(value, 3)} radii per step, head-on at a disc at rest."
@@ -61,7 +61,7 @@ def _paddle(value: float, phase: float) -> Trial:
     return _build_one_impact_trial(description, phase, start, 0, wall, 2.0 * speed)
 
 
-@attack_at_phases
+@stress_test_at_phases
 def _wall_width(value: float, phase: float) -> Trial:
     description = f"A disc meets a wall of half width {format_metres(value)} head-on."
     start = -value - RADIUS_M - SPEED_M_S * _compute_impact_time(phase)
@@ -69,7 +69,7 @@ def _wall_width(value: float, phase: float) -> Trial:
     return _build_one_impact_trial(description, phase, start, SPEED_M_S, wall, -SPEED_M_S)
 
 
-@attack_at_phases
+@stress_test_at_phases
 def _wall_end(value: float, phase: float) -> Trial:
     """Make a trial of a disc that grazes the end of a wall. The normal points from the end to the disc's centre."""
     height = RADIUS_M * (1.0 - value)
@@ -82,7 +82,7 @@ def _wall_end(value: float, phase: float) -> Trial:
     return _build_one_impact_trial(description, phase, start, SPEED_M_S, wall, after)
 
 
-@attack_at_phases
+@stress_test_at_phases
 def _seam(value: float, phase: float) -> Trial:
     pieces = int(value)
     joint = _HALF_LENGTH_M * (2 * (pieces // 2) / pieces - 1)
@@ -93,7 +93,7 @@ def _seam(value: float, phase: float) -> Trial:
     return _build_one_impact_trial(description, phase, start, velocity, floor, velocity.conjugate())
 
 
-@attack_at_phases
+@stress_test_at_phases
 def _corner(value: float, phase: float) -> Trial:
     """Make a trial of a disc that is thrown into a corner, but not exactly towards its apex.
 
@@ -115,7 +115,7 @@ def _corner(value: float, phase: float) -> Trial:
     return replace(trial, scene=trial.scene.model_copy(update={"walls": walls}))
 
 
-@attack_at_phases
+@stress_test_at_phases
 def _legs(value: float, phase: float) -> Trial:
     """Make a trial of a wall that repeatedly moves forwards and then a third as far back, until it strikes a disc.
 
@@ -131,4 +131,4 @@ def _legs(value: float, phase: float) -> Trial:
     return _build_one_impact_trial(description, phase, RADIUS_M + displacement, 0, wall, 2.0 * speeds[-1])
 
 
-WALL_ATTACKS = (_thin_wall, _wall_end, _seam, _wall_width, _paddle, _legs, _corner)
+WALL_TESTS = (_thin_wall, _wall_end, _seam, _wall_width, _paddle, _legs, _corner)

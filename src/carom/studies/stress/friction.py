@@ -13,8 +13,8 @@ from collections.abc import Iterator
 from carom.catalogue.closed_forms import build_disc
 from carom.catalogue.groups.classics_walled import FLOOR
 from carom.model.scene import Wall
-from carom.studies.stress.attack import PHASES, Trial, attack, build_closed_form_check
 from carom.studies.stress.pairs import DT_S, RADIUS_M, RATE_HZ, SPEED_M_S, STEPS_BEFORE, build_trial
+from carom.studies.stress.stress_test import PHASES, Trial, build_closed_form_check, stress_test
 from carom.support.formatting import format_number
 
 #: A coefficient of friction with which the disc of `_inertia` never slides. Every engine supports this coefficient.
@@ -51,7 +51,7 @@ def _build_head_on_trial(description: str, phase: float, friction: float, spin_r
     return build_trial(description, discs, check, friction=friction)
 
 
-@attack
+@stress_test
 def _friction(value: float) -> Iterator[Trial]:
     description = (
         f"With friction of {format_number(value, 3)}, a disc hits a floor at 45 degrees, and a spinning disc hits "
@@ -61,7 +61,7 @@ def _friction(value: float) -> Iterator[Trial]:
     yield from (_build_head_on_trial(description, phase, value, 5.0) for phase in PHASES)
 
 
-@attack
+@stress_test
 def _spin(value: float) -> Iterator[Trial]:
     description = (
         f"A disc that spins at {format_number(value, 3)} rad/s hits another head-on and slides with friction of 0.1."
@@ -69,7 +69,7 @@ def _spin(value: float) -> Iterator[Trial]:
     return (_build_head_on_trial(description, phase, 0.1, value) for phase in PHASES)
 
 
-@attack
+@stress_test
 def _inertia(value: float) -> Iterator[Trial]:
     description = (
         f"A disc with a moment of inertia of {format_number(value, 3)} m R^2 hits a floor at 45 degrees, sticks, and "
@@ -78,7 +78,7 @@ def _inertia(value: float) -> Iterator[Trial]:
     return (_build_wall_trial(description, phase, _GRIP, value) for phase in PHASES)
 
 
-@attack
+@stress_test
 def _grip_chain(value: float) -> Iterator[Trial]:
     """Make a trial of a superball that bounces between two plates.
 
@@ -98,7 +98,7 @@ def _grip_chain(value: float) -> Iterator[Trial]:
     yield build_trial(description, discs, check, 2 * rounds * height, walls=walls, **laws)
 
 
-@attack
+@stress_test
 def _rolling(value: float) -> Iterator[Trial]:
     """Make a trial of a disc that is thrown along a floor and bounces until it rolls."""
     speed, pull, drop_s, k = 1.0, 10.0, 0.1, 0.5
@@ -119,4 +119,4 @@ def _rolling(value: float) -> Iterator[Trial]:
     yield build_trial(description, discs, check, lasts_s, walls=[FLOOR], **laws)
 
 
-FRICTION_ATTACKS = (_friction, _spin, _inertia, _grip_chain, _rolling)
+FRICTION_TESTS = (_friction, _spin, _inertia, _grip_chain, _rolling)

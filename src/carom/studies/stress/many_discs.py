@@ -13,16 +13,16 @@ from carom.catalogue.closed_forms import build_disc
 from carom.catalogue.groups.classics_many_discs import stage_boxed_gas
 from carom.catalogue.groups.classics_walled import build_box_walls
 from carom.model.scene import Disc, Scene, Wall
-from carom.studies.stress.attack import (
+from carom.studies.stress.pairs import DT_S, RADIUS_M, RATE_HZ, SPEED_M_S, build_trial
+from carom.studies.stress.stress_test import (
     PHASES,
     Trial,
-    attack,
     build_closed_form_check,
     build_pressure_check,
     build_velocity_check,
     check_energy,
+    stress_test,
 )
-from carom.studies.stress.pairs import DT_S, RADIUS_M, RATE_HZ, SPEED_M_S, build_trial
 from carom.studies.stress.true_motion import TrueMotion, UndecidedError, compute_true_motion
 from carom.support.formatting import format_metres, format_number
 
@@ -42,7 +42,7 @@ def _build_row_trial(description: str, gaps: Sequence[float], phase: float, step
     return build_trial(description, discs, None, (5 + steps_after) * DT_S)
 
 
-@attack
+@stress_test
 def _cradle_gap(gap: float) -> Iterator[Trial]:
     description = f"Newton's cradle of five discs with gaps of {format_metres(gap)}: only the last disc must leave."
     # The scene is twice as long as needed, so that a late method also finds every impact.
@@ -50,7 +50,7 @@ def _cradle_gap(gap: float) -> Iterator[Trial]:
     return (_build_row_trial(description, [gap] * 3, phase, steps) for phase in PHASES)
 
 
-@attack
+@stress_test
 def _crowded_frame(impacts: float) -> Iterator[Trial]:
     count = round(impacts)
     # The first impact comes in the first half of a step, and all other impacts within half a step after the first. The
@@ -60,7 +60,7 @@ def _crowded_frame(impacts: float) -> Iterator[Trial]:
     return (_build_row_trial(description, [gap] * (count - 1), phase, 40 + count) for phase in (0.13, 0.42))
 
 
-@attack
+@stress_test
 def _at_once(pairs: float) -> Iterator[Trial]:
     """Make a trial of pairs of discs, far from each other.
 
@@ -83,7 +83,7 @@ def _at_once(pairs: float) -> Iterator[Trial]:
     yield build_trial(description, discs, build_closed_form_check(final, count, change), 48 * DT_S)
 
 
-@attack
+@stress_test
 def _packing(gap: float) -> Iterator[Trial]:
     side, radius = 3, 0.1
     pitch = 2 * radius * (1 + gap)
@@ -100,7 +100,7 @@ def _packing(gap: float) -> Iterator[Trial]:
     yield build_trial(description, discs, check_energy, 24 / RATE_HZ, walls=build_box_walls(width, height))
 
 
-@attack
+@stress_test
 def _duration(impacts: float) -> Iterator[Trial]:
     side, radius, pitch, speed, rate = 3, 0.1, 0.3, 1.0, 120.0
     gas = stage_boxed_gas(side, radius_m=radius, pitch_m=pitch, speed=speed, duration_s=1.0).scene
@@ -124,7 +124,7 @@ PACKING = 0.3
 COMPRESSIBILITY = 1.0 + 2 * PACKING + sum(b * (2 * PACKING) ** k for k, b in enumerate(VIRIAL, 2))
 
 
-@attack
+@stress_test
 def _gas_pressure(advance: float) -> Iterator[Trial]:
     """Make a trial of a hard-disc gas with known pressure. `advance` is the mean path in a step, in radii."""
     side, radius, speed = 12, 0.05, 1.0
@@ -146,7 +146,7 @@ def _gas_pressure(advance: float) -> Iterator[Trial]:
     yield build_trial(description, discs, build_pressure_check(COMPRESSIBILITY), duration_s, **fields)
 
 
-@attack
+@stress_test
 def _restitution(restitution: float) -> Iterator[Trial]:
     discs = [build_disc(place, velocity, RADIUS_M) for place, velocity in ((-0.75, 1.0), (0.0, 0.0), (0.9, -1.0))]
     description = f"Three equal discs in a line approach each other with restitution {format_number(restitution, 4)}."
@@ -161,7 +161,7 @@ def _restitution(restitution: float) -> Iterator[Trial]:
     yield trial
 
 
-@attack
+@stress_test
 def _galperin(mass_ratio: float) -> Iterator[Trial]:
     radius, light_gap, heavy_gap, speed = 0.1, 0.25, 0.5, 1.0
     description = f"A disc of {format_number(mass_ratio, 4)} kg pushes one of 1 kg against a wall."
@@ -180,7 +180,7 @@ def _galperin(mass_ratio: float) -> Iterator[Trial]:
     yield build_trial(description, discs, build_closed_form_check(final, count, change), 4.0, walls=[wall])
 
 
-@attack
+@stress_test
 def _unstable_orbit(bounces: float) -> Iterator[Trial]:
     count = round(bounces)
     contact, free, axis = 0.5, 1.0, cmath.rect(1.0, 0.7)
@@ -192,7 +192,7 @@ def _unstable_orbit(bounces: float) -> Iterator[Trial]:
     yield build_trial(description, discs, None, (0.1 + count * free) / 2.0, frame_rate_hz=60.0)
 
 
-MANY_DISC_ATTACKS = (
+MANY_DISC_TESTS = (
     *(_cradle_gap, _crowded_frame, _at_once, _packing),
     *(_duration, _gas_pressure, _restitution, _galperin, _unstable_orbit),
 )

@@ -28,7 +28,7 @@ class StressOptions(LimitOptions):
         InputError: A value is invalid.
     """
 
-    stamped = ("quick", "time_limit_s")
+    fixed_on_resume = ("quick", "time_limit_s")
 
     engines: Sequence[str] | None = declare_engines()
     profiles: Sequence[str] = declare_profiles("default", "tuned")

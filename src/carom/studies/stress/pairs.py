@@ -8,7 +8,14 @@ from typing import Any
 
 from carom.catalogue.closed_forms import build_disc
 from carom.model.scene import Disc, Scene
-from carom.studies.stress.attack import PHASES, Attack, TraceCheck, Trial, build_attack, build_velocity_check
+from carom.studies.stress.stress_test import (
+    PHASES,
+    StressTest,
+    TraceCheck,
+    Trial,
+    build_stress_test,
+    build_velocity_check,
+)
 from carom.studies.stress.true_motion import compute_true_motion
 from carom.support.formatting import format_number
 
@@ -67,7 +74,7 @@ def _build_meeting_trial(
     return build_trial(description, [striker, build_disc(complex(origin, origin + across), 0, radius, mass)])
 
 
-def _build_attack(name: str, template: str, **functions: Callable[[float], float]) -> Attack:
+def _build_stress_test(name: str, template: str, **functions: Callable[[float], float]) -> StressTest:
     """Return a stress test whose trials are meetings of two discs, one at each phase.
 
     Each keyword is an argument of `_build_meeting_trial`, given as a function of the stress test's value.
@@ -78,19 +85,19 @@ def _build_attack(name: str, template: str, **functions: Callable[[float], float
         sentence = template.format(value=format_number(value, 3))
         return [_build_meeting_trial(f"{sentence} Phase {phase:g} of a step.", phase, **sizes) for phase in PHASES]
 
-    return build_attack(name, trials)
+    return build_stress_test(name, trials)
 
 
 _GRAZING = "A disc grazes another, {value} contact distances from a miss."
 _TUNNELLING = "A disc that moves {value} radii per step meets one at rest head-on."
 _SIZE = "Discs of radius {value} m meet head-on at a fiftieth of the radius per step."
 _SIZES = {"radius": lambda value: value, "speed": lambda value: 0.02 * value * RATE_HZ}
-PAIR_ATTACKS = (
-    _build_attack("grazing", _GRAZING, offset=lambda value: 1.0 - value),
-    _build_attack("mass-ratio", "A disc of 1 kg meets one of {value} kg head-on.", mass=lambda value: value),
-    _build_attack("tunnelling", _TUNNELLING, speed=lambda value: value * RADIUS_M * RATE_HZ),
-    _build_attack("small", _SIZE, **_SIZES),
-    _build_attack("large", _SIZE, **_SIZES),
-    _build_attack("far-away", "Two discs meet head-on {value} m from the origin.", origin=lambda value: value),
-    _build_attack("slow", "Two discs meet head-on at {value} m/s.", speed=lambda value: value),
+PAIR_TESTS = (
+    _build_stress_test("grazing", _GRAZING, offset=lambda value: 1.0 - value),
+    _build_stress_test("mass-ratio", "A disc of 1 kg meets one of {value} kg head-on.", mass=lambda value: value),
+    _build_stress_test("tunnelling", _TUNNELLING, speed=lambda value: value * RADIUS_M * RATE_HZ),
+    _build_stress_test("small", _SIZE, **_SIZES),
+    _build_stress_test("large", _SIZE, **_SIZES),
+    _build_stress_test("far-away", "Two discs meet head-on {value} m from the origin.", origin=lambda value: value),
+    _build_stress_test("slow", "Two discs meet head-on at {value} m/s.", speed=lambda value: value),
 )

@@ -69,13 +69,13 @@ class CellResult:
 
     Attributes:
         kind: "attack" for a stress test, "relation" for an invariance, "complaint" for a reported bug.
-        line: Name of the stress test, invariance or reported bug.
+        test: Name of the stress test, invariance or reported bug.
         method: Name of the method.
         ending: Outcome of the test.
         value: The value at which the method fails, or the most extreme tested value if it passes. The deviation, for an
             invariance or a reported bug. None if there is no number.
-        stands_at: The most extreme value up to which the method passes; None if there is none.
-        error: The error at `stands_at`, as the stress test defines it; None if there is none.
+        passes_until: The most extreme value up to which the method passes; None if there is none.
+        error: The error at `passes_until`, as the stress test defines it; None if there is none.
         reason: Reason why the method fails, or why there is no number.
         scenes: Files with the scenes that reproduce the number, in the folder of results.
         runs: Number of runs that were needed for the result.
@@ -83,11 +83,11 @@ class CellResult:
     """
 
     kind: str
-    line: str
+    test: str
     method: str
     ending: CellEnding
     value: float | None = None
-    stands_at: float | None = None
+    passes_until: float | None = None
     error: float | None = None
     reason: str = ""
     scenes: tuple[str, ...] = ()
@@ -122,7 +122,7 @@ class UnsavedResult:
 
 
 @dataclass(frozen=True)
-class StressTest:
+class StressRow:
     """A row of the table: a stress test, an invariance or a reported bug.
 
     Attributes:
@@ -130,7 +130,7 @@ class StressTest:
         name: Name of the test.
         axis: The varied quantity, the required invariance, or the reported bug.
         truth: Explanation of how the correct result is known.
-        gives_way: Explanation of when a method fails.
+        failure_rule: Explanation of when a method fails.
         ladder: Tested values of the varied quantity, beginning at the harmless end; empty if no quantity is varied.
         link: Web address of the bug report.
         about: Engine that a reported bug concerns.
@@ -141,7 +141,7 @@ class StressTest:
     name: str
     axis: str
     truth: str
-    gives_way: str
+    failure_rule: str
     ladder: tuple[float, ...] = ()
     link: str = ""
     about: str = ""
@@ -154,11 +154,11 @@ class StressTest:
         """
         if not self.ladder or result.ending is CellEnding.NOT_RUN:
             return None
-        if result.ending is CellEnding.PASSES or result.stands_at is None:
+        if result.ending is CellEnding.PASSES or result.passes_until is None:
             return float(result.ending is CellEnding.PASSES)
-        rungs = [value for value in self.ladder if value > 0]
-        beyond = len(self.ladder) - len(rungs)
-        return abs(math.log10(result.stands_at / rungs[0])) / (abs(math.log10(rungs[-1] / rungs[0])) + beyond)
+        values = [value for value in self.ladder if value > 0]
+        beyond = len(self.ladder) - len(values)
+        return abs(math.log10(result.passes_until / values[0])) / (abs(math.log10(values[-1] / values[0])) + beyond)
 
 
 @dataclass(frozen=True)
@@ -166,7 +166,7 @@ class StressResults:
     """Results of all tests with all methods.
 
     Attributes:
-        lines: Stress tests, invariances and reported bugs, which are the rows of the table.
+        rows: Stress tests, invariances and reported bugs, which are the rows of the table.
         methods: The methods, which are the columns of the table.
         engines: Descriptions of the methods' engines, by name.
         cells: The results, by name of the test and method.
@@ -176,7 +176,7 @@ class StressResults:
         elapsed_s: Duration of the whole study, in seconds. For a resumed campaign, only the time since the resumption.
     """
 
-    lines: tuple[StressTest, ...]
+    rows: tuple[StressRow, ...]
     methods: tuple[Method, ...]
     engines: Mapping[str, EngineInfo]
     cells: Mapping[tuple[str, str], CellResult]

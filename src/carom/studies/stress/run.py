@@ -9,7 +9,7 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
-from carom.catalogue import Complaint, all_scenes
+from carom.catalogue import BugReport, all_scenes
 from carom.errors import UnknownNameError
 from carom.execution.describe_engines import describe_engines, select_engines
 from carom.execution.environment import describe_environment
@@ -19,17 +19,17 @@ from carom.execution.methods import list_methods, select_profiles
 from carom.execution.pool import TaskRunner
 from carom.execution.scheduler import DependentTasks, TaskRequest, run_tasks
 from carom.report.formatting import capitalise
-from carom.studies.stress.attack import Attack
-from carom.studies.stress.bug_reports import check_complaint
-from carom.studies.stress.contact import CONTACT_ATTACKS
+from carom.studies.stress.bug_reports import check_bug_report
+from carom.studies.stress.contact import CONTACT_TESTS
 from carom.studies.stress.failure_search import find_failure
-from carom.studies.stress.finite_walls import WALL_ATTACKS
-from carom.studies.stress.friction import FRICTION_ATTACKS
-from carom.studies.stress.many_discs import MANY_DISC_ATTACKS
+from carom.studies.stress.finite_walls import WALL_TESTS
+from carom.studies.stress.friction import FRICTION_TESTS
+from carom.studies.stress.invariances import DEVIATION_LIMIT, check_invariance, list_invariances
+from carom.studies.stress.many_discs import MANY_DISC_TESTS
 from carom.studies.stress.options import StressOptions
-from carom.studies.stress.pairs import DT_S, PAIR_ATTACKS
-from carom.studies.stress.relations import HOLDS, check_relation, list_relations
-from carom.studies.stress.result import CellEnding, CellResult, StressResults, StressTest, UnsavedResult
+from carom.studies.stress.pairs import DT_S, PAIR_TESTS
+from carom.studies.stress.result import CellEnding, CellResult, StressResults, StressRow, UnsavedResult
+from carom.studies.stress.stress_test import StressTest
 from carom.support.escaping import build_name_hints
 from carom.support.folders import claim_while_writing
 
@@ -45,35 +45,35 @@ CellKey = tuple[str, str, str]
 stress_journal = partial(Journal[CellKey, CellResult], "spots", JournalEntry[CellKey, CellResult])
 
 #: A test, and the function that computes its result for a method.
-StressTask = tuple[StressTest, Callable[[Method, TaskRunner], UnsavedResult]]
+StressTask = tuple[StressRow, Callable[[Method, TaskRunner], UnsavedResult]]
 
 
 #: Stress tests by group.
 GROUPS = {
-    "pairs": PAIR_ATTACKS,
-    "crowds": MANY_DISC_ATTACKS,
-    "friction": FRICTION_ATTACKS,
-    "walls": WALL_ATTACKS,
-    "contact": CONTACT_ATTACKS,
+    "pairs": PAIR_TESTS,
+    "crowds": MANY_DISC_TESTS,
+    "friction": FRICTION_TESTS,
+    "walls": WALL_TESTS,
+    "contact": CONTACT_TESTS,
 }
 #: Stress tests with moving walls.
 DRIVEN = ("paddle", "legs")
 
 
-def list_attacks() -> list[tuple[str, Attack]]:
+def list_stress_tests() -> list[tuple[str, StressTest]]:
     """Return all stress tests with their groups, in the order of the table."""
     # Trials are cached, because methods are often tested at equal values. The exact motion takes longer to compute than
     # a run.
     return [
-        ("driven" if attack.name in DRIVEN else group, replace(attack, trials=cache(attack.trials)))
+        ("driven" if stress_test.name in DRIVEN else group, replace(stress_test, trials=cache(stress_test.trials)))
         for group, of_group in GROUPS.items()
-        for attack in of_group
+        for stress_test in of_group
     ]
 
 
-def list_lines(*, quick: bool = False) -> list[StressTest]:
+def list_rows(*, quick: bool = False) -> list[StressRow]:
     """Return all rows of the table: stress tests, invariances and reported bugs."""
-    return [line for line, _ in _list_all_tasks(quick)]
+    return [row for row, _ in _list_all_tasks(quick)]
 
 
 def run_stress_campaign(
@@ -104,18 +104,16 @@ def run_stress_campaign(
             false.
     """
     started = time.perf_counter()
-    lines = _select_lines(names, options.quick)
+    rows = _select_rows(names, options.quick)
     with options.open_pool() as pool:
         infos = select_engines(describe_engines(options.engines, pool), options.engines)
         methods = list_methods(infos, select_profiles(infos, options.profiles), [DT_S], pool)
-        columns = [method for info in infos for method in methods.at[info.name, DT_S]]
+        columns = [method for info in infos for method in methods.by_engine_and_step[info.name, DT_S]]
         environment = describe_environment(infos)
         stamp = options.stamp | {"carom": environment.carom, "versions": environment.versions}
         asks = [
-            _request_cell(
-                TableCell(line.kind, line.name, method, options.quick, out), methods.find_refusal(method, DT_S)
-            )
-            for line in lines
+            _request_cell(TableCell(row.kind, row.name, method, options.quick, out), methods.find_refusal(method, DT_S))
+            for row in rows
             for method in columns
         ]
         cells: dict[tuple[str, str], CellResult] = {}
@@ -128,7 +126,7 @@ def run_stress_campaign(
                 cells[subject] = answer.value
                 progress(len(cells), len(asks), " on ".join(subject))
     elapsed_s = time.perf_counter() - started
-    return StressResults(lines, tuple(columns), methods.infos, cells, environment, command, options.quick, elapsed_s)
+    return StressResults(rows, tuple(columns), methods.infos, cells, environment, command, options.quick, elapsed_s)
 
 
 @dataclass(frozen=True)
@@ -148,9 +146,7 @@ class TableCell(DependentTasks[CellResult]):
 
     def run(self, runner: TaskRunner) -> Answer[UnsavedResult]:
         """Return the result with its scenes."""
-        find = next(
-            find for line, find in _list_all_tasks(self.quick) if (line.kind, line.name) == (self.kind, self.name)
-        )
+        find = next(find for row, find in _list_all_tasks(self.quick) if (row.kind, row.name) == (self.kind, self.name))
         return Answer(Status.RAN, value=find(self.method, runner))
 
     def complete(self, answer: Answer[UnsavedResult]) -> Answer[CellResult]:
@@ -162,7 +158,7 @@ class TableCell(DependentTasks[CellResult]):
 def _request_cell(cell: TableCell, refused: Answer[Any] | None) -> TaskRequest[tuple[str, str], CellKey, CellResult]:
     known, subject = None, (cell.name, cell.method.name)
     if refused is not None:
-        result = CellResult(cell.kind, *subject, CellEnding.NOT_RUN, reason=refused.said, status=refused.status)
+        result = CellResult(cell.kind, *subject, CellEnding.NOT_RUN, reason=refused.problem, status=refused.status)
         known = Answer(Status.RAN, value=result)
     return TaskRequest(subject, (cell.kind, *subject), cell, known)
 
@@ -170,48 +166,60 @@ def _request_cell(cell: TableCell, refused: Answer[Any] | None) -> TaskRequest[t
 @cache
 def _list_all_tasks(quick: bool) -> list[StressTask]:
     tasks: list[StressTask] = []
-    for group, attack in list_attacks():
-        if quick and attack.full_only:
+    for group, stress_test in list_stress_tests():
+        if quick and stress_test.full_only:
             continue
-        ladder = tuple(attack.build_ladder(quick))
-        line = StressTest("attack", attack.name, attack.axis, attack.truth, attack.gives_way, ladder, group=group)
-        tasks.append((line, partial(find_failure, attack, quick=quick)))
+        ladder = tuple(stress_test.build_ladder(quick))
+        row = StressRow(
+            "attack",
+            stress_test.name,
+            stress_test.axis,
+            stress_test.truth,
+            stress_test.failure_rule,
+            ladder,
+            group=group,
+        )
+        tasks.append((row, partial(find_failure, stress_test, quick=quick)))
     truth = "not needed, because the two runs of the method are compared with each other"
-    fails = f"the deviation is above {HOLDS:g}; rounding errors after three impacts are smaller"
+    fails = f"the deviation is above {DEVIATION_LIMIT:g}; rounding errors after three impacts are smaller"
     tasks += [
-        (StressTest("relation", relation.name, relation.states, truth, fails), partial(check_relation, relation))
-        for relation in list_relations()
+        (
+            StressRow("relation", invariance.name, invariance.statement, truth, fails),
+            partial(check_invariance, invariance),
+        )
+        for invariance in list_invariances()
     ]
     tasks += [
-        (_line_of_complaint(entry), partial(check_complaint, entry))
+        (_build_bug_report_row(entry), partial(check_bug_report, entry))
         for entry in all_scenes().values()
-        if isinstance(entry, Complaint)
+        if isinstance(entry, BugReport)
     ]
     return tasks
 
 
-def _line_of_complaint(complaint: Complaint) -> StressTest:
-    criterion = f"{complaint.symptom.value}; errors below {100 * complaint.at_least:g} % do not count. {complaint.made}"
-    return StressTest(
+def _build_bug_report_row(bug_report: BugReport) -> StressRow:
+    threshold = f"errors below {100 * bug_report.smallest_error:g} % do not count"
+    criterion = f"{bug_report.symptom.value}; {threshold}. {bug_report.number_sources}"
+    return StressRow(
         "complaint",
-        complaint.name.partition("/")[2],
-        f"{complaint.about}: {complaint.reported}",
-        complaint.known.source,
+        bug_report.name.partition("/")[2],
+        f"{bug_report.about}: {bug_report.summary}",
+        bug_report.known.source,
         capitalise(criterion),
-        link=complaint.thread,
-        about=complaint.engine,
+        link=bug_report.thread,
+        about=bug_report.engine,
     )
 
 
-def _select_lines(names: Sequence[str], quick: bool) -> tuple[StressTest, ...]:
-    everything = list_lines(quick=quick)
+def _select_rows(names: Sequence[str], quick: bool) -> tuple[StressRow, ...]:
+    everything = list_rows(quick=quick)
     if not names:
         return tuple(everything)
     kinds = {"attacks": "attack", "relations": "relation", "complaints": "complaint"}
-    known = {line.name for line in everything}
+    known = {row.name for row in everything}
     for name in names:
         if name not in known and name not in kinds:
             hints = build_name_hints(name, known, f"`carom stress --list` lists them; kinds are {', '.join(kinds)}")
             raise UnknownNameError(f"no stress test is named {name!r}", hints=hints)
     requested_kinds = {kinds[name] for name in names if name in kinds}
-    return tuple(line for line in everything if line.name in names or line.kind in requested_kinds)
+    return tuple(row for row in everything if row.name in names or row.kind in requested_kinds)

@@ -76,7 +76,7 @@ def _draw(tuning: Tuning, axes: Axes) -> None:
     # An exact result is drawn as if its error were rounding, and NaN is not drawn.
     limits = (THRESHOLDS.rounding, 1.0 / THRESHOLDS.rounding)
     before, after = (
-        np.clip([one.price for one in settings.results], *limits) for settings in (tuning.first, tuning.best)
+        np.clip([one.error_ratio for one in settings.results], *limits) for settings in (tuning.first, tuning.best)
     )
     axes.hlines(rows, before, after, color="black", linewidth=0.8, alpha=0.4)
     for errors, label, marker, runs in (
@@ -84,7 +84,7 @@ def _draw(tuning: Tuning, axes: Axes) -> None:
         (after, FOUND_LABEL, "D", tuning.best.results),
     ):
         (drawn,) = axes.plot(errors, rows, marker, label=label, markersize=5.0)
-        wrong = [k for k in rows if runs[k].wrong]
+        wrong = [k for k in rows if runs[k].is_wrong]
         axes.plot([errors[k] for k in wrong], wrong, "x", color=drawn.get_color(), markersize=9.0)
     axes.axvline(1.0, color="black", linewidth=0.8, linestyle=":", label="PIT")
     axes.set(xscale="log", xlabel="error / PIT's (x: missed or spurious impacts)", yticks=rows, yticklabels=names)

@@ -79,12 +79,14 @@ def build_tune_document(tuning: Tuning, scene_words: Sequence[str]) -> Document:
 
 def format_set_options(found: TriedSettings) -> str:
     """Return the options of `carom run` for some settings."""
-    return shlex.join([word for name, value in found.tried for word in ("--set", f"{name}={format_setting(value)}")])
+    return shlex.join(
+        [word for name, value in found.overrides for word in ("--set", f"{name}={format_setting(value)}")]
+    )
 
 
 def _build_headline(tuning: Tuning) -> Iterator[str]:
     scenes = formatting.format_count(len(tuning.scenes), "scene")
-    early = f", of which {tuning.given_up} were abandoned early" if tuning.given_up else ""
+    early = f", of which {tuning.abandoned} were abandoned early" if tuning.abandoned else ""
     trials_text = f"tried {formatting.format_count(tuning.trials, 'setting', 'different settings')}{early}"
     if tuning.best is tuning.first:
         yield f"No better settings than {tuning.options.profile} were found on {scenes}, although carom {trials_text}."
@@ -93,7 +95,7 @@ def _build_headline(tuning: Tuning) -> Iterator[str]:
         return
     profile = tuning.options.profile
     grades = f"{_format_grades(tuning.best)} ({profile}: {_format_grades(tuning.first)})"
-    changed = formatting.format_count(len(tuning.best.tried), "setting")
+    changed = formatting.format_count(len(tuning.best.overrides), "setting")
     yield f"{tuning.engine}: trial {tuning.best.trial} changed {changed} of {profile}, with the grades {grades}."
     yield from _describe_equal_profiles(tuning)
     step = "its own frame rate" if tuning.options.dt_s is None else formatting.format_step(tuning.options.dt_s)
@@ -111,8 +113,8 @@ def _describe_equal_profiles(tuning: Tuning) -> Iterator[str]:
     """
     own_name = f"the {FOUND_LABEL}" if tuning.best is not tuning.first else tuning.options.profile
     other_merits = {name: one.merit for name, one in tuning.others.items() if name not in tuning.located}
-    alike = [name for name, merit in other_merits.items() if merit.respects == tuning.best.merit.respects]
-    better = [name for name, merit in other_merits.items() if merit.respects < tuning.best.merit.respects]
+    alike = [name for name, merit in other_merits.items() if merit.criteria == tuning.best.merit.criteria]
+    better = [name for name, merit in other_merits.items() if merit.criteria < tuning.best.merit.criteria]
     if alike:
         yield f"{formatting.join_words([own_name, *alike])} are equally good."
     if better:
@@ -136,7 +138,7 @@ def _format_grade(result: SceneResult) -> Cell:
 
 
 def _format_error(result: SceneResult) -> str:
-    return formatting.ABSENT if math.isnan(result.price) else formatting.format_number(result.price)
+    return formatting.ABSENT if math.isnan(result.error_ratio) else formatting.format_number(result.error_ratio)
 
 
 def _build_profile_section(tuning: Tuning) -> Section:
@@ -147,12 +149,12 @@ def _build_profile_section(tuning: Tuning) -> Section:
     rows = [_Row(tuning.options.profile, tuning.first), *starmap(_Row, tuning.others.items())]
     if tuning.best is not tuning.first:
         rows.insert(0, _Row(FOUND_LABEL, tuning.best))
-    rows.sort(key=lambda row: (row.name in tuning.located, row.found.merit.respects))
+    rows.sort(key=lambda row: (row.name in tuning.located, row.found.merit.criteria))
     columns = (
         Column("", lambda row: row.name),
         _count_column("wrong", lambda one: one.grade is Grade.WRONG),
-        _count_column("exact or close", lambda one: not one.behind),
-        _count_column("between", lambda one: one.behind and not one.wrong),
+        _count_column("exact or close", lambda one: not one.is_imprecise),
+        _count_column("between", lambda one: one.is_imprecise and not one.is_wrong),
         _count_column("not run", lambda one: one.grade is None),
         Column("error, 0 to 100", lambda row: str(row.found.merit.error), number=True),
     )
@@ -170,7 +172,7 @@ def _count_column(head: str, is_counted: Callable[[SceneResult], bool]) -> Colum
 
 
 def _build_setting_section(tuning: Tuning) -> Section:
-    before = {name: format_setting(value) for name, value in tuning.own.items()}
+    before = {name: format_setting(value) for name, value in tuning.profile_settings.items()}
     columns = (
         Column("setting", lambda item: item[0]),
         Column("found", lambda item: format_setting(item[1]), number=True),
@@ -180,13 +182,13 @@ def _build_setting_section(tuning: Tuning) -> Section:
         ),
     )
     note = "Each setting is needed: resetting a single setting makes the result worse."
-    return Section("Settings found", (Table(columns, tuning.best.tried), Text(note)))
+    return Section("Settings found", (Table(columns, tuning.best.overrides), Text(note)))
 
 
 def _build_code_sections(tuning: Tuning, scene_words: Sequence[str]) -> Iterator[Section]:
     """Yield the engine's code, the command that runs the settings, and the profile in Python and in a manifest."""
     step = () if tuning.options.dt_s is None else ("--dt", repr(tuning.options.dt_s))
-    method = Method(tuning.engine, tuning.options.profile, tuning.best.tried)
+    method = Method(tuning.engine, tuning.options.profile, tuning.best.overrides)
     words = ("carom", "run", *scene_words, "-e", format_engine_argument(method.engine), "-p", tuning.options.profile)
     if tuning.code:
         text = f"Code for {tuning.engine}, for {tuning.scenes[0].name}:"

@@ -58,7 +58,7 @@ class EvaluationTask(JobTask):
         Raises:
             UnsupportedError: PIC can't solve the scene.
         """
-        job, overrides = self.job, self.job.method.tried
+        job, overrides = self.job, self.job.method.overrides
         # A profile may refuse a scene because of its settings. With other settings, the engine may support the scene,
         # so the scene is run.
         adapter = load_adapter(job.engine)
@@ -112,4 +112,4 @@ class Evaluator:
             task = EvaluationTask(job, self._horizons.get(scene.name), self._timed)
             asks.append(TaskRequest(scene, build_job_key(job, _TIMED if self._timed else ""), task))
         found = dict(run_tasks(asks, self._pool, self._notes, one_at_a_time=self._timed))
-        return [found[scene].value or SceneResult(None, reason=found[scene].said) for scene in scenes]
+        return [found[scene].value or SceneResult(None, reason=found[scene].problem) for scene in scenes]

@@ -33,7 +33,8 @@ class SceneResult:
 
     Attributes:
         grade: The grade; None if the scene was not run.
-        price: The error divided by PIT's largest error: `carom.comparator.Score.price_paid`; NaN if it is unknown.
+        error_ratio: The error divided by PIT's largest error: `carom.comparator.Score.price_paid`; NaN if it is
+            unknown.
         missed: Number of missed impacts.
         spurious: Number of invented impacts.
         reason: Reason why the scene was not run.
@@ -43,7 +44,7 @@ class SceneResult:
     """
 
     grade: Grade | None
-    price: float = math.nan
+    error_ratio: float = math.nan
     missed: int = 0
     spurious: int = 0
     reason: str = ""
@@ -51,12 +52,12 @@ class SceneResult:
     float_bits: int = 64
 
     @property
-    def wrong(self) -> bool:
+    def is_wrong(self) -> bool:
         """Whether the grade is wrong. A scene that did not run counts as wrong."""
         return self.grade in {Grade.WRONG, None}
 
     @property
-    def behind(self) -> bool:
+    def is_imprecise(self) -> bool:
         """Whether the result is neither exact nor close."""
         return self.grade not in {Grade.EXACT, Grade.CLOSE}
 
@@ -67,29 +68,29 @@ class Merit:
 
     Attributes:
         wrong: Number of scenes that are wrong or did not run.
-        behind: Number of scenes that are neither exact nor close.
+        imprecise: Number of scenes that are neither exact nor close.
         error: Mean error divided by PIT's on a logarithmic scale: 0 means rounding, and 50 an error as large as PIT's.
         cost: Median over scenes of the run time, divided by the first profile's run time; 1 without timing.
     """
 
     wrong: int
-    behind: int
+    imprecise: int
     error: int
     cost: float = 1.0
 
     @property
-    def respects(self) -> tuple[int, int, int]:
+    def criteria(self) -> tuple[int, int, int]:
         """The criteria without run time: wrong scenes, scenes that are neither exact nor close, and the error."""
-        return self.wrong, self.behind, self.error
+        return self.wrong, self.imprecise, self.error
 
     def is_beaten_by(self, other: Merit) -> bool:
         """Return whether another rank is better in at least one criterion and worse in none. Run time is ignored."""
-        own_criteria, other_criteria = self.respects, other.respects
+        own_criteria, other_criteria = self.criteria, other.criteria
         return own_criteria != other_criteria and all(b <= a for a, b in zip(own_criteria, other_criteria, strict=True))
 
     def to_number(self, scenes: int) -> float:
         """Convert the rank to a number for an optimiser. A smaller number is better."""
-        integer_part = (self.wrong * (scenes + 1) + self.behind) * (_PARTS + 1) + self.error
+        integer_part = (self.wrong * (scenes + 1) + self.imprecise) * (_PARTS + 1) + self.error
         return integer_part + self.cost / (1.0 + self.cost)
 
 
@@ -99,10 +100,10 @@ def compute_error_on_scale(result: SceneResult) -> float:
     A wrong scene has the largest result, 1. If there is no error to measure, the result is 0 for an exact or close
     scene, and 1 for any other scene.
     """
-    if result.wrong or math.isnan(result.price):
-        return 1.0 if result.behind else 0.0
+    if result.is_wrong or math.isnan(result.error_ratio):
+        return 1.0 if result.is_imprecise else 0.0
     rounding = THRESHOLDS.rounding
-    bounded = min(max(result.price, rounding), 1.0 / rounding)
+    bounded = min(max(result.error_ratio, rounding), 1.0 / rounding)
     return (1.0 - math.log(bounded) / math.log(rounding)) / 2.0
 
 
@@ -117,8 +118,8 @@ def compute_merit(results: Sequence[SceneResult], first: Sequence[SceneResult] =
     pairs = zip(results, first, strict=False)
     ratios = [one.seconds / other.seconds for one, other in pairs if other.seconds > 0 and not math.isnan(one.seconds)]
     return Merit(
-        wrong=sum(one.wrong for one in results),
-        behind=sum(one.behind for one in results),
+        wrong=sum(one.is_wrong for one in results),
+        imprecise=sum(one.is_imprecise for one in results),
         error=round(_PARTS * statistics.fmean(map(compute_error_on_scale, results))),
         cost=statistics.median(ratios) if ratios else 1.0,
     )

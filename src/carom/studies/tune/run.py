@@ -52,13 +52,13 @@ class Tuning:
             engine does.
         code: Lines of the engine's code that the best settings change, for the first scene's step size; empty if
             nothing was better, or if the adapter writes no code.
-        own: The first profile's settings at the first scene's step size, by name.
+        profile_settings: The first profile's settings at the first scene's step size, by name.
         settings: The best settings at the first scene's step size, by name.
         varying: Names of the settings whose values depend on the step size.
         time_ratio: Median over scenes of the run time, divided by the first profile's run time; NaN if no scene was
             timed.
         trials: Number of tried settings.
-        given_up: Number of tried settings that were abandoned before the last scene.
+        abandoned: Number of tried settings that were abandoned before the last scene.
         environment: Description of the machine, and versions of packages.
         command: The command that repeats the search; empty if it was called from Python.
         elapsed_s: Duration of the whole study, in seconds.
@@ -74,12 +74,12 @@ class Tuning:
     others: Mapping[str, TriedSettings]
     located: frozenset[str]
     code: str
-    own: Mapping[str, Setting]
+    profile_settings: Mapping[str, Setting]
     settings: Mapping[str, Setting]
     varying: frozenset[str]
     time_ratio: float
     trials: int
-    given_up: int
+    abandoned: int
     environment: Environment
     command: str
     elapsed_s: float
@@ -131,30 +131,30 @@ def tune(
         best = search.run(options.trials, options.seed)
         profile, dt_s = options.profile, steps[usable[0]]
         profile_settings, _ = _read_settings(pool, engine, profile, (), dt_s)
-        settings, varying = _read_settings(pool, engine, profile, best.tried, dt_s)
+        settings, varying = _read_settings(pool, engine, profile, best.overrides, dt_s)
         other_profiles = {
             name: _evaluate_profile(info, name, steps, evaluator) for name in info.profiles if name != profile
         }
-        code = find_changed_code(engine, profile, best.tried, usable[0], dt_s, pool) if best.tried else ""
+        code = find_changed_code(engine, profile, best.overrides, usable[0], dt_s, pool) if best.overrides else ""
         with pool.to_local_pool() as local_pool:
-            ratio = _measure_time_ratio(local_pool, search.method, best.tried, steps)
+            ratio = _measure_time_ratio(local_pool, search.method, best.overrides, steps)
     return Tuning(
         engine=engine,
         options=options,
         scenes=usable,
         left_out=left_out,
         space=space,
-        first=search.begun,
+        first=search.first,
         best=best,
         others=other_profiles,
         located=info.located,
         code=code,
-        own=profile_settings,
+        profile_settings=profile_settings,
         settings=settings,
         varying=varying,
         time_ratio=ratio,
         trials=search.trials,
-        given_up=search.given_up,
+        abandoned=search.abandoned,
         environment=describe_environment([info]),
         command=command,
         elapsed_s=time.perf_counter() - started,
@@ -201,7 +201,7 @@ def _read_settings(
 ) -> tuple[dict[str, Setting], frozenset[str]]:
     """Return the settings for a step size, and the names of settings that depend on the step size."""
     answer = pool.run(SettingsTask(engine, profile, (dt_s, dt_s / 2), overrides))
-    settings, finer = answer.value or (answer.said, "")
+    settings, finer = answer.value or (answer.problem, "")
     if isinstance(settings, str) or isinstance(finer, str):
         raise AdapterError(f"{engine} failed to return the settings of {profile!r}: {settings or finer}")
     varying = frozenset(name for name, value in settings.items() if finer.get(name) != value)

@@ -53,13 +53,13 @@ class TriedSettings:
     """Settings that were tested on all scenes, with the results.
 
     Attributes:
-        tried: Settings that replace settings of the first profile.
+        overrides: Settings that replace settings of the first profile.
         merit: Rank of the settings.
         results: Results of the scenes, in the requested order.
         trial: Number of the trial; 0 is the first profile itself.
     """
 
-    tried: SettingOverrides
+    overrides: SettingOverrides
     merit: Merit
     results: tuple[SceneResult, ...]
     trial: int
@@ -67,7 +67,7 @@ class TriedSettings:
     @property
     def rank(self) -> tuple[Merit, int]:
         """Sort key, which is smallest for the best settings: the merit, then the trial's number."""
-        return self.merit, len(self.tried)
+        return self.merit, len(self.overrides)
 
 
 class KnobSearch:
@@ -84,7 +84,7 @@ class KnobSearch:
 
     Attributes:
         trials: Number of different tested settings, without the first profile.
-        given_up: Number of settings that were abandoned before the last scene.
+        abandoned: Number of settings that were abandoned before the last scene.
     """
 
     def __init__(
@@ -99,10 +99,10 @@ class KnobSearch:
         if not space.values:
             raise InputError(f"the adapter of {first.engine} declares no settings to tune (`knobs`)")
         self.method, self.space, self.scenes, self.evaluator = first, space, tuple(scenes), evaluator
-        self.trials, self.given_up = 0, 0
+        self.trials, self.abandoned = 0, 0
         self._progress, self._on_improvement = progress, on_improvement
-        self._whole: list[TriedSettings] = []
-        self._seen: dict[SettingOverrides, tuple[Merit, bool]] = {}
+        self._full_trials: list[TriedSettings] = []
+        self._evaluated: dict[SettingOverrides, tuple[Merit, bool]] = {}
         self._order: list[int] = []
         self._requested_trials = 0
 
@@ -129,8 +129,8 @@ class KnobSearch:
         first = TriedSettings((), compute_merit(results, results), tuple(results), 0)
         worst = {k: compute_merit([one]) for k, one in enumerate(results)}
         self._order = sorted(worst, key=lambda k: worst[k], reverse=True)
-        self._seen[()] = (first.merit, False)
-        self._whole.append(first)
+        self._evaluated[()] = (first.merit, False)
+        self._full_trials.append(first)
 
     def _run_optimiser(self, trials: int, seed: int) -> None:
         import optuna
@@ -151,9 +151,9 @@ class KnobSearch:
                 for name, values in self.space.values.items()
                 if trial.suggest_categorical(f"{name} turned", (False, True))
             }
-            merit, given_up = self.evaluate(suggested)
+            merit, abandoned = self.evaluate(suggested)
             number = merit.to_number(len(self.scenes))
-            if given_up:
+            if abandoned:
                 trial.report(number, 0)
                 study.tell(trial, state=optuna.trial.TrialState.PRUNED)
             else:
@@ -162,31 +162,31 @@ class KnobSearch:
     def _refine(self, max_trials: int) -> TriedSettings:
         """Change one setting at a time, starting from the best trial and then from each trial of `_find_front`."""
         done: set[SettingOverrides] = set()
-        while todo := [found for found in self._find_front() if found.tried not in done]:
+        while todo := [found for found in self._find_front() if found.overrides not in done]:
             if todo[0] is not self.best and self.trials >= max_trials:
                 break
-            done.add(todo[0].tried)
-            for point in self.space.neighbours(self.space.point_of(todo[0].tried)):
+            done.add(todo[0].overrides)
+            for point in self.space.neighbours(self.space.point_of(todo[0].overrides)):
                 self.evaluate(point)
         return self.best
 
     def _find_front(self) -> list[TriedSettings]:
         """Return the trials that no other trial dominates (see the module's docstring), best first."""
         first_of: dict[tuple[int, int, int], TriedSettings] = {}
-        for found in sorted(self._whole, key=lambda one: one.rank):
-            first_of.setdefault(found.merit.respects, found)
+        for found in sorted(self._full_trials, key=lambda one: one.rank):
+            first_of.setdefault(found.merit.criteria, found)
         candidates = first_of.values()
         return [one for one in candidates if not any(one.merit.is_beaten_by(other.merit) for other in candidates)]
 
     @property
-    def begun(self) -> TriedSettings:
+    def first(self) -> TriedSettings:
         """Results of the first profile."""
-        return self._whole[0]
+        return self._full_trials[0]
 
     @property
     def best(self) -> TriedSettings:
         """The best settings that were found so far."""
-        return min(self._whole, key=lambda one: one.rank)
+        return min(self._full_trials, key=lambda one: one.rank)
 
     def evaluate(self, point: Point) -> tuple[Merit, bool]:
         """Evaluate a point.
@@ -195,18 +195,18 @@ class KnobSearch:
         only a bound.
         """
         overrides = self.space.settings_of(point)
-        if overrides not in self._seen:
+        if overrides not in self._evaluated:
             self.trials += 1
-            self._seen[overrides] = self._evaluate_settings(overrides)
-            self.given_up += self._seen[overrides][1]
+            self._evaluated[overrides] = self._evaluate_settings(overrides)
+            self.abandoned += self._evaluated[overrides][1]
             best = self.best.merit
-            message = f"best so far: {best.wrong} wrong, {best.behind} neither exact nor close"
+            message = f"best so far: {best.wrong} wrong, {best.imprecise} neither exact nor close"
             self._progress(self.trials, max(self._requested_trials, self.trials), message)
-        return self._seen[overrides]
+        return self._evaluated[overrides]
 
     def _evaluate_settings(self, overrides: SettingOverrides) -> tuple[Merit, bool]:
         method = Method(self.method.engine, self.method.profile, overrides)
-        best, first = self.best, self.begun
+        best, first = self.best, self.first
         results_by_scene: dict[int, SceneResult] = {}
         part_size = math.ceil(len(self.scenes) / PARTS)
         for start in range(0, len(self.scenes), part_size):
@@ -215,11 +215,11 @@ class KnobSearch:
             # Assume the best case, in which all remaining scenes are exact.
             left = [SceneResult(Grade.EXACT, 0.0)] * (len(self.scenes) - len(results_by_scene))
             at_best = replace(compute_merit([*results_by_scene.values(), *left]), cost=0.0)
-            if left and any(at_best.is_beaten_by(full_trial.merit) for full_trial in self._whole):
+            if left and any(at_best.is_beaten_by(full_trial.merit) for full_trial in self._full_trials):
                 return at_best, True
         results = tuple(results_by_scene[k] for k in range(len(self.scenes)))
         full_trial = TriedSettings(overrides, compute_merit(results, first.results), results, self.trials)
-        self._whole.append(full_trial)
+        self._full_trials.append(full_trial)
         if full_trial.rank < best.rank and self._on_improvement is not None:
             self._on_improvement(full_trial)
         return full_trial.merit, False

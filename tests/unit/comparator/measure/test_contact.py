@@ -44,19 +44,19 @@ def run_reference(name: str) -> Trace:
 def score_altered_states(change: Callable[[States], States], name: str) -> Score:
     """Return the score of PIC with states that are not its own."""
     trace = run_engine(name, "pic")
-    return compare(run_reference(name), replace(trace, looks=change(require_value(trace.looks))))
+    return compare(run_reference(name), replace(trace, observed_states=change(require_value(trace.observed_states))))
 
 
-def shake_upwards(looks: States, steps: float) -> NDArray[np.float64]:
+def shake_upwards(states: States, steps: float) -> NDArray[np.float64]:
     """Return velocities along the normal of a floor, of the fall in some steps, up and down in turn."""
-    speeds = [[[0.0, steps * 10.0 / 60.0 * (-1) ** k]] for k in range(len(looks))]
+    speeds = [[[0.0, steps * 10.0 / 60.0 * (-1) ** k]] for k in range(len(states))]
     return np.array(speeds, dtype=np.float64)
 
 
 @each("name", [*list(CONTACT)[1::3], *release_after(0, CONTACT)])
 def test_pic_is_exact_in_contact(name: str) -> None:
     """PIC's states in contact equal the closed form to rounding: both grades are EXACT."""
-    score = score_altered_states(lambda looks: looks, name)
+    score = score_altered_states(lambda states: states, name)
     assert require_value(score.contact).grade is Grade.EXACT
     assert score.grade is Grade.EXACT
     assert require_value(score.contact).compared_states >= 30
@@ -101,7 +101,7 @@ def test_position_error_above_that_of_pit_is_inaccurate() -> None:
     """A position error of 0.2 m in contact, above PIT's 1/6 m, is INACCURATE with the verdict CONTACT."""
     aside = np.array([0.2, 0.0])
     score = score_altered_states(
-        lambda looks: replace(looks, position_m=looks.position_m + aside), "contact/slide-to-roll"
+        lambda states: replace(states, position_m=states.position_m + aside), "contact/slide-to-roll"
     )
     assert require_value(require_value(score.contact).pit).place_m == pytest.approx(1 / 6, rel=0.01)
     assert score.grade is Grade.INACCURATE
@@ -111,7 +111,7 @@ def test_position_error_above_that_of_pit_is_inaccurate() -> None:
 def test_disc_that_is_frozen_in_contact_is_wrong() -> None:
     """A run in which a sliding disc has no velocity is WRONG, and the reason says that it stands still."""
     score = score_altered_states(
-        lambda looks: replace(looks, velocity_m_s=np.zeros_like(looks.velocity_m_s)), "contact/slide-to-roll"
+        lambda states: replace(states, velocity_m_s=np.zeros_like(states.velocity_m_s)), "contact/slide-to-roll"
     )
     assert require_value(score.contact).frozen
     assert score.grade is Grade.WRONG
@@ -122,7 +122,7 @@ def test_disc_that_is_frozen_in_contact_is_wrong() -> None:
 def test_jitter_of_a_resting_disc_is_inaccurate_or_wrong(steps: float, grade: Grade) -> None:
     """Jitter of a disc that should rest is INACCURATE at two steps' fall, and WRONG at three."""
     score = score_altered_states(
-        lambda looks: replace(looks, velocity_m_s=looks.velocity_m_s + shake_upwards(looks, steps)), "contact/stops"
+        lambda states: replace(states, velocity_m_s=states.velocity_m_s + shake_upwards(states, steps)), "contact/stops"
     )
     assert score.grade is grade
     assert any("that should rest" in finding.reason for finding in score.findings)
@@ -131,7 +131,7 @@ def test_jitter_of_a_resting_disc_is_inaccurate_or_wrong(steps: float, grade: Gr
 def test_reduced_spin_is_an_error_of_the_angular_momentum() -> None:
     """A rim that is a tenth too slow is half as much off in the angular momentum u - k R w, for k = 1/2."""
     score = score_altered_states(
-        lambda looks: replace(looks, spin_rad_s=0.9 * require_value(looks.spin_rad_s)), "contact/incline-slips"
+        lambda states: replace(states, spin_rad_s=0.9 * require_value(states.spin_rad_s)), "contact/incline-slips"
     )
     assert require_value(score.contact).momentum_m_s == pytest.approx(0.5 * 0.1 * 3.2, rel=1e-9)
     assert any("angular momentum about the wall" in finding.reason for finding in score.findings)
@@ -142,22 +142,22 @@ def join_reasons(score: Score) -> str:
     return "".join(finding.reason for finding in score.findings if finding.verdict is Verdict.CONTACT)
 
 
-def move_states(looks: States, where: NDArray[np.bool_], place: float = 0.0, speed: float | None = None) -> States:
+def move_states(states: States, where: NDArray[np.bool_], place: float = 0.0, speed: float | None = None) -> States:
     """Return states on a floor, some of them higher up by a length, or at another speed off the floor."""
-    position, velocity = looks.position_m.copy(), looks.velocity_m_s.copy()
+    position, velocity = states.position_m.copy(), states.velocity_m_s.copy()
     position[where, :, 1] += place
     if speed is not None:
         velocity[where, :, 1] = speed
-    return replace(looks, position_m=position, velocity_m_s=velocity)
+    return replace(states, position_m=position, velocity_m_s=velocity)
 
 
 @each("steps, grade", [(1.0, Grade.SAMPLED), (3.0, Grade.WRONG)])
 def test_hopping_of_a_sliding_disc_is_sampled_or_wrong(steps: float, grade: Grade) -> None:
     """A disc that hops on its floor is SAMPLED at the fall of one step, as PIT is, and WRONG at that of three."""
     trace = run_engine("contact/drop", "pic")
-    looks = require_value(trace.looks)
-    hops = shake_upwards(looks, steps) * (looks.time_s > 1.4)[:, None, None]
-    changed = replace(trace, looks=replace(looks, velocity_m_s=looks.velocity_m_s + hops))
+    states = require_value(trace.observed_states)
+    hops = shake_upwards(states, steps) * (states.time_s > 1.4)[:, None, None]
+    changed = replace(trace, observed_states=replace(states, velocity_m_s=states.velocity_m_s + hops))
     score = compare(solve_pic(trace.scene), changed, sampling=solve_pit(trace.scene, frame_rate_hz=60.0))
     assert require_value(score.contact).grade is grade
     assert require_value(score.contact).quality.hop_m_s == pytest.approx(steps / 6.0)
@@ -169,7 +169,7 @@ def test_hopping_of_a_sliding_disc_is_sampled_or_wrong(steps: float, grade: Grad
 def test_constant_gap_or_overlap_in_contact_is_reported(off: float, said: str) -> None:
     """If an engine keeps a disc 5 mm away from its wall, or 5 mm inside the wall, this distance is reported."""
     score = score_altered_states(
-        lambda looks: move_states(looks, looks.time_s >= 0.0, place=off), "contact/slide-to-roll"
+        lambda states: move_states(states, states.time_s >= 0.0, place=off), "contact/slide-to-roll"
     )
     assert require_value(score.contact).quality.gap_m == pytest.approx(off)
     assert require_value(score.contact).quality.overlap_m == pytest.approx(-off)
@@ -180,7 +180,8 @@ def test_constant_gap_or_overlap_in_contact_is_reported(off: float, said: str) -
 def test_bounces_that_end_too_early_are_reported(until_s: float, in_time: bool) -> None:
     """Bounces that should end at 1.342 s are reported if they end at 0.5 s, and not if they end at 1.25 s."""
     score = score_altered_states(
-        lambda looks: move_states(looks, (looks.time_s > until_s) & (looks.time_s < 1.342), speed=0.0), "contact/drop"
+        lambda states: move_states(states, (states.time_s > until_s) & (states.time_s < 1.342), speed=0.0),
+        "contact/drop",
     )
     assert require_value(score.contact).ends_in_time is in_time
     assert (require_value(score.contact).grade is Grade.EXACT) is in_time
@@ -190,9 +191,9 @@ def test_bounces_that_end_too_early_are_reported(until_s: float, in_time: bool) 
 def test_slip_that_ends_late_is_reported() -> None:
     """A disc that should roll from 0.5 s on, but slips until 1 s, is reported with slip ending 0.5 s late."""
 
-    def slipping(looks: States) -> States:
-        late = (looks.time_s > 0.4) & (looks.time_s < 1.0)
-        return replace(looks, spin_rad_s=np.where(late[:, None], 0.0, require_value(looks.spin_rad_s)))
+    def slipping(states: States) -> States:
+        late = (states.time_s > 0.4) & (states.time_s < 1.0)
+        return replace(states, spin_rad_s=np.where(late[:, None], 0.0, require_value(states.spin_rad_s)))
 
     score = score_altered_states(slipping, "contact/slide-to-roll")
     assert require_value(score.contact).late.slips_s == pytest.approx(0.5, abs=0.1)
@@ -201,9 +202,9 @@ def test_slip_that_ends_late_is_reported() -> None:
 
 def test_half_step_of_an_integrator_is_explained() -> None:
     """A position error of v dt / 2 is reported as an integrator's half step, and is SAMPLED."""
-    velocity = require_value(run_engine("contact/stops", "pic").looks).velocity_m_s
+    velocity = require_value(run_engine("contact/stops", "pic").observed_states).velocity_m_s
     late = 0.5 / 60.0 * (velocity - velocity[0])  # the disc is first seen at 2.9 m/s
-    score = score_altered_states(lambda looks: replace(looks, position_m=looks.position_m + late), "contact/stops")
+    score = score_altered_states(lambda states: replace(states, position_m=states.position_m + late), "contact/stops")
     assert require_value(score.contact).errors.place_m == pytest.approx(0.5 / 60.0 * 2.9, rel=1e-9)
     assert require_value(score.contact).beyond_m < 1e-12
     assert require_value(score.contact).grade is Grade.SAMPLED
@@ -213,7 +214,9 @@ def test_half_step_of_an_integrator_is_explained() -> None:
 def test_creeping_of_a_resting_disc_is_reported() -> None:
     """A disc that creeps at 0.01 m/s where friction holds it is reported with that speed."""
     creep = np.array([0.008, -0.006])
-    score = score_altered_states(lambda looks: replace(looks, velocity_m_s=looks.velocity_m_s + creep), "contact/holds")
+    score = score_altered_states(
+        lambda states: replace(states, velocity_m_s=states.velocity_m_s + creep), "contact/holds"
+    )
     assert "discs that should rest move at 0.01 m/s on average" in join_reasons(score)
 
 
@@ -234,7 +237,7 @@ def test_pit_of_a_ball_coming_to_rest_is_no_worse_than_sampled(restitution: floa
 def test_nan_position_in_contact_is_wrong() -> None:
     """NaN as positions in contact makes the run WRONG."""
     score = score_altered_states(
-        lambda looks: replace(looks, position_m=np.full_like(looks.position_m, math.nan)), "contact/stops"
+        lambda states: replace(states, position_m=np.full_like(states.position_m, math.nan)), "contact/stops"
     )
     assert score.grade is Grade.WRONG
 

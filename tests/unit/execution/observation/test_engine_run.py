@@ -118,7 +118,7 @@ def test_run_keeps_states_only_if_a_disc_can_rest() -> None:
         samples = require_value(trace.samples)
         assert samples.time_s.tolist() == [0.0, 0.25, 0.5, 0.75, 1.0]
         assert samples.position_m[:, 0, 0].tolist() == [0.0, 0.25, 0.5, 0.25, 0.0]
-        assert (trace.looks is not None) is rests
+        assert (trace.observed_states is not None) is rests
 
 
 class OneByOne:

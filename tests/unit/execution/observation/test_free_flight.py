@@ -213,7 +213,7 @@ def test_shortened_run_equals_the_whole_run(name: str, monkeypatch: pytest.Monke
 def test_unwatched_run_differs_only_by_local_truth() -> None:
     """A run without stepwise comparison has the same impacts and final positions, and no local truth."""
     adapter, scene = load_adapter("pit"), find_scenes(["paper/late"])[0].scene
-    watched, alone = (observe_run(adapter, scene, "tuned", 1 / 60, watched=one) for one in (True, False))
+    watched, alone = (observe_run(adapter, scene, "tuned", 1 / 60, stepwise=one) for one in (True, False))
     assert watched.local_truth is not None
     assert alone.local_truth is None
     assert np.array_equal(watched.impacts, alone.impacts)

@@ -80,7 +80,7 @@ def test_cutter_gives_up_after_too_many_pieces(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(step_cutter, "MOST_PIECES", 5)
     cutter = Cutter(Runner(*((k / 64, 9.0) for k in range(1, 60))))
     assert len(list(cutter.take_step(0.0, 1.0))) == 5
-    assert cutter.stuck
+    assert cutter.has_too_many_pieces
 
 
 def test_world_that_cannot_be_cut_is_refused() -> None:

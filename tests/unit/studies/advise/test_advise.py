@@ -28,9 +28,9 @@ from carom.studies.advise.document import build_advice_document
 from carom.studies.advise.options import AdviceOptions
 from carom.studies.advise.run import Advice, ReferenceCut, advise
 from carom.studies.advise.sampling_limit import (
+    AccuracyTarget,
     Cause,
     ContactWindow,
-    Demand,
     compute_pair_limit,
     rank_hardest_impacts,
 )
@@ -85,7 +85,7 @@ def test_closed_form_agrees_with_scan_of_overlap(
     before = (frame, (frame[0] + u[0], frame[1] + u[1]))
     window, angle = ContactWindow.of(1.0, n, u), math.radians(demanded)
     inverse_masses = (1 / masses[0], 1 / masses[1])
-    limit = compute_pair_limit(window, before, inverse_masses, restitution, Demand(angle)).direction_dt_s
+    limit = compute_pair_limit(window, before, inverse_masses, restitution, AccuracyTarget(angle)).direction_dt_s
 
     def error(late: float) -> float:
         c = (n[0] + u[0] * late, n[1] + u[1] * late)
@@ -108,7 +108,7 @@ def test_closed_form_agrees_with_scan_of_overlap(
 @each("scene", [build_pair(0.3), build_pair(0.7, mass=5.0), build_pair(0.05, speed=20, radius=0.05)])
 def test_pit_fails_just_above_the_closed_form_step(scene: Scene) -> None:
     """With a step 0.1 % below the closed form, PIT meets the demand at 5 phases; 0.1 % above, one phase fails."""
-    limit = rank_hardest_impacts(solve_pic(scene), Demand(DEGREE))[0].limit
+    limit = rank_hardest_impacts(solve_pic(scene), AccuracyTarget(DEGREE))[0].limit
     for share in (0.001, 0.25, 0.5, 0.75, 0.999):
         found, worst = measure_direction_error(scene, limit.dt_s * 0.999, limit.dt_s * 0.999 * share)
         assert found == 1
@@ -122,21 +122,23 @@ def test_share_of_missed_grazes_matches_contact_window() -> None:
     scene = build_pair(0.999)
     window_s = math.sqrt(1 - 0.999**2)
     trace, dt_s = solve_pic(scene), 2 * window_s
-    hard = rank_hardest_impacts(trace, Demand(math.radians(90)))[0]
+    hard = rank_hardest_impacts(trace, AccuracyTarget(math.radians(90)))[0]
     assert hard.cause is Cause.GRAZE
     assert hard.limit.miss_dt_s == pytest.approx(window_s, rel=1e-9)
-    half = rank_hardest_impacts(trace, Demand(math.radians(90), miss_probability=0.5))[0]
+    half = rank_hardest_impacts(trace, AccuracyTarget(math.radians(90), miss_probability=0.5))[0]
     assert half.limit.miss_dt_s == pytest.approx(dt_s, rel=1e-9)
     assert sum(measure_direction_error(scene, dt_s, dt_s * (k + 0.5) / 20)[0] for k in range(20)) == 10
 
 
 def test_cause_is_fast_for_fast_small_disc_and_wall_allows_any_step() -> None:
     """For a fast small disc the cause is speed, at a step of 0.02 m / 100 m/s; a wall does not limit the step."""
-    fast = rank_hardest_impacts(solve_pic(build_pair(1e-9, speed=100, radius=0.01)), Demand(math.radians(90)))[0]
+    fast = rank_hardest_impacts(solve_pic(build_pair(1e-9, speed=100, radius=0.01)), AccuracyTarget(math.radians(90)))[
+        0
+    ]
     assert fast.cause is Cause.FAST
     assert fast.limit.dt_s == pytest.approx(0.02 / 100)
     walled = staged("walled", disc_at(0, 0, 1, 0), wall_at(2, 0, -1, 0), duration_s=3.0)
-    assert rank_hardest_impacts(solve_pic(walled), Demand(DEGREE))[0].limit.dt_s == math.inf
+    assert rank_hardest_impacts(solve_pic(walled), AccuracyTarget(DEGREE))[0].limit.dt_s == math.inf
 
 
 @each("phases", long_until(1, [16, CONFIRM]))
@@ -149,8 +151,8 @@ def test_pymunk_needs_the_step_of_the_closed_form(phases: int, monkeypatch: pyte
     assert (answer.method, answer.ending) == (Method("pymunk", "tuned"), SearchEnding.FOUND)
     assert found.sampling is None
     closed = require_value(found.closed_form)
-    for step, limit_s in ((answer.never_misses, closed.never_misses_s), (answer.demand, closed.demand_s)):
-        passes, fails = require_value(step.passes), require_value(step.fails)
+    for step, limit_s in ((answer.never_misses, closed.never_misses_s), (answer.meets_target, closed.meets_target_s)):
+        passes, fails = require_value(step.largest_passing), require_value(step.smallest_failing)
         assert passes.phases == phases + 1
         assert passes.dt_s <= limit_s < fails.dt_s <= 1.5 * passes.dt_s * (1 + 1e-9)
 
@@ -205,14 +207,14 @@ def test_step_of_pit_is_searched_with_friction() -> None:
     rough = Scene(**{**dict(build_pair(0.3)), "friction": 0.5})
     advice = ask(rough, ["pit"], 5 * DEGREE)
     assert (advice.closed_form, advice.answers) == (None, ())
-    answer = require_value(advice.sampling).demand
-    passes_s = require_value(answer.passes).dt_s
-    for step, right in ((passes_s, True), (require_value(answer.fails).dt_s, False)):
+    answer = require_value(advice.sampling).meets_target
+    passes_s = require_value(answer.largest_passing).dt_s
+    for step, right in ((passes_s, True), (require_value(answer.smallest_failing).dt_s, False)):
         found, worst = measure_direction_error(rough, step, step * 0.999)
         assert (found == 1 and worst <= 5 * DEGREE) is right
     text = print_as_line(build_advice_document(advice))
     assert "(without friction)" in text
-    assert f"and {1 / passes_s:.4g}-{1 / answer.down_to_s:.4g} steps/s, by search" in text
+    assert f"and {1 / passes_s:.4g}-{1 / answer.smallest_tested_s:.4g} steps/s, by search" in text
 
 
 @pytest.mark.long
@@ -235,7 +237,7 @@ def test_impact_in_last_step_is_decided() -> None:
     short = Scene(**{**dict(scene), "duration_s": at * (1 + 1e-6)})
     assert solve_pit(short, frame_rate_hz=20).impacts.size == 0
     found = StartTask(Job(short, PIT_METHOD, 0.05)).carry_out()
-    assert not found.lost
+    assert not found.is_lost
     assert 0.0 < found.direction_error_rad < math.inf
 
 
@@ -247,14 +249,14 @@ def test_run_that_ends_early_counts_as_lost(monkeypatch: pytest.MonkeyPatch) -> 
 
     monkeypatch.setattr("carom.studies.advise.step_trial.observe_run", stop_early)
     found = StartTask(Job(build_pair(), PIT_METHOD, 0.05)).carry_out()
-    assert found.lost
+    assert found.is_lost
     assert not math.isnan(found.direction_error_rad)
 
 
 @each("name, cause", [("driven/paddle", Cause.WALL), ("driven/swatter", Cause.EDGE)])
 def test_cause_distinguishes_half_plane_and_moving_edge(name: str, cause: Cause) -> None:
     """For a driven half-plane, the cause is a wall; for a swatter, which a disc can pass, it is an edge."""
-    (hard,) = rank_hardest_impacts(solve_pic(name), Demand(DEGREE))
+    (hard,) = rank_hardest_impacts(solve_pic(name), AccuracyTarget(DEGREE))
     assert hard.cause is cause
 
 
@@ -269,8 +271,8 @@ def advice() -> ShownAdvice:
 def test_advice_prints_answer_first_and_settings_code(advice: ShownAdvice) -> None:
     """The first printed line of `carom.advise` is the rate that misses no impact; the settings code is included."""
     (answer,) = advice.answers
-    first = f"paper/late: to miss no impact, use {1.0 / require_value(answer.never_misses.passes).dt_s:.4g} steps/s "
-    assert repr(advice).splitlines()[0].startswith(first)
+    rate = 1.0 / require_value(answer.never_misses.largest_passing).dt_s
+    assert repr(advice).splitlines()[0].startswith(f"paper/late: to miss no impact, use {rate:.4g} steps/s ")
     assert advice.code[answer.method] in repr(advice)
 
 

@@ -10,7 +10,7 @@ from tests.scene_builders import require_value
 
 from carom.execution.job import Answer, Method, Status
 from carom.model.scene import Disc, Scene
-from carom.studies.advise.sampling_limit import Demand
+from carom.studies.advise.sampling_limit import AccuracyTarget
 from carom.studies.advise.step_search import (
     CONFIRM,
     SearchEnding,
@@ -30,7 +30,7 @@ Curve = Callable[[float, int], tuple[bool, float]]
 
 def run_search(
     curve: Curve,
-    demand: Demand | None = None,
+    target: AccuracyTarget | None = None,
     *,
     budget: int = 10**9,
     refuses_above_s: float = math.inf,
@@ -43,15 +43,17 @@ def run_search(
     def refusal(dt_s: float) -> str:
         return "too far a step" if dt_s > refuses_above_s else ""
 
-    search = StepSearch(SCENE, Method("an", "engine"), demand or Demand(DEGREE), guess_s, 8, 3, budget, refusal)
+    search = StepSearch(SCENE, Method("an", "engine"), target or AccuracyTarget(DEGREE), guess_s, 8, 3, budget, refusal)
     tried = []
-    while (wanted := search.wanted) is not None:
-        tried.append((wanted.dt_s, wanted.even))
-        lost, error = curve(wanted.dt_s, wanted.even)
-        phases = wanted.even + 3
+    while (wanted := search.request) is not None:
+        tried.append((wanted.dt_s, wanted.even_phases))
+        lost, error = curve(wanted.dt_s, wanted.even_phases)
+        phases = wanted.even_phases + 3
         steps = round(share * compute_step_limit(SCENE.duration_s, wanted.dt_s, phases))
         reason = "crashed" if broken(wanted.dt_s) else ""
-        search.take(StepTrial(wanted.dt_s, wanted.even, phases, int(lost), int(lost), error, steps, reason))
+        search.add_result(
+            StepTrial(wanted.dt_s, wanted.even_phases, phases, int(lost), int(lost), error, steps, reason)
+        )
     return search.build_answer(), tried
 
 
@@ -76,59 +78,61 @@ def test_range_below_answer_is_tested_for_two_or_three_octaves() -> None:
     grid = list(generate_step_grid(SCENE, math.inf))
     for power, octaves in ((1.0, 2), (0.5, 3)):
         found, tried = run_search(lambda dt, _, p=power: (dt > 0.1, DEGREE * (dt * 100) ** p))  # type: ignore[misc] # a default binds
-        answer = found.demand
-        assert (dt_of(answer.passes), dt_of(answer.fails)) == pytest.approx((1 / 120, 1 / 90))
-        assert require_value(answer.passes).even == CONFIRM
-        assert answer.down_to_s == pytest.approx(1 / 120 / 2**octaves)
+        answer = found.meets_target
+        assert (dt_of(answer.largest_passing), dt_of(answer.smallest_failing)) == pytest.approx((1 / 120, 1 / 90))
+        assert require_value(answer.largest_passing).even_phases == CONFIRM
+        assert answer.smallest_tested_s == pytest.approx(1 / 120 / 2**octaves)
         assert answer.monotone
-        assert {dt for dt in grid if answer.down_to_s <= dt <= dt_of(answer.passes)} <= {dt for dt, _ in tried}
-        assert dt_of(found.never_misses.passes) == max(dt for dt in grid if dt <= 0.1)
+        assert {dt for dt in grid if answer.smallest_tested_s <= dt <= dt_of(answer.largest_passing)} <= {
+            dt for dt, _ in tried
+        }
+        assert dt_of(found.never_misses.largest_passing) == max(dt for dt in grid if dt <= 0.1)
         assert found.ending is SearchEnding.FOUND
 
 
 def test_failing_steps_below_passing_ones_are_reported() -> None:
     """If 1/180 and 1/240 s fail and larger steps pass, the answer is smaller than these, and not monotone."""
     found, _ = run_search(lambda dt, _: (1 / 300 < dt < 1 / 150, 1e-3 * dt), guess_s=1 / 400)
-    answer = found.demand
-    assert dt_of(answer.passes) == pytest.approx(1 / 360)
+    answer = found.meets_target
+    assert dt_of(answer.largest_passing) == pytest.approx(1 / 360)
     assert not answer.monotone
     assert [1 / trial.dt_s for trial in answer.finer_failures] == pytest.approx([180, 240])
     assert answer.coarser_passes[0].dt_s == 1.0
     assert answer.coarser_passes[-1].dt_s == pytest.approx(1 / 120)
-    assert answer.fails == answer.finer_failures[-1]
+    assert answer.smallest_failing == answer.finer_failures[-1]
 
 
 def test_search_goes_down_to_frame_or_closed_form_step() -> None:
     """If every step passes, the search goes down to a frame or to PIT's step, at most to an eighth of a frame."""
     for guess_s, finest_s in ((math.inf, 1 / 60), (1 / 200, 1 / 240), (1e-6, 1 / 480)):
         found, _ = run_search(lambda dt, _: (False, 1e-3 * dt), guess_s=guess_s)
-        assert dt_of(found.demand.passes) == 1.0
-        assert found.demand.down_to_s == pytest.approx(finest_s)
+        assert dt_of(found.meets_target.largest_passing) == 1.0
+        assert found.meets_target.smallest_tested_s == pytest.approx(finest_s)
 
 
 def test_failure_at_64_phases_moves_answer_to_next_finer_step() -> None:
     """A step that passes at 8 phases but fails at 64 counts as failing, and the next finer step is confirmed."""
     found, tried = run_search(lambda dt, even: (dt > 0.02 or (even == CONFIRM and dt > 0.012), 1e-3 * dt))
     answer = found.never_misses
-    assert (dt_of(answer.passes), dt_of(answer.fails)) == pytest.approx((1 / 90, 1 / 60))
-    assert require_value(answer.fails).even == CONFIRM
-    assert (dt_of(answer.passes), CONFIRM) in tried
-    assert answer.down_to_s <= dt_of(answer.passes) / 4 * (1 + 1e-9)
+    assert (dt_of(answer.largest_passing), dt_of(answer.smallest_failing)) == pytest.approx((1 / 90, 1 / 60))
+    assert require_value(answer.smallest_failing).even_phases == CONFIRM
+    assert (dt_of(answer.largest_passing), CONFIRM) in tried
+    assert answer.smallest_tested_s <= dt_of(answer.largest_passing) / 4 * (1 + 1e-9)
 
 
 def test_answer_in_whole_steps_per_frame_is_confirmed() -> None:
     """The largest passing step with a whole number of steps per frame is also confirmed at 64 phases."""
     found, tried = run_search(lambda dt, _: (dt > 1 / 80, 1e-3 * dt))
-    for answer in (found.never_misses, found.demand):
-        assert (dt_of(answer.passes), dt_of(answer.in_frame)) == pytest.approx((1 / 90, 1 / 120))
-        assert require_value(answer.in_frame).even == CONFIRM
-        assert (dt_of(answer.in_frame), CONFIRM) in tried
+    for answer in (found.never_misses, found.meets_target):
+        assert (dt_of(answer.largest_passing), dt_of(answer.frame_divisor)) == pytest.approx((1 / 90, 1 / 120))
+        assert require_value(answer.frame_divisor).even_phases == CONFIRM
+        assert (dt_of(answer.frame_divisor), CONFIRM) in tried
     found, _ = run_search(lambda dt, even: (dt > 1 / 80 or (even == CONFIRM and 1 / 130 < dt < 1 / 110), 1e-3 * dt))
-    assert dt_of(found.never_misses.passes) == pytest.approx(1 / 180)
-    assert found.never_misses.in_frame is found.never_misses.passes
+    assert dt_of(found.never_misses.largest_passing) == pytest.approx(1 / 180)
+    assert found.never_misses.frame_divisor is found.never_misses.largest_passing
     large, _ = run_search(lambda dt, _: (False, 1e-3 * dt))
-    assert dt_of(large.demand.passes) == 1.0
-    assert count_steps_per_frame(dt_of(large.demand.in_frame), 60) == 1
+    assert dt_of(large.meets_target.largest_passing) == 1.0
+    assert count_steps_per_frame(dt_of(large.meets_target.frame_divisor), 60) == 1
 
 
 @each("rate_hz", [24.0, 59.94, 60.0, 1e-7, 1e9 / 7])
@@ -146,9 +150,9 @@ def test_whole_steps_per_frame_are_recognised_at_any_frame_rate(rate_hz: float) 
 def test_error_independent_of_step_ends_search_at_frame() -> None:
     """An error of 3° at every step ends the search at a frame, or at PIT's step; a slowly falling one does not."""
     found, tried = run_search(lambda dt, _: (dt > 0.2, math.radians(3.0)))
-    assert (found.ending, found.demand.passes) == (SearchEnding.FLAT, None)
+    assert (found.ending, found.meets_target.largest_passing) == (SearchEnding.FLAT, None)
     assert min(dt for dt, _ in tried) == pytest.approx(1 / 60)
-    assert found.flat_from_s == dt_of(found.never_misses.passes)
+    assert found.flat_from_s == dt_of(found.never_misses.largest_passing)
     sinking, _ = run_search(lambda dt, _: (False, math.radians(9.0) * dt**0.2))
     assert (sinking.flat_from_s, sinking.ending) == (None, SearchEnding.FINEST)
     needy, tried = run_search(lambda *_: (False, math.radians(3.0)), guess_s=1 / 1000)
@@ -177,7 +181,7 @@ def test_search_stays_within_budget_and_is_deterministic(budget: int) -> None:
     curve: Curve = lambda dt, _: (False, math.radians(1000.0) * dt)  # noqa: E731 - it is named for two calls
     found, tried = run_search(curve, budget=budget)
     assert sum(compute_step_limit(1.0, dt, even + 3) for dt, even in tried) <= budget
-    assert (found.ending, found.demand.passes) == (SearchEnding.BUDGET, None)
+    assert (found.ending, found.meets_target.largest_passing) == (SearchEnding.BUDGET, None)
     assert (found, tried) == run_search(curve, budget=budget)
 
 
@@ -185,34 +189,34 @@ def test_refused_steps_are_not_run_and_do_not_fail() -> None:
     """Steps that the method refuses are not tried and no failures; the finest of them is reported with its reason."""
     found, tried = run_search(lambda dt, _: (False, 1e-3 * dt), refuses_above_s=0.01)
     assert max(dt for dt, _ in tried) <= 0.01
-    assert found.never_misses.fails is None
+    assert found.never_misses.smallest_failing is None
     assert found.refused_s == pytest.approx(1 / 90)
     assert found.refusal == "too far a step"
-    search = StepSearch(SCENE, Method("an", "engine"), Demand(DEGREE), 1.0, 8, 3, 10**9, lambda _: "no walls")
-    assert search.wanted is None
+    search = StepSearch(SCENE, Method("an", "engine"), AccuracyTarget(DEGREE), 1.0, 8, 3, 10**9, lambda _: "no walls")
+    assert search.request is None
     assert search.is_refused
 
 
 def test_crash_at_large_step_fails_and_at_frame_ends_search() -> None:
     """A crash at a step above 0.3 s fails only that step; a crash at one frame ends the search without answer."""
     found, _ = run_search(lambda dt, _: (False, 1e-3 * dt), broken=lambda dt: dt > 0.3)
-    assert require_value(found.never_misses.fails).reason == "crashed"
-    assert found.never_misses.passes is not None
+    assert require_value(found.never_misses.smallest_failing).reason == "crashed"
+    assert found.never_misses.largest_passing is not None
     found, tried = run_search(lambda dt, _: (dt > 0.1, 1e-3 * dt), broken=lambda dt: dt < 0.02)
-    assert (found.ending, found.never_misses.passes) == (SearchEnding.BROKE, None)
+    assert (found.ending, found.never_misses.largest_passing) == (SearchEnding.BROKE, None)
     assert tried[-1][0] == pytest.approx(1 / 60)
 
 
 def test_unknown_direction_meets_no_demand() -> None:
-    """A NaN direction error meets no demand; a known one does if the share of phases with a miss is allowed."""
-    assert not StepTrial(0.1, 8, 11, 8, 11, math.nan, 1).is_within(Demand(DEGREE, 0.99))
+    """A NaN direction error meets no target; a known one does if the share of phases with a miss is allowed."""
+    assert not StepTrial(0.1, 8, 11, 8, 11, math.nan, 1).is_within(AccuracyTarget(DEGREE, 0.99))
     some = StepTrial(0.1, 8, 11, 1, 4, DEGREE / 2, 1)
-    assert some.is_within(Demand(DEGREE, 0.125))
-    assert not some.is_within(Demand(DEGREE, 0.1))
-    assert not some.is_within(Demand(DEGREE))
+    assert some.is_within(AccuracyTarget(DEGREE, 0.125))
+    assert not some.is_within(AccuracyTarget(DEGREE, 0.1))
+    assert not some.is_within(AccuracyTarget(DEGREE))
     assert not some.never_misses
-    found, _ = run_search(lambda *_: (False, math.nan), Demand(DEGREE))
-    assert found.demand.passes is None
+    found, _ = run_search(lambda *_: (False, math.nan), AccuracyTarget(DEGREE))
+    assert found.meets_target.largest_passing is None
 
 
 def test_impossible_phases_are_skipped_and_crashes_fail_a_step() -> None:
@@ -224,13 +228,13 @@ def test_impossible_phases_are_skipped_and_crashes_fail_a_step() -> None:
     impossible: Answer[PhaseResult] = Answer(Status.UNSUPPORTED, "bodies meet")
     trial = StepTrial.of(0.1, [ran(False, 0.1), impossible, ran(True, math.nan)], [ran(False, 0.2)])
     assert isinstance(trial, StepTrial)
-    assert (trial.even, trial.phases, trial.lost_even, trial.lost, trial.steps) == (2, 3, 1, 1, 30)
+    assert (trial.even_phases, trial.phases, trial.lost_even_phases, trial.lost_phases, trial.steps) == (2, 3, 1, 1, 30)
     assert trial.direction_error_rad == 0.2
     assert StepTrial.of(0.1, [impossible], []) == "bodies meet"
     crashed = StepTrial.of(0.1, [ran(False, 0.1)], [Answer(Status.CRASHED, "signal 11")])
     assert isinstance(crashed, StepTrial)
     assert not crashed.never_misses
-    assert not crashed.is_within(Demand(DEGREE))
+    assert not crashed.is_within(AccuracyTarget(DEGREE))
 
 
 def test_aimed_start_samples_just_before_the_impact() -> None:

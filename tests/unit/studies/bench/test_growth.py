@@ -68,7 +68,7 @@ def test_interrupted_growth_bench_resumes_from_journal(tmp_path: Path, recorded_
     assert recorded_runs == [*two, ("pit", 3)]
     with growth.growth_journal(path, resume=True) as journal:
         values = [run.answer.value for run in journal.entries.values() if run.answer.value is not None]
-        earlier = [replace(value, sitting="2000-01-01T00:00:00+00:00") for value in values]
+        earlier = [replace(value, bench_start="2000-01-01T00:00:00+00:00") for value in values]
         keys = list(journal.entries)
         journal.add([JournalEntry(key, Answer(Status.RAN, value=one)) for key, one in zip(keys, earlier, strict=True)])
     with growth.growth_journal(path, resume=True) as journal:

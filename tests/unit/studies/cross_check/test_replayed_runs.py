@@ -93,7 +93,7 @@ def test_gif_pauses_at_the_missed_impact(
         film.seek(5)
         assert film.convert("RGB").tobytes() != first
     assert min(lasts) == 40
-    assert max(lasts) >= 1000 * (films._HELD_S - films._FLASH_S)  # noqa: SLF001 - while looks fade frames differ
+    assert max(lasts) >= 1000 * (films._PAUSE_S - films._FLASH_S)  # noqa: SLF001 - while flashes fade frames differ
     assert sum(lasts) == 40 * _count_frames(missed_replay)
 
 

@@ -53,7 +53,7 @@ def test_run_uses_and_shows_changed_settings(scene: Scene) -> None:
     found = carom.run(scene, "mujoco", dt=1 / 60, settings={"integrator": "RK4"})
     assert (own.settings["integrator"], found.settings["integrator"]) == ("Euler", "RK4")
     assert own.final_velocity_m_s.tolist() != found.final_velocity_m_s.tolist()
-    assert (own.tried, found.tried) == ({}, {"integrator": "RK4"})
+    assert (own.overrides, found.overrides) == ({}, {"integrator": "RK4"})
     assert found.profile_shown == "tuned with integrator=RK4"
     assert "mujoco (tuned with integrator=RK4)" in repr(found)
 
@@ -86,8 +86,8 @@ def test_setting_values_are_parsed_by_type(scene: Scene) -> None:
     with InProcessPool() as pool:
         (job,) = plan_run(scene, "mujoco", "tuned", asked, pool).jobs
         (other,) = plan_run(scene, "pymunk", "default", {"iterations": "7"}, pool).jobs
-    assert job.method.tried == (("in_turn", False), ("integrator", "RK4"), ("tolerance", 1e-3))
-    assert other.method.tried == (("iterations", 7),)  # in no setting of `default`, but in one of `tuned`
+    assert job.method.overrides == (("in_turn", False), ("integrator", "RK4"), ("tolerance", 1e-3))
+    assert other.method.overrides == (("iterations", 7),)  # in no setting of `default`, but in one of `tuned`
 
 
 @each(

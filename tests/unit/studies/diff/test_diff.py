@@ -183,7 +183,7 @@ def test_diff_of_a_run_with_itself_has_no_change(results: Results, tmp_path: Pat
     path = tmp_path / "results.jsonl"
     path.write_text(format_records(results), encoding="utf-8")
     found = compare_records(tmp_path, path)
-    assert (found.changes, found.around) == ((), ())
+    assert (found.changes, found.environment_changes) == ((), ())
     done = carom_command("diff", str(tmp_path), str(path))
     assert done.exit_code == 0
     assert done.output.startswith("No change: ")
@@ -236,7 +236,7 @@ def test_diff_of_sample_profiles_fits_25_terminal_lines(old: str, new: str) -> N
     for change in found.changes:
         way = -1.0 if change.kind is Kind.BETTER else 1.0
         if any(way * one.growth > 0 for one in change.measures):
-            assert way * require_value(change.telling).growth > 0, str(require_value(change.telling))
+            assert way * require_value(change.most_important).growth > 0, str(require_value(change.most_important))
 
 
 def test_diff_compares_several_pairs_of_engines(write: Write) -> None:
@@ -272,7 +272,7 @@ def test_causes_include_changed_settings_and_versions(write: Write) -> None:
     new = write("new", {"mine": build_error(1e-3, iterations=20.0)}, versions={"Mine": "1.1", "numpy": "2.1"})
     found = compare_records(old, new)
     assert {"settings: iterations 10.0 → 20.0", "version: Mine 1.0 → 1.1"} <= {*get_only_change(found).causes}
-    assert found.around == ("Mine 1.0 → 1.1", "numpy 2.0 → 2.1")
+    assert found.environment_changes == ("Mine 1.0 → 1.1", "numpy 2.0 → 2.1")
 
 
 def test_engines_with_different_names_can_be_compared(write: Write) -> None:

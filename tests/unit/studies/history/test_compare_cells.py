@@ -9,7 +9,7 @@ from tests.cases import each
 
 from carom.errors import CaromError
 from carom.execution.job import Answer, Status
-from carom.studies.history.compare_cells import PLACES, ChangeKind, ReleaseRun, SeenCell, classify_change
+from carom.studies.history.compare_cells import PLACES, ChangeKind, ReleaseCell, ReleaseRun, classify_change
 from carom.studies.history.run import select_versions, sort_versions
 
 PHASES = 8
@@ -23,33 +23,33 @@ RAN = ReleaseRun(
     lost=0,
     velocity=0.25,
     late_steps=0.5,
-    off_m=(0.5, 0.0) * PLACES,
-    off_m_s=(0.25, 0.0),
+    position_errors_m=(0.5, 0.0) * PLACES,
+    velocity_errors_m_s=(0.25, 0.0),
     place_rounding_m=1e-12,
     speed_m_s=1.0,
     float_bits=64,
 )
 
 
-def build_cell(*runs: ReleaseRun) -> SeenCell:
+def build_cell(*runs: ReleaseRun) -> ReleaseCell:
     """Return a release in one cell, with its own phase first."""
     own, *others = (Answer(Status.RAN, value=run) for run in runs)
-    return SeenCell(own, tuple(others))
+    return ReleaseCell(own, tuple(others))
 
 
-def speeds(low: float, high: float, **fields: Any) -> SeenCell:
+def speeds(low: float, high: float, **fields: Any) -> ReleaseCell:
     """Return a release whose velocities at the end are off by a range, spread evenly, and whose bits are others."""
     step = (high - low) / PHASES
     own = {"digest": "b"} | fields
-    return build_cell(*(replace(RAN, off_m_s=(low + k * step, 0.0), **own) for k in range(PHASES + 1)))
+    return build_cell(*(replace(RAN, velocity_errors_m_s=(low + k * step, 0.0), **own) for k in range(PHASES + 1)))
 
 
-def places(low: float, high: float, **fields: Any) -> SeenCell:
+def places(low: float, high: float, **fields: Any) -> ReleaseCell:
     """Return a result with a range of errors along x before the end, and an error of a metre at the end."""
     step = (high - low) / PHASES if high > low else 0.0
     own = {"digest": "b"} | fields
     off = [(low + k * step, 0.0) * (PLACES - 1) + (1.0, 0.0) for k in range(PHASES + 1)]
-    return build_cell(*(replace(RAN, off_m=at, **own) for at in off))
+    return build_cell(*(replace(RAN, position_errors_m=at, **own) for at in off))
 
 
 BEFORE, WORSE = speeds(0.1, 0.2), speeds(0.3, 0.4, digest="c")
@@ -61,7 +61,11 @@ BEFORE, WORSE = speeds(0.1, 0.2), speeds(0.3, 0.4, digest="c")
         (build_cell(RAN), build_cell(RAN), ChangeKind.NOTHING),
         (build_cell(RAN), build_cell(replace(RAN, settings=(("dt_s", "0.1"), ("new", "1")))), ChangeKind.NOTHING),
         (build_cell(RAN), build_cell(replace(RAN, digest="b", velocity=0.25 + 1e-14)), ChangeKind.ROUNDING),
-        (build_cell(RAN), build_cell(replace(RAN, digest="b", off_m_s=(0.25 + 1e-14, 0.0))), ChangeKind.ROUNDING),
+        (
+            build_cell(RAN),
+            build_cell(replace(RAN, digest="b", velocity_errors_m_s=(0.25 + 1e-14, 0.0))),
+            ChangeKind.ROUNDING,
+        ),
         (BEFORE, WORSE, ChangeKind.WORSE),
         (speeds(0.3, 0.4), speeds(0.1, 0.2, digest="c"), ChangeKind.BETTER),
         (speeds(0.1, 0.3), speeds(0.2, 0.4, digest="c"), ChangeKind.OVERLAP),
@@ -90,10 +94,12 @@ BEFORE, WORSE = speeds(0.1, 0.2), speeds(0.3, 0.4, digest="c")
         (places(1.1, 1.2), places(math.inf, math.inf, digest="c"), ChangeKind.WORSE),  # it ended before
         (places(math.inf, math.inf), places(math.inf, math.inf, digest="c"), ChangeKind.ROUNDING),
         # Velocities are nearer and places farther: nobody can say which is better.
-        (speeds(0.3, 0.4), speeds(0.1, 0.2, digest="c", off_m=(0.6, 0.0) * PLACES), ChangeKind.NEITHER),
+        (speeds(0.3, 0.4), speeds(0.1, 0.2, digest="c", position_errors_m=(0.6, 0.0) * PLACES), ChangeKind.NEITHER),
     ],
 )
-def test_change_is_attributed_to_engine_if_ranges_are_disjoint(old: SeenCell, new: SeenCell, moved: ChangeKind) -> None:
+def test_change_is_attributed_to_engine_if_ranges_are_disjoint(
+    old: ReleaseCell, new: ReleaseCell, moved: ChangeKind
+) -> None:
     """A release is better or worse only with equal settings, observed contacts and disjoint ranges of errors."""
     assert classify_change(old, new).kind is moved
 
@@ -101,12 +107,12 @@ def test_change_is_attributed_to_engine_if_ranges_are_disjoint(old: SeenCell, ne
 def test_change_of_position_has_disc_time_and_ranges() -> None:
     """The reason of a change names the coordinate, disc and time of the largest difference, with both ranges."""
     change = classify_change(places(0.1, 0.2), places(-0.2, -0.1, digest="c"))
-    assert change.why == "error of x of disc 0 after 1/8 of the run: 0.1 to 0.2 m before, -0.2 to -0.1 m now"
+    assert change.numbers == "error of x of disc 0 after 1/8 of the run: 0.1 to 0.2 m before, -0.2 to -0.1 m now"
 
 
 def test_change_needs_eight_phases() -> None:
     """With seven phases in all no change is attributed to the engine; with eight it is worse."""
-    low, high = ([replace(RAN, digest=f"{v}", off_m_s=(v, 0.0))] * PHASES for v in (0.1, 0.9))
+    low, high = ([replace(RAN, digest=f"{v}", velocity_errors_m_s=(v, 0.0))] * PHASES for v in (0.1, 0.9))
     assert classify_change(build_cell(*low), build_cell(*high[1:])).kind is ChangeKind.OVERLAP
     assert classify_change(build_cell(*low), build_cell(*high)).kind is ChangeKind.WORSE
 
@@ -114,17 +120,17 @@ def test_change_needs_eight_phases() -> None:
 def test_gap_within_rounding_is_no_change() -> None:
     """A gap of 1e-6 between two ranges is rounding with 32-bit floats and a change with 64-bit floats."""
     for bits, moved in ((32, ChangeKind.OTHER_CONTACTS), (64, ChangeKind.WORSE)):
-        old = build_cell(*[replace(RAN, float_bits=bits, off_m_s=(0.1, 0.0))] * 9)
-        own = replace(RAN, digest="b", float_bits=bits, off_m_s=(0.1 + 1e-6, 0.0))
+        old = build_cell(*[replace(RAN, float_bits=bits, velocity_errors_m_s=(0.1, 0.0))] * 9)
+        own = replace(RAN, digest="b", float_bits=bits, velocity_errors_m_s=(0.1 + 1e-6, 0.0))
         new, later = [replace(own, verdicts=("LATE", "EARLY"))], [own]
         assert classify_change(old, build_cell(*new, *later * 8)).kind is moved
 
 
 def test_change_of_unsupported_cell_has_its_reason() -> None:
     """If one of two releases did not run a cell, the change has the kind "not run" and the reason."""
-    refused = SeenCell(Answer(Status.UNSUPPORTED, "no gravity"))
+    refused = ReleaseCell(Answer(Status.UNSUPPORTED, "no gravity"))
     change = classify_change(build_cell(RAN), refused)
-    assert (change.kind, change.why) == (ChangeKind.NOT_RUN, "unsupported: no gravity")
+    assert (change.kind, change.numbers) == (ChangeKind.NOT_RUN, "unsupported: no gravity")
 
 
 def test_release_without_reported_impacts_observes_no_contact() -> None:

@@ -54,7 +54,7 @@ def test_history_classifies_each_release(registry: Toys, tmp_path: Path) -> None
         "1.5": ChangeKind.OTHER_SETTINGS,
         "1.6": ChangeKind.UNOBSERVED,
     }
-    assert moved["1.5"].why == "slop 0.0 → 0.1"
+    assert moved["1.5"].numbers == "slop 0.0 → 0.1"
     assert [release.version for release in found.releases if release.observes_no_contact] == ["1.6"]
     assert registry.installed == versions[1:-1]
     text = render_markdown(build_history_document(found))
@@ -71,7 +71,7 @@ def test_history_classifies_each_release(registry: Toys, tmp_path: Path) -> None
 def test_only_changed_cells_run_at_all_phases(tmp_path: Path) -> None:
     """A release runs once if its result does not change; releases before and after a change also run 9 phases."""
     found = run_history("toy", [PAIR], ReleaseCache(tmp_path / "kept"), build_options("1.0", "1.1", "1.2", phases=9))
-    assert [len(seen.ran) for release in found.releases for seen in release.seen.values()] == [1, 10, 10]
+    assert [len(one.runs) for release in found.releases for one in release.cells.values()] == [1, 10, 10]
 
 
 @pytest.mark.release

@@ -13,7 +13,7 @@ from carom.studies.stress import run as campaign
 from carom.studies.stress.document import build_stress_document, write_stress
 from carom.studies.stress.options import StressOptions
 from carom.studies.stress.result import CellEnding, StressResults
-from carom.studies.stress.run import JOURNAL, list_lines, run_stress_campaign
+from carom.studies.stress.run import JOURNAL, list_rows, run_stress_campaign
 
 #: What is asked of Carom's own two methods.
 BOTH = StressOptions(["pic", "pit"], quick=True)
@@ -36,7 +36,7 @@ def results(folder: Path) -> StressResults:
 @pytest.mark.long
 def test_every_campaign_cell_has_number_and_file_or_reason(results: StressResults) -> None:
     """Each cell of a campaign contains a number and a scene file, or a reason."""
-    assert len(results.cells) == len(results.lines) * len(results.methods)
+    assert len(results.cells) == len(results.rows) * len(results.methods)
     for result in results.cells.values():
         assert result.value is not None or result.reason
         assert result.value is None or result.scenes
@@ -71,7 +71,7 @@ def test_resumed_finished_campaign_runs_nothing(
 ) -> None:
     """Resuming a finished campaign runs nothing; a full one in the folder of a quick one is refused."""
     monkeypatch.setattr(campaign.TableCell, "run", lambda *_: pytest.fail("a finished cell was run again"))
-    names = [line.name for line in results.lines]
+    names = [line.name for line in results.rows]
     again = run_stress_campaign(names, BOTH, out=folder, resume=True, command="carom stress")
     assert again.cells == results.cells
     with pytest.raises(InputError, match="its quick is True, but this study's is False; name another folder"):
@@ -107,7 +107,7 @@ def test_interrupted_campaign_keeps_finished_cells(tmp_path: Path) -> None:
 
 def test_stress_test_names_are_unique() -> None:
     """No two stress tests have the same name."""
-    names = [line.name for line in list_lines()]
+    names = [line.name for line in list_rows()]
     assert len(set(names)) == len(names)
 
 
@@ -115,10 +115,13 @@ def test_stress_documents_contain_every_test(results: StressResults, tmp_path: P
     """HTML and Markdown contain every stress test, and the strict JSON contains a cell for each method."""
     page = write_stress(results, build_stress_document(results), tmp_path)
     content = json.loads((tmp_path / "stress.json").read_text(), parse_constant=pytest.fail)
-    assert [line["name"] for line in content["lines"]] == [line.name for line in results.lines]
+    assert [line["name"] for line in content["lines"]] == [line.name for line in results.rows]
     assert all(len(line["cells"]) == len(results.methods) for line in content["lines"])
+    # These names in files differ from the names in the code.
+    assert all("gives_way" in line and {"line", "stands_at"} <= set(line["cells"][0]) for line in content["lines"])
+    assert all("tried" in method for method in content["methods"])
     markdown, html = (tmp_path / "stress.md").read_text(), page.read_text()
-    assert all(line.name in text for line in results.lines for text in (markdown, html))
+    assert all(line.name in text for line in results.rows for text in (markdown, html))
     assert "scenes/tunnelling.pit.tuned.toml" in html
     assert "tunnelling.pit.tuned.toml" in markdown
 

@@ -1,4 +1,4 @@
-"""What is no number holds no relation and is no error to be drawn, and the true motion of a scene is known by name."""
+"""What is no number satisfies no invariance, is no error to draw, and the true motion of a scene is known by name."""
 
 import dataclasses
 import math
@@ -15,7 +15,7 @@ from carom.comparator import Errors
 from carom.execution.score_jobs import Measures
 from carom.studies.bench.axes import ErrorKind, compute_error
 from carom.studies.bench.result import Point
-from carom.studies.stress.relations import build_base_scene, build_rough_scene, list_relations
+from carom.studies.stress.invariances import build_base_scene, build_rough_scene, list_invariances
 from carom.studies.stress.true_motion import UndecidedError, compute_true_motion
 
 KNOWN = [entry for entry in catalogue().values() if not entry.tags & {Tag.CONSERVED, Tag.GRAVITY}]
@@ -67,8 +67,8 @@ def test_true_motion_refuses_gravity_and_friction(named: str, field: dict[str, A
 
 
 @each("field, disc", [("final_position_m", 0), ("final_velocity_m_s", 2), ("final_spin_rad_s", 2)])
-def test_relation_deviates_infinitely_for_nan_results(field: str, disc: int) -> None:
-    """If a run's final positions, velocities or spins contain a NaN, each relation deviates infinitely."""
+def test_invariance_deviates_infinitely_for_nan_results(field: str, disc: int) -> None:
+    """If a run's final positions, velocities or spins contain a NaN, each invariance deviates infinitely."""
     spins = field == "final_spin_rad_s"
     base = build_rough_scene() if spins else build_base_scene()
 
@@ -80,11 +80,13 @@ def test_relation_deviates_infinitely_for_nan_results(field: str, disc: int) -> 
         values[disc if spins else (disc, 1)] = math.nan
         return dataclasses.replace(trace, **{field: values})
 
-    # From what is no number no second run can start; and where nothing spins no spin is compared.
-    held = [one for one in list_relations() if not one.of_runs and (not spins or one.base is build_rough_scene)]
+    # No second run can start from NaN, and without spins no spin is compared.
+    held = [
+        one for one in list_invariances() if not one.starts_from_result and (not spins or one.base is build_rough_scene)
+    ]
     assert held
-    for relation in held:
-        assert relation.deviation(base, run) == math.inf, relation.name
+    for invariance in held:
+        assert invariance.deviation(base, run) == math.inf, invariance.name
 
 
 def test_infinite_error_is_not_a_sound_point() -> None:
@@ -94,5 +96,5 @@ def test_infinite_error_is_not_a_sound_point() -> None:
     measures = Measures(total, 1, 1, 0, 0, 0, duration_s=scene.duration_s, outcome="completed")
     assert compute_error(measures, ErrorKind.IMPACT) == math.inf
     point = Point("x", "tuned", 0.1, math.inf, math.inf, math.inf, phases=1, expected=1, missed=0, spurious=0)
-    assert not point.is_sound
-    assert dataclasses.replace(point, error=0.1).is_sound
+    assert not point.is_correct
+    assert dataclasses.replace(point, error=0.1).is_correct

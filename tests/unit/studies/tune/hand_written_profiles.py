@@ -29,4 +29,4 @@ def assert_as_good(found: Merit, written: Sequence[Merit]) -> None:
     """Hold what is found to no more scenes wrong, and no fewer exact or close, than with any of the profiles."""
     for profile in written:
         assert found.wrong <= profile.wrong
-        assert found.behind <= profile.behind
+        assert found.imprecise <= profile.imprecise

@@ -18,7 +18,7 @@ from carom.studies.tune.objective import Merit, SceneResult, compute_error_on_sc
 
 SCENES = 5
 COUNTS = st.integers(0, SCENES)
-MERITS = st.builds(Merit, wrong=COUNTS, behind=COUNTS, error=st.integers(0, 100), cost=st.floats(1e-3, 1e3))
+MERITS = st.builds(Merit, wrong=COUNTS, imprecise=COUNTS, error=st.integers(0, 100), cost=st.floats(1e-3, 1e3))
 
 
 @given(MERITS, MERITS)
@@ -26,7 +26,7 @@ def test_merit_number_preserves_order(one: Merit, other: Merit) -> None:
     """The single number for the optimiser preserves the order of merits; merits that differ only in cost may tie."""
     if one < other:
         assert one.to_number(SCENES) <= other.to_number(SCENES)
-        if (one.wrong, one.behind, one.error) != (other.wrong, other.behind, other.error):
+        if (one.wrong, one.imprecise, one.error) != (other.wrong, other.imprecise, other.error):
             assert one.to_number(SCENES) < other.to_number(SCENES)
 
 
@@ -87,7 +87,7 @@ def test_diverged_run_is_scored_by_single_steps() -> None:
     steps = replace(score.local_truth, missed=2, invented=3, ratio=(0.5, 0.75))
     whole = replace(score, price_paid=7.0, missed=(0,), local_truth=steps)
     diverged = summarise_score(replace(whole, grade=Grade.DIVERGED, diverged_s=0.25))
-    assert (diverged.price, diverged.missed, diverged.spurious) == (0.75, 2, 3)
+    assert (diverged.error_ratio, diverged.missed, diverged.spurious) == (0.75, 2, 3)
     plain = summarise_score(whole)
-    assert (plain.price, plain.missed, plain.spurious) == (7.0, 1, 0)
-    assert (diverged.wrong, diverged.behind) == (False, True)
+    assert (plain.error_ratio, plain.missed, plain.spurious) == (7.0, 1, 0)
+    assert (diverged.is_wrong, diverged.is_imprecise) == (False, True)

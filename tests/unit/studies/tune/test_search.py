@@ -48,7 +48,7 @@ class Toy:
     def evaluate(self, method: Method, scenes: Sequence[Scene]) -> list[SceneResult]:
         """Return what comes of some scenes."""
         self.requests.append((method, len(scenes)))
-        settings = {**SHIPPED, **dict(method.tried)}
+        settings = {**SHIPPED, **dict(method.overrides)}
         found = []
         for scene in scenes:
             if SCENES.index(scene) % 2 and float(settings["threshold"]) > 0:
@@ -73,8 +73,8 @@ def run_search(seed: int, again: int = 0) -> tuple[TriedSettings, KnobSearch, To
 def test_search_finds_exactly_the_settings_that_matter(seed: int) -> None:
     """With each of six seeds, the search finds the three settings that matter and changes no other."""
     best, _, _ = run_search(seed)
-    assert dict(best.tried) == {"threshold": 0.0, "mode": "swept", "slop": 1e-9}
-    assert (best.merit.wrong, best.merit.behind) == (0, 0)
+    assert dict(best.overrides) == {"threshold": 0.0, "mode": "swept", "slop": 1e-9}
+    assert (best.merit.wrong, best.merit.imprecise) == (0, 0)
 
 
 def test_search_finds_settings_that_help_only_together() -> None:
@@ -82,7 +82,7 @@ def test_search_finds_settings_that_help_only_together() -> None:
 
     class Valley(Toy):
         def evaluate(self, method: Method, scenes: Sequence[Scene]) -> list[SceneResult]:
-            tried = dict(method.tried)
+            tried = dict(method.overrides)
             fine, bare = tried.get("slop") == 1e-9, tried.get("threshold") == 0.0
             usual = SceneResult(Grade.CLOSE, 1e-6) if fine else SceneResult(Grade.SAMPLED, 1.0)
             first = SceneResult(Grade.WRONG) if fine != bare else usual
@@ -90,19 +90,19 @@ def test_search_finds_settings_that_help_only_together() -> None:
 
     # So few trials that it can't be luck: no more than each knob alone.
     best = KnobSearch(Method("toy", "default"), SPACE, SCENES, cast(Evaluator, Valley())).run(2 * len(KNOBS), 0)
-    assert dict(best.tried) == {"slop": 1e-9, "threshold": 0.0}
+    assert dict(best.overrides) == {"slop": 1e-9, "threshold": 0.0}
 
 
 def test_trials_that_rank_behind_the_best_end_early() -> None:
     """Some trials end before the last scene, and each of them ranks behind the best result."""
     best, search, toy = run_search(0)
-    assert search.given_up > 0
+    assert search.abandoned > 0
     scenes: dict[Method, int] = {}
     for method, count in toy.requests:
         scenes[method] = scenes.get(method, 0) + count
     early = [method for method, count in scenes.items() if count < len(SCENES)]
-    assert len(early) == search.given_up
-    assert all(best.rank < (search.evaluate(SPACE.point_of(method.tried))[0], 0) for method in early)
+    assert len(early) == search.abandoned
+    assert all(best.rank < (search.evaluate(SPACE.point_of(method.overrides))[0], 0) for method in early)
 
 
 @pytest.mark.long
@@ -122,7 +122,7 @@ def test_search_without_improvement_returns_first_profile() -> None:
     """If no knob has an effect, the search returns the profile that it started from."""
     idle = Space({"idle": SPACE.values["idle"]})
     search = KnobSearch(Method("toy", "default"), idle, SCENES, cast(Evaluator, Toy()))
-    assert search.run(10, 0) is search.begun
+    assert search.run(10, 0) is search.first
 
 
 def test_engine_without_knobs_is_refused() -> None:

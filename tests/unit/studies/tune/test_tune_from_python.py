@@ -25,7 +25,7 @@ def test_tune_result_prints_and_plots_errors() -> None:
     axes = found.plot(Figure().add_subplot())
     lines = {str(line.get_label()): line for line in axes.lines}
     for label, results in (("default", found.first.results), ("found settings", found.best.results)):
-        assert np.asarray(lines[label].get_xdata()) == pytest.approx([one.price for one in results])
+        assert np.asarray(lines[label].get_xdata()) == pytest.approx([one.error_ratio for one in results])
     page = require_value(found._repr_html_())
     assert "<svg" in page
     assert "trial" in page or "tried" in page

@@ -66,13 +66,13 @@ def find_divergences(grid: Grid) -> tuple[tuple[GridCell, ...], tuple[GridCell, 
     paper = [cell for cell in cells if cell.scene.startswith(f"{PAPER_GROUP}/") and cell.column.engine == "pit"]
     paper_scenes = {cell.scene for cell in paper}
     worst: dict[str, GridCell] = {}
-    for cell in sorted(cells, key=_compute_badness, reverse=True):
+    for cell in sorted(cells, key=_compute_severity, reverse=True):
         if (cell.mark.rank or 0) > 1 and cell.scene not in paper_scenes:
             worst.setdefault(cell.scene, cell)
     return tuple(paper), tuple(worst.values())[:WORST_SHOWN]
 
 
-def _compute_badness(cell: GridCell) -> tuple[int, float, bool, float, float]:
+def _compute_severity(cell: GridCell) -> tuple[int, float, bool, float, float]:
     """Return a sort key that is largest for the worst run.
 
     The key consists of the grade, the fraction of wrong impacts, whether an engine ran the scene, the velocity error
@@ -80,4 +80,4 @@ def _compute_badness(cell: GridCell) -> tuple[int, float, bool, float, float]:
     """
     velocity = 0.0 if math.isnan(cell.errors.velocity) else cell.errors.velocity
     share = (cell.missed + cell.invented) / max(1, cell.expected)
-    return (cell.mark.rank or 0, share, not cell.column.own, velocity, abs(cell.errors.energy))
+    return (cell.mark.rank or 0, share, not cell.column.is_own_method, velocity, abs(cell.errors.energy))

@@ -15,9 +15,12 @@ from carom.report.impact_rows import build_impact_rows
 from carom.report.outcome_marks import RIGHT, Mark
 from carom.studies.cross_check.grid import RANKING_NOTE, Grid, GridCell, GridColumn, compute_standing
 
-#: Largest numbers: rows in the table of impacts, columns with impacts in the table of methods, and columns with methods
-#: on a terminal.
-MOST_IMPACTS, MOST_BESIDE, MOST_ACROSS = 40, 4, 3
+#: Largest number of rows in the table of impacts.
+MAX_IMPACT_ROWS = 40
+#: Largest number of columns with impacts in the table of methods.
+MAX_IMPACT_COLUMNS = 4
+#: Largest number of columns with methods on a terminal.
+MAX_METHOD_COLUMNS = 3
 
 METHOD_NOTE = (
     "The numbers after - and + count missed and invented impacts over all scenes. In each scene, a method's largest "
@@ -61,7 +64,7 @@ def build_methods_section(grid: Grid) -> Section:
     symbols = dict.fromkeys(f"{mark.symbol} {mark.css.replace('-', ' ')}" for mark in grid.marks)
     blocks: tuple[Block, ...] = (
         *(_build_run_tables(grid) if is_single_scene else (_build_counts_table(grid, methods),)),
-        _build_method_table(grid, methods, impacts if len(impacts) <= MOST_BESIDE else ()),
+        _build_method_table(grid, methods, impacts if len(impacts) <= MAX_IMPACT_COLUMNS else ()),
         Legend(tuple((mark.cell, mark.meaning) for mark in grid.marks), Media.PAGE),
         Text(METHOD_NOTE, Media.ON_PAPER),
         Text(METHOD_DETAIL + RANKING_NOTE, Media.ON_PAPER, folded=True),
@@ -86,7 +89,7 @@ def _build_method_table(grid: Grid, methods: Sequence[GridColumn], impacts: Sequ
             Column("grade", lambda method: _build_linked_cell(grid.list_cells(method)[0])),
             *numbers,
             *(
-                Column(impact.bodies, partial(_format_impact_result, impact=impact), f"{impact.when} s")
+                Column(impact.bodies, partial(_format_impact_result, impact=impact), f"{impact.time_text} s")
                 for impact in impacts
             ),
         )
@@ -132,10 +135,10 @@ def _find_worst(cells: Sequence[GridCell]) -> GridCell | None:
     Runs with the same grade are compared by their number of missed and invented impacts, then by their error.
     """
 
-    def badness(cell: GridCell) -> tuple[int, int, float]:
+    def severity(cell: GridCell) -> tuple[int, int, float]:
         return (cell.mark.rank or 0, cell.missed + cell.invented, 0.0 if math.isnan(cell.cost) else cell.cost)
 
-    return max((cell for cell in cells if cell.mark.rank is not None), key=badness, default=None)
+    return max((cell for cell in cells if cell.mark.rank is not None), key=severity, default=None)
 
 
 def _build_worst_scene_cell(cells: Sequence[GridCell]) -> Cell:
@@ -179,7 +182,7 @@ def find_first_replay(grid: Grid) -> Cell | None:
     of engines, the link leads to a run of one of Carom's own methods.
     """
     graded = [cell for row in grid.rows for cell in row.cells if cell.mark.rank and cell.has_replay]
-    engines = [cell for cell in graded if not cell.column.own] or graded
+    engines = [cell for cell in graded if not cell.column.is_own_method] or graded
     if not engines:
         return None
     cell = min(engines, key=lambda cell: (-(cell.mark.rank or 0), not cell.missed, cell.expected))
@@ -276,19 +279,19 @@ def build_impacts_section(grid: Grid) -> Section:
     impacts = _find_impacts(grid, methods)
     # If there are few impacts, a page already shows them in the table of methods. A terminal only has space for few
     # methods.
-    media = Media.DETAIL if len(impacts) <= MOST_BESIDE else Media.IN_FULL
-    media |= Media.TERMINAL if len(methods) <= MOST_ACROSS else Media.DETAIL
+    media = Media.DETAIL if len(impacts) <= MAX_IMPACT_COLUMNS else Media.IN_FULL
+    media |= Media.TERMINAL if len(methods) <= MAX_METHOD_COLUMNS else Media.DETAIL
     columns = [
         Column("bodies", lambda impact: impact.bodies),
-        Column("time, s", lambda impact: impact.when, number=True),
+        Column("time, s", lambda impact: impact.time_text, number=True),
         *(Column(method.label, partial(_format_impact_result, method), method.profile) for method in methods),
     ]
-    left_out = len(impacts) - MOST_IMPACTS
+    left_out = len(impacts) - MAX_IMPACT_ROWS
     note = f"{left_out} more impacts are not shown" if left_out > 0 else ""
     runs = _list_scored_runs(grid)
     full = _format_verdict_lines(runs)
     blocks = (
-        Table(columns, impacts[:MOST_IMPACTS], note=note, only=media),
+        Table(columns, impacts[:MAX_IMPACT_ROWS], note=note, only=media),
         Lines(full if len(methods) == 1 else _format_short_verdict_lines(runs), Media.TERMINAL),
         Lines(full, Media.DETAIL),
     )
@@ -328,10 +331,10 @@ class _Impact(NamedTuple):
 
     bodies: str
     time_s: float | None
-    became: dict[GridColumn, str]
+    outcomes: dict[GridColumn, str]
 
     @property
-    def when(self) -> str:
+    def time_text(self) -> str:
         """The time in seconds; empty if it is unknown."""
         return "" if self.time_s is None else formatting.format_number(self.time_s, 6)
 
@@ -348,4 +351,4 @@ def _find_impacts(grid: Grid, methods: Sequence[GridColumn]) -> list[_Impact]:
 
 
 def _format_impact_result(method: GridColumn, impact: _Impact) -> str:
-    return impact.became.get(method, "")
+    return impact.outcomes.get(method, "")

@@ -23,7 +23,7 @@ class _Impact(NamedTuple):
     bodies: str
     time_s: float | None
     error: ImpactError | None
-    otherwise: str
+    outcome: str
 
 
 def _build_error_column(head: str, digits: int, compute: Callable[[float, ImpactError], float]) -> Column:
@@ -44,7 +44,7 @@ _REPORTED = _build_error_column("", 9, lambda time_s, error: time_s + error.repo
 _COLUMNS = (
     Column("bodies", lambda impact: impact.bodies),
     Column("PIC, s", _format_time, number=True),
-    Column("reported, s", lambda impact: impact.otherwise or _REPORTED.say(impact), number=True),
+    Column("reported, s", lambda impact: impact.outcome or _REPORTED.content_of(impact), number=True),
     _build_error_column("path turned, s", 9, lambda time_s, error: time_s + error.effective_time_s),
     _build_error_column("velocity error", 3, lambda _, error: error.velocity),
     _build_error_column("direction, degrees", 3, lambda _, error: math.degrees(error.direction_rad)),

@@ -13,7 +13,7 @@ from carom.comparator import Errors
 from carom.report import formatting
 from carom.report.document import Cell, Column, Media, Section, Table, Text
 from carom.report.results_file.line_types import RowLine
-from carom.studies.cross_check.grid import Grid, GridCell, GridColumn, keep_worst, omission_note
+from carom.studies.cross_check.grid import Grid, GridCell, GridColumn, build_omission_note, select_worst
 
 #: Largest number of rows in the table of all runs. A browser takes seconds to show them.
 MOST_CELLS = 10_000
@@ -119,9 +119,9 @@ def _describe_profile(column: GridColumn, profiles: Mapping[str, Mapping[str, st
     """Describe a profile, and the settings that replace settings of the profile."""
     method = column.method
     profile_text = profiles.get(method.engine, {}).get(method.profile, "")
-    if not method.tried:
+    if not method.overrides:
         return profile_text
-    values = ", ".join(f"{name} = {formatting.format_setting(value)}" for name, value in method.tried)
+    values = ", ".join(f"{name} = {formatting.format_setting(value)}" for name, value in method.overrides)
     return f"With settings that no profile has: {values}. Other settings are those of {method.profile}: {profile_text}"
 
 
@@ -152,10 +152,10 @@ def build_cells_section(grid: Grid) -> Section:
         *(Column(one.metadata["name"], partial(_format_metric, one.name)) for one in dataclasses.fields(Errors)),
         Column("verdicts", lambda cell: Cell("; ".join(cell.reasons), css="prose")),
     )
-    cells = keep_worst(grid.runs, MOST_CELLS, lambda cell: (cell,))
+    cells = select_worst(grid.runs, MOST_CELLS, lambda cell: (cell,))
     folded = formatting.format_count(len(cells), "cell")
     table = Table(columns, cells, folded=folded, css="cells", only=Media.PAGE, packed=True)
-    return Section("All cells at all steps", (table, *omission_note(cells, grid.runs, "runs", Media.PAGE)))
+    return Section("All cells at all steps", (table, *build_omission_note(cells, grid.runs, "runs", Media.PAGE)))
 
 
 def _format_metric(name: str, cell: GridCell) -> str:

@@ -63,12 +63,12 @@ class EngineCost(NamedTuple):
         return sum(cell.cost > 1 and cell.scene in self.scenes_unlike_pit for cell in self.cells)
 
     @property
-    def own(self) -> list[float]:
+    def own_errors(self) -> list[float]:
         """The velocity error that checking once per step does not explain, for each scene with such an error."""
         return _select_known_errors(cell.line.own_velocity for cell in self.cells)
 
     @property
-    def total(self) -> list[float]:
+    def total_errors(self) -> list[float]:
         """The largest velocity error relative to the reference, for each scene with such an error."""
         return _select_known_errors(cell.errors.velocity for cell in self.cells)
 
@@ -99,7 +99,7 @@ def measure_engine_costs(grid: Grid) -> tuple[EngineCost, ...]:
         cells = grid.list_cells(column)
         return tuple(cell for cell in cells if cell.scored and cell.pit and cell.line.outcome_taken is None)
 
-    found = (EngineCost(column, list_cells(column)) for column in grid.columns.values() if not column.own)
+    found = (EngineCost(column, list_cells(column)) for column in grid.columns.values() if not column.is_own_method)
     return tuple(cost for cost in found if cost.cells)
 
 
@@ -111,7 +111,7 @@ def build_sampling_cost_section(grid: Grid) -> Section:
     chart = Figures((Figure(partial(draw_sampling_costs, found), CAPTION, TITLE),), large=True)
     columns = [one for one in _COLUMNS if any(one.build_cell(cost).text != formatting.ABSENT for cost in found)]
     blocks = (
-        *((chart,) if any(cost.own for cost in found) else ()),
+        *((chart,) if any(cost.own_errors for cost in found) else ()),
         Table(columns, found, only=Media.IN_FULL),
         Text(NOTE, Media.ON_PAPER),
         Text(DETAIL_NOTE, Media.ON_PAPER, folded=True),
@@ -123,7 +123,11 @@ def build_sampling_cost_section(grid: Grid) -> Section:
 def draw_sampling_costs(found: Sequence[EngineCost], narrow: bool = False) -> str:
     """Draw each engine's velocity error, and the part that checking once per step does not explain, as SVG."""
     with svg.use_drawing_style():
-        drawn_costs = [(p, statistics.median(p.total), statistics.median(p.own)) for p in found if p.total and p.own]
+        drawn_costs = [
+            (p, statistics.median(p.total_errors), statistics.median(p.own_errors))
+            for p in found
+            if p.total_errors and p.own_errors
+        ]
         width, height = _NARROW_IN if narrow else _WIDTH_IN, _FOOT_IN + _LINE_IN * max(2, len(drawn_costs))
         figure = svg.build_figure(width, height)
         left = _NAMES_IN / width
@@ -166,7 +170,7 @@ _COLUMNS = (
     Column("no error", lambda cost: f"{cost.cost_ratios.count(0.0)} of {len(cost.cells)}"),
     Column("worse than PIT", lambda cost: f"{cost.worse_than_pit} of {len(cost.cells)}"),
     Column("equals PIT", _format_equal_scenes),
-    Column("velocity error not from sampling, median", _build_median_formatter(lambda cost: cost.own)),
+    Column("velocity error not from sampling, median", _build_median_formatter(lambda cost: cost.own_errors)),
     Column("impacts missed", lambda cost: str(sum(cell.missed for cell in cost.cells))),
     Column("missed by PIT", lambda cost: str(sum(int(cell.pit.get("missed") or 0) for cell in cost.cells))),
     Column(

@@ -12,7 +12,7 @@ from carom.report import formatting
 from carom.report.document import Block, Cell, Column, Legend, Lines, Media, Replays, Section, Table, Text
 from carom.report.files import pack_data
 from carom.report.outcome_marks import Mark
-from carom.studies.cross_check.grid import Grid, GridRow, keep_worst, merge_own_profiles, omission_note
+from carom.studies.cross_check.grid import Grid, GridRow, build_omission_note, merge_own_profiles, select_worst
 from carom.studies.cross_check.play_page import build_play_link
 from carom.support.escaping import escape_controls
 
@@ -52,11 +52,11 @@ def build_scenes_section(grid: Grid) -> Section:
         for *others, column in merge_own_profiles(contents)
     ]
     legend = Legend(tuple((mark.cell, mark.meaning) for mark in grid.marks), Media.MARKDOWN | Media.DETAIL)
-    rows = keep_worst(grid.rows, MOST_SCENES, lambda row: row.cells)
+    rows = select_worst(grid.rows, MOST_SCENES, lambda row: row.cells)
     blocks: tuple[Block, ...] = (
         legend,
         Table(columns, rows, css="grid", only=Media.IN_FULL),
-        *omission_note(rows, grid.rows, "scenes", Media.IN_FULL),
+        *build_omission_note(rows, grid.rows, "scenes", Media.IN_FULL),
         Text(FIGURE_NOTE, Media.ON_PAPER),
         Text(FIGURE_DETAIL, Media.ON_PAPER, folded=True),
         Text(SHORT_NOTE, Media.DETAIL),
@@ -68,7 +68,7 @@ def build_scenes_section(grid: Grid) -> Section:
 def _build_cell(column_number: int, row: GridRow) -> Cell:
     """Return the cell of a scene in a column."""
     cell = row.cells[column_number]
-    short = cell.compact or ("" if cell.mark.ran else cell.mark.word)
+    short = cell.short_figure or ("" if cell.mark.ran else cell.mark.word)
     title = cell.mark.sentence if cell.has_replay else f"{cell.column.name} on {row.name}: {'; '.join(cell.reasons)}"
     return cell.mark.cell._replace(note=cell.figure, link=cell.link, short=short, title=title)
 
@@ -132,7 +132,7 @@ def _list_reasons(grid: Grid) -> Iterator[tuple[str, bool]]:
 
 def _describe_missing_profiles(grid: Grid) -> Iterator[str]:
     """Describe why an engine lacks a profile that other engines were run with."""
-    profiles = dict.fromkeys(column.method.profile for column in grid.columns.values() if not column.own)
+    profiles = dict.fromkeys(column.method.profile for column in grid.columns.values() if not column.is_own_method)
     for info in grid.results.engines:
         for profile in profiles:
             if info.available and info.capabilities is not None and not info.own_profiles([profile]):

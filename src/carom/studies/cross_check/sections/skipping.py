@@ -64,7 +64,7 @@ def _build_time_columns(name: str, read: Callable[[_Scene], SkippedTime | None])
     def column(head: str, say: Callable[[SkippedTime], str]) -> Column:
         return Column(head, lambda one: say(saved) if (saved := read(one)) else formatting.ABSENT, number=True)
 
-    yield column(f"{name}, ms", lambda saved: formatting.format_number(1e3 * saved.with_s, 3))
+    yield column(f"{name}, ms", lambda saved: formatting.format_number(1e3 * saved.with_skipping_s, 3))
     yield column("without", lambda saved: formatting.format_ratio(saved.ratio))
 
 
@@ -79,7 +79,7 @@ def _render_diagram(scenes: Sequence[_Scene], narrow: bool = False) -> str:
                 if saved is None:
                     continue
                 color = svg.choose_line_style(engine)["color"]
-                ends, level = [1e3 * saved.with_s, 1e3 * saved.with_s * saved.ratio], -k + shift
+                ends, level = [1e3 * saved.with_skipping_s, 1e3 * saved.with_skipping_s * saved.ratio], -k + shift
                 axes.plot(ends, [level, level], color=color, linewidth=1.6, alpha=0.6)
                 axes.plot(ends[1:], [level], "o", color=color, markerfacecolor=svg.SURFACE, markersize=6)
                 label = engine.upper() if k == 0 else None

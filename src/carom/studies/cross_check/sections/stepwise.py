@@ -9,7 +9,7 @@ from carom.comparator import LocalScore, Verdict
 from carom.report import formatting
 from carom.report.document import Block, Column, Media, Section, Table, Text
 from carom.report.outcome_marks import Mark, mark_of_grade
-from carom.studies.cross_check.grid import Grid, GridCell, keep_worst, omission_note
+from carom.studies.cross_check.grid import Grid, GridCell, build_omission_note, select_worst
 
 #: Largest number of listed runs.
 MOST_RUNS = 1000
@@ -76,11 +76,11 @@ def build_steps_section(grid: Grid) -> Section:
         build_column("entangled", lambda local: formatting.format_percent(_compute_entangled_fraction(local))),
         build_column("until", lambda local: formatting.format_seconds(local.until_s)),
     )
-    listed = keep_worst(cells, MOST_RUNS, lambda cell: (cell,))
+    listed = select_worst(cells, MOST_RUNS, lambda cell: (cell,))
     folded = "" if is_single_scene else formatting.format_count(len(listed), "run")
     blocks: tuple[Block, ...] = (
         Table(columns, listed, folded=folded, css="cells", only=media),
-        *omission_note(listed, cells, "runs", media),
+        *build_omission_note(listed, cells, "runs", media),
         *(Text(line, media) for line in (_describe_divergence(cells) if is_single_scene else ())),
         Text(NOTE, Media.ON_PAPER),
         Text(DETAIL_NOTE, Media.ON_PAPER, folded=True),
@@ -101,7 +101,7 @@ def _find_listed_runs(grid: Grid) -> Iterator[GridCell]:
             if cell.line.local_truth is not None
             and (
                 rests
-                or cell.of_scene.beyond_horizon
+                or cell.scene_line.beyond_horizon
                 or cell.mark in (Mark.DIVERGED, Mark.DIVERGED_INACCURATE)
                 or any(map(cell.has_verdict, _OF_STEPS))
             )

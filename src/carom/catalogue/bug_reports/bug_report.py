@@ -27,30 +27,30 @@ class Symptom(StrEnum):
 
 
 @dataclass(frozen=True)
-class Complaint(CatalogueScene):
+class BugReport(CatalogueScene):
     """A scene of the group `issues`.
 
     Attributes:
         thread: Web address of the thread that contains the report.
-        reported: Summary of the report in the thread.
+        summary: Summary of the report in the thread.
         symptom: Symptom by which the bug is found in the results of a run.
-        at_least: Smallest error that counts as the reported bug, as a fraction of the scene's speed or energy. The
-            default is one per cent, since users notice such an error.
-        made: Which numbers of the scene are from the thread, and which were chosen for the catalogue.
+        smallest_error: Smallest error that counts as the reported bug, as a fraction of the scene's speed or energy.
+            The default is one per cent, since users notice such an error.
+        number_sources: Which numbers of the scene are from the thread, and which were chosen for the catalogue.
         about: Name of the engine or package that the report is about.
         engine: Name of Carom's adapter of that engine; empty if there is none.
     """
 
     thread: str = ""
-    reported: str = ""
+    summary: str = ""
     symptom: Symptom = Symptom.WRONG_VELOCITY
-    at_least: float = 0.01
-    made: str = ""
+    smallest_error: float = 0.01
+    number_sources: str = ""
     about: str = ""
     engine: str = ""
 
 
-def load_complaints() -> Iterator[Complaint]:
+def load_bug_reports() -> Iterator[BugReport]:
     """Yield all bug reports, in the order of ``bug_reports.json``.
 
     The file groups the reports by the module that builds their scenes. The field `build` of a report names the function
@@ -70,4 +70,4 @@ def load_complaints() -> Iterator[Complaint]:
         vectors = {key: complex(value) for key, value in arguments.items() if isinstance(value, str)}
         description = fields.pop("shows", "") or " ".join((function.__doc__ or "").split())
         fields["symptom"] = Symptom(fields.get("symptom", Symptom.WRONG_VELOCITY))
-        yield Complaint(f"issues/{name}", description, partial(function, **arguments | vectors), **fields)
+        yield BugReport(f"issues/{name}", description, partial(function, **arguments | vectors), **fields)

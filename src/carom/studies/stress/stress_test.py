@@ -37,13 +37,13 @@ class CheckResult:
 
     Attributes:
         error: Error of the trace, as defined by the stress test; NaN if there is nothing to measure.
-        broken: Reason why the method fails; empty if it passes.
+        failure: Reason why the method fails; empty if it passes.
         note: Additional text about the trace, for the report.
         status: How the run ended: completed, or a kind of failure.
     """
 
     error: float
-    broken: str = ""
+    failure: str = ""
     note: str = ""
     status: Status = Status.RAN
 
@@ -60,104 +60,106 @@ class Trial:
 
 
 @dataclass(frozen=True)
-class Attack:
+class StressTest:
     """A stress test: a quantity that is varied from a harmless to an extreme value, and the scenes for each value.
 
     Attributes:
         name: Short name, as on the command line.
         axis: Description of the varied quantity, with its unit.
         harmless: The harmless end of the range. Every sound method should pass at this value.
-        absurd: The extreme end of the range, which may be larger or smaller than `harmless`.
+        extreme: The extreme end of the range, which may be larger or smaller than `harmless`.
         trials: Function that returns the trials for a value, which usually differ only in the phase of the impact. A
             method must pass all trials.
         truth: Explanation of how the correct result is known.
-        gives_way: Explanation of when a method fails.
-        quick_absurd: The extreme end of the range in a quick campaign; None for `absurd`.
-        whole: Whether the values must be whole numbers.
-        rungs: Number of values per decade (factor of 10) that are tried up to the first failure. More values are needed
-            if a method can pass at a single value by chance.
+        failure_rule: Explanation of when a method fails.
+        quick_extreme: The extreme end of the range in a quick campaign; None for `extreme`.
+        whole_numbers: Whether the values must be whole numbers.
+        values_per_decade: Number of values per decade (factor of 10) that are tried up to the first failure. More
+            values are needed if a method can pass at a single value by chance.
         full_only: Whether a quick campaign omits this stress test, because its runs take too long.
-        last: An additional value beyond `absurd` that has no logarithm, such as a gap of 0. This value is tried, but
-            never used in a bisection.
+        final_value: An additional value beyond `extreme` that has no logarithm, such as a gap of 0. This value is
+            tried, but never used in a bisection.
     """
 
     name: str
     axis: str
     harmless: float
-    absurd: float
+    extreme: float
     trials: Callable[[float], Sequence[Trial]]
     truth: str
-    gives_way: str
-    quick_absurd: float | None = None
-    whole: bool = False
-    rungs: int = 1
+    failure_rule: str
+    quick_extreme: float | None = None
+    whole_numbers: bool = False
+    values_per_decade: int = 1
     full_only: bool = False
-    last: float | None = None
+    final_value: float | None = None
 
     def build_ladder(self, quick: bool) -> list[float]:
         """Return the values to try, beginning at the harmless end.
 
         If `quick` is true, there are half as many values, but at least 4.
         """
-        end = self.absurd if self.quick_absurd is None or not quick else self.quick_absurd
+        end = self.extreme if self.quick_extreme is None or not quick else self.quick_extreme
         decades = abs(math.log10(end / self.harmless))
-        a_decade = self.rungs / 2 if quick else self.rungs
-        rungs = max(4, math.ceil(decades * a_decade) + 1)
-        values = [self.harmless * (end / self.harmless) ** (k / (rungs - 1)) for k in range(rungs)]
+        per_decade = self.values_per_decade / 2 if quick else self.values_per_decade
+        count = max(4, math.ceil(decades * per_decade) + 1)
+        values = [self.harmless * (end / self.harmless) ** (k / (count - 1)) for k in range(count)]
         # Values are rounded, so that they are easy to read.
         values = [float(f"{value:.3g}") for value in values[:-1]] + [end]
-        if self.whole:
+        if self.whole_numbers:
             values = sorted({round(value) * 1.0 for value in values}, reverse=end < self.harmless)
-        return values if self.last is None else [*values, self.last]
+        return values if self.final_value is None else [*values, self.final_value]
 
     def find_middle_value(self, passes: float, fails: float, resolution: float) -> float | None:
         """Return the middle of two values on a logarithmic scale; None if their ratio is at most `resolution`."""
         if min(passes, fails) <= 0 or max(passes, fails) / min(passes, fails) <= resolution:
             return None
         middle = float(f"{math.sqrt(passes * fails):.4g}")
-        if not self.whole:
+        if not self.whole_numbers:
             return middle
         middle = float(round(middle))
         return None if middle in (passes, fails) else middle
 
 
-def build_attack(name: str, trials: Callable[[float], Iterable[Trial]]) -> Attack:
-    """Return the stress test with a name such as "mass-ratio" or "_mass_ratio", which ``attacks.json`` describes.
+def build_stress_test(name: str, trials: Callable[[float], Iterable[Trial]]) -> StressTest:
+    """Return the stress test with a name such as "mass-ratio" or "_mass_ratio", which ``stress_tests.json`` describes.
 
-    Names in braces in `attacks.json` are replaced by sentences that several stress tests share. All scenes get the
+    Names in braces in `stress_tests.json` are replaced by sentences that several stress tests share. All scenes get the
     stress test's name.
     """
     name = name.strip("_").replace("_", "-")
-    attacks, sentences = _read_attacks()
-    fields = attacks[name] | {key: attacks[name][key].format_map(sentences) for key in ("truth", "gives_way")}
+    stress_tests, sentences = _read_descriptions()
+    fields = stress_tests[name] | {
+        key: stress_tests[name][key].format_map(sentences) for key in ("truth", "failure_rule")
+    }
 
     def build_trials(value: float) -> list[Trial]:
         title = {"name": f"{STRESS}{name}"}
         return [replace(trial, scene=trial.scene.model_copy(update=title)) for trial in trials(value)]
 
-    return Attack(name, trials=build_trials, **fields)
+    return StressTest(name, trials=build_trials, **fields)
 
 
 @cache
-def _read_attacks() -> tuple[dict[str, dict[str, Any]], dict[str, str]]:
-    found = json.loads(Path(__file__).with_name("attacks.json").read_text(encoding="utf-8"))
-    return found["attacks"], found["sentences"]
+def _read_descriptions() -> tuple[dict[str, dict[str, Any]], dict[str, str]]:
+    found = json.loads(Path(__file__).with_name("stress_tests.json").read_text(encoding="utf-8"))
+    return found["stress_tests"], found["sentences"]
 
 
-def attack(trials: Callable[[float], Iterable[Trial]]) -> Attack:
+def stress_test(trials: Callable[[float], Iterable[Trial]]) -> StressTest:
     """Decorator: make a stress test from a function that returns the trials for a value.
 
     The stress test has the function's name.
     """
-    return build_attack(trials.__name__, trials)
+    return build_stress_test(trials.__name__, trials)
 
 
-def attack_at_phases(stage: Callable[[float, float], Trial]) -> Attack:
+def stress_test_at_phases(stage: Callable[[float, float], Trial]) -> StressTest:
     """Decorator: make a stress test from a function that returns the trial for a value and a phase.
 
     The stress test has the function's name, and tries each value at all `PHASES`.
     """
-    return build_attack(stage.__name__, lambda value: [stage(value, phase) for phase in PHASES])
+    return build_stress_test(stage.__name__, lambda value: [stage(value, phase) for phase in PHASES])
 
 
 def build_velocity_check(truth: TrueMotion) -> TraceCheck:

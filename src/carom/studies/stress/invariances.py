@@ -30,7 +30,7 @@ from carom.support.formatting import format_number
 #: Largest deviation that does not count as a violation. Three impacts multiply rounding errors by a few hundred, and a
 #: few hundred steps multiply rounding errors again. The effect of an engine's absolute lengths and speeds is larger by
 #: orders of magnitude.
-HOLDS = 1e-9
+DEVIATION_LIMIT = 1e-9
 
 #: A coefficient of friction with which superballs never slide. Every engine supports this coefficient.
 _GRIP = 10.0
@@ -90,26 +90,26 @@ def build_superball_scene() -> Scene:
 
 
 @dataclass(frozen=True)
-class Relation:
+class Invariance:
     """An invariance: a relation between the results of two runs of the same method.
 
     Attributes:
         name: Short name, as on the command line.
-        states: The invariance in one sentence.
+        statement: The invariance in one sentence.
         deviation: Function that runs a base scene and a changed scene, and returns how much the second result deviates
             from the expected result. Deviations of positions are divided by the largest radius, and deviations of
             velocities and rim speeds by the greatest speed. The function raises SceneError if the changed scene can't
             start from the final state of the first run.
         base: Function that returns the base scene.
-        of_runs: Whether the changed scene starts from the final state of the first run, so that the scene differs
-            between methods.
+        starts_from_result: Whether the changed scene starts from the final state of the first run, so that it
+            differs between methods.
     """
 
     name: str
-    states: str
+    statement: str
     deviation: Callable[[Scene, Run], float]
     base: Callable[[], Scene] = build_base_scene
-    of_runs: bool = False
+    starts_from_result: bool = False
 
 
 def _build_variant(scene: Scene, discs: Sequence[Disc], **fields: float | str) -> Scene:
@@ -144,13 +144,13 @@ def _final_state_of(trace: Trace) -> State:
 
 
 def _build_invariance(
-    name: str, states: str, change: Callable[[Scene], Scene], undo: Callable[[State], State]
-) -> Relation:
+    name: str, statement: str, change: Callable[[Scene], Scene], undo: Callable[[State], State]
+) -> Invariance:
     """Build an invariance: if a scene is changed by `change`, its result changes in a known way.
 
     Args:
         name: Name of the invariance.
-        states: The invariance in one sentence.
+        statement: The invariance in one sentence.
         change: Function that returns a changed copy of a scene.
         undo: Function that converts a final state of the changed scene to the corresponding state of the unchanged
             scene.
@@ -160,7 +160,7 @@ def _build_invariance(
         first = _final_state_of(run(base))
         return _compute_deviation(base, undo(_final_state_of(run(change(base)))), first)
 
-    return Relation(name, states, deviation)
+    return Invariance(name, statement, deviation)
 
 
 def _measure_reversal_deviation(base: Scene, run: Run) -> float:
@@ -178,9 +178,9 @@ def _measure_split_deviation(base: Scene, run: Run) -> float:
     return _compute_deviation(base, _final_state_of(rest), unsplit_state)
 
 
-def _build_units_relation(
-    name: str, states: str, *, length: float = 1.0, time: float = 1.0, mass: float = 1.0
-) -> Relation:
+def _build_units_invariance(
+    name: str, statement: str, *, length: float = 1.0, time: float = 1.0, mass: float = 1.0
+) -> Invariance:
     speed = length / time
 
     def scale(disc: Disc) -> Disc:
@@ -194,20 +194,20 @@ def _build_units_relation(
         return _build_variant(scene, list(map(scale, scene.discs)), **times)
 
     return _build_invariance(
-        name, states, change, lambda state: State(state.position / length, state.velocity / speed, state.spin * time)
+        name, statement, change, lambda state: State(state.position / length, state.velocity / speed, state.spin * time)
     )
 
 
 def _build_motion_invariance(
-    name: str, states: str, change: Callable[[State], State], undo: Callable[[State], State]
-) -> Relation:
+    name: str, statement: str, change: Callable[[State], State], undo: Callable[[State], State]
+) -> Invariance:
     """Build an invariance: if the starting state is changed by `change`, the final state changes in the same way."""
     return _build_invariance(
-        name, states, lambda scene: _build_scene_at_state(scene, change(_start_state_of(scene))), undo
+        name, statement, lambda scene: _build_scene_at_state(scene, change(_start_state_of(scene))), undo
     )
 
 
-def _build_boost_relation() -> Relation:
+def _build_boost_invariance() -> Invariance:
     velocity = (11.0, -7.0)
     path_m = np.array(velocity) * build_base_scene().duration_s
     return _build_motion_invariance(
@@ -218,8 +218,8 @@ def _build_boost_relation() -> Relation:
     )
 
 
-def _build_rotation_relation() -> Relation:
-    turn, states = cmath.rect(1.0, 0.7), "Turning the scene by 0.7 rad turns its result."
+def _build_rotation_invariance() -> Invariance:
+    turn, statement = cmath.rect(1.0, 0.7), "Turning the scene by 0.7 rad turns its result."
 
     def rotate(state: State) -> State:
         place, velocity = ([to_vector(complex(*row) * turn) for row in rows.tolist()] for rows in state[:2])
@@ -229,7 +229,7 @@ def _build_rotation_relation() -> Relation:
         z, w = ((rows[:, 0] + 1j * rows[:, 1]) * turn.conjugate() for rows in state[:2])
         return State(np.stack([z.real, z.imag], axis=1), np.stack([w.real, w.imag], axis=1), state.spin)
 
-    return _build_motion_invariance("rotation", states, rotate, rotate_back)
+    return _build_motion_invariance("rotation", statement, rotate, rotate_back)
 
 
 def _mirror(at: State) -> State:
@@ -238,23 +238,23 @@ def _mirror(at: State) -> State:
     return State(at.position * turned + 0.0, at.velocity * turned + 0.0, 0.0 - at.spin)
 
 
-def list_relations() -> list[Relation]:
+def list_invariances() -> list[Invariance]:
     """Return all invariances in the order of the table: first those without friction, then those with friction."""
-    states = "The mirror image of the scene has the mirror image of its result."
-    mirror = _build_motion_invariance("mirror", states, _mirror, _mirror)
+    statement = "The mirror image of the scene has the mirror image of its result."
+    mirror = _build_motion_invariance("mirror", statement, _mirror, _mirror)
     relabelling = _build_invariance(
         "relabelling",
         "Listing the discs in reverse order changes nothing.",
         lambda scene: _build_variant(scene, scene.discs[::-1]),
         lambda state: State(*(part[::-1] for part in state)),
     )
-    states = "Units of 2^10 m, 2^6 s and 2^-10 kg multiply every number by a power of two without changing a digit."
-    units_of_two = _build_units_relation("units-of-two", states, length=2.0**-10, time=2.0**-6, mass=2.0**10)
-    reversal = Relation(
+    statement = "Units of 2^10 m, 2^6 s and 2^-10 kg multiply every number by a power of two without changing a digit."
+    units_of_two = _build_units_invariance("units-of-two", statement, length=2.0**-10, time=2.0**-6, mass=2.0**10)
+    reversal = Invariance(
         "reversal",
         "If all velocities are reversed at the end, the run returns to its start.",
         _measure_reversal_deviation,
-        of_runs=True,
+        starts_from_result=True,
     )
     far = Disc(position_m=(1000.0, 1000.0), radius_m=0.25)
     far_disc = _build_invariance(
@@ -263,34 +263,36 @@ def list_relations() -> list[Relation]:
         lambda scene: _build_variant(scene, [*scene.discs, far]),
         lambda state: State(*(part[:-1] for part in state)),
     )
-    split = Relation(
+    split = Invariance(
         "split",
         "A run that is stopped at 1 s and continued from its state there ends like the whole run.",
         _measure_split_deviation,
-        of_runs=True,
+        starts_from_result=True,
     )
     superballs = "If velocities and spins of superballs are reversed at the end, the run returns to its start."
     slow_motion = "Slowing the scene and its frames a thousandfold changes nothing but the unit of time."
-    general = [_build_boost_relation(), _build_rotation_relation(), mirror, relabelling, units_of_two]
+    general = [_build_boost_invariance(), _build_rotation_invariance(), mirror, relabelling, units_of_two]
     rough = [
-        replace(one, name=f"rough-{one.name}", states=f"With friction and spin: {one.states}", base=build_rough_scene)
+        replace(
+            one, name=f"rough-{one.name}", statement=f"With friction and spin: {one.statement}", base=build_rough_scene
+        )
         for one in (*general, split)
     ]
     return [
         *general,
-        _build_units_relation("kilometres", "Measuring in kilometres changes nothing but the unit.", length=1e-3),
-        _build_units_relation("millimetres", "Measuring in millimetres changes nothing but the unit.", length=1e3),
-        _build_units_relation("slow-motion", slow_motion, time=1e3),
-        _build_units_relation("light", "Masses that are a million times smaller change nothing.", mass=1e-6),
+        _build_units_invariance("kilometres", "Measuring in kilometres changes nothing but the unit.", length=1e-3),
+        _build_units_invariance("millimetres", "Measuring in millimetres changes nothing but the unit.", length=1e3),
+        _build_units_invariance("slow-motion", slow_motion, time=1e3),
+        _build_units_invariance("light", "Masses that are a million times smaller change nothing.", mass=1e-6),
         far_disc,
         reversal,
         split,
         *rough,
-        replace(reversal, name="superball-reversal", states=superballs, base=build_superball_scene),
+        replace(reversal, name="superball-reversal", statement=superballs, base=build_superball_scene),
     ]
 
 
-def check_relation(relation: Relation, method: Method, runner: TaskRunner) -> UnsavedResult:
+def check_invariance(invariance: Invariance, method: Method, runner: TaskRunner) -> UnsavedResult:
     """Check whether a method keeps an invariance. Return the check's result with both scenes."""
     used: list[Scene] = []
 
@@ -300,17 +302,21 @@ def check_relation(relation: Relation, method: Method, runner: TaskRunner) -> Un
         if answer.status in {Status.UNAVAILABLE, Status.UNSUPPORTED}:
             raise NotRunError(answer)
         if answer.value is None:
-            raise _StoppedError(answer.said, answer.status)
+            raise _StoppedError(answer.problem, answer.status)
         if answer.value.outcome is not Outcome.COMPLETED:
             said = "; ".join((answer.value.outcome.value, *answer.value.notes))
             raise _StoppedError(said.rstrip("; "), answer.status)
         return answer.value
 
-    cell = partial(CellResult, "relation", relation.name, method.name)
+    cell = partial(CellResult, "relation", invariance.name, method.name)
     value, status = None, Status.RAN
     try:
-        value = relation.deviation(relation.base(), run)
-        reason = "" if value <= HOLDS else f"it deviates by {format_number(value)} times the scene's length or speed"
+        value = invariance.deviation(invariance.base(), run)
+        reason = (
+            ""
+            if value <= DEVIATION_LIMIT
+            else f"it deviates by {format_number(value)} times the scene's length or speed"
+        )
     except NotRunError as error:
         return UnsavedResult(cell(CellEnding.NOT_RUN, reason=str(error), status=error.status))
     except _StoppedError as error:
@@ -320,22 +326,28 @@ def check_relation(relation: Relation, method: Method, runner: TaskRunner) -> Un
         reason = f"no second scene: {why} ({str(error).splitlines()[0]})"
     ending = CellEnding.VIOLATED if reason else CellEnding.HOLDS
     result = cell(ending, value, reason=reason, runs=len(used), status=status)
-    return UnsavedResult(result, _build_named_scenes(relation, method, used))
+    return UnsavedResult(result, _build_named_scenes(invariance, method, used))
 
 
 class _StoppedError(Exception):
     """One of the runs for an invariance failed. The error's arguments are the reason and the status."""
 
 
-def _build_named_scenes(relation: Relation, method: Method, used: list[Scene]) -> tuple[Scene, ...]:
+def _build_named_scenes(invariance: Invariance, method: Method, used: list[Scene]) -> tuple[Scene, ...]:
     """Return the scenes of an invariance under unique names.
 
     A scene that is the same for all methods has the same name.
     """
     renamed = []
     for k, scene in enumerate(used):
-        own_name = f"{relation.name}/{method.engine}/{method.profile}/{k}" if relation.of_runs else relation.name
+        own_name = (
+            f"{invariance.name}/{method.engine}/{method.profile}/{k}"
+            if invariance.starts_from_result
+            else invariance.name
+        )
         base = f"{scene.name.partition('/')[2]}-base"
-        name, description = (own_name, f"{scene.description} {relation.states}") if k else (base, scene.description)
+        name, description = (
+            (own_name, f"{scene.description} {invariance.statement}") if k else (base, scene.description)
+        )
         renamed.append(rename_scene(name, scene, description))
     return tuple(renamed)
