@@ -139,7 +139,7 @@ def test_bar_lengths_match_the_decades_survived(window: Window, pages: dict[str,
             elif cell["ending"] == "never_stood":
                 assert length < 0.05  # a sign that there is a bar
             else:
-                stood = abs(math.log10(cell["stands_at"] / ladder[0])) / whole
+                stood = abs(math.log10(cell["passes_until"] / ladder[0])) / whole
                 assert length == pytest.approx(max(stood, 0.0), abs=0.05)
 
 

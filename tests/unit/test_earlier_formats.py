@@ -126,7 +126,7 @@ def test_journals_of_tune_and_history_are_read_with_the_word_parted() -> None:
     assert Codec[SceneResult](SceneResult).loads(b'{"grade": "parted"}') == SceneResult(Grade.DIVERGED)
     numbers = dict.fromkeys(("velocity", "late_steps", "place_rounding_m", "speed_m_s"), 1.0)
     counts = {"expected": 2, "found": 2, "lost": 0, "float_bits": 64}
-    run = {"digest": "", "settings": [], "off_m": [], "off_m_s": [], **numbers, **counts}
+    run = {"digest": "", "settings": [], "position_errors_m": [], "velocity_errors_m_s": [], **numbers, **counts}
     stored = {**run, "grade": "PARTED_INACCURATE", "verdicts": ["LATE", "PARTED"]}
     found = Codec[ReleaseRun](ReleaseRun).loads(json.dumps(stored).encode())
     assert (found.grade, found.verdicts) == ("DIVERGED_INACCURATE", ("LATE", "DIVERGED"))

@@ -22,7 +22,6 @@ from carom.model.scene import Scene
 from carom.model.step_windows import MEETING_DTYPE, REST_DTYPE, SLIP_DTYPE, WINDOW_DTYPE, LocalTruth, States
 from carom.model.trace import EDGE_DTYPE, IMPACT_DTYPE, MODE_DTYPE, SPIN_DTYPE, STATE_DTYPE, Samples, Trace
 from carom.support.fields import CoreSchema
-from carom.support.file_names import name_in_files
 
 __all__ = ["CarriedTrace", "Codec", "build_dataclass_type"]
 
@@ -39,12 +38,11 @@ class Codec(Generic[T]):
     def __init__(self, kind: Any) -> None:
         # pydantic accepts a configuration for a tuple but not for a dataclass. So the dataclass is put into a tuple,
         # whose configuration also applies to its item.
-        config = ConfigDict(ser_json_inf_nan="strings", alias_generator=name_in_files)
-        self._adapter = TypeAdapter(tuple[kind], config=config)
+        self._adapter = TypeAdapter(tuple[kind], config=ConfigDict(ser_json_inf_nan="strings"))
 
     def dumps(self, value: T) -> bytes:
         """Return a value as one line of JSON, without line feed."""
-        return self._adapter.dump_json((value,), by_alias=True)[1:-1]  # remove the brackets of the tuple
+        return self._adapter.dump_json((value,))[1:-1]  # remove the brackets of the tuple
 
     def loads(self, line: bytes) -> T:
         """Return the value of a line of JSON.
@@ -126,23 +124,20 @@ def build_dataclass_type(kind: type[Any], **carried: Any) -> Any:
     """
     known = {"Scene": Scene, "LocalTruth": LocalTruth, "States": States, "np": np, "NDArray": NDArray}
     hints = get_type_hints(kind, localns=known)
-    names = {field.name: name_in_files(field.name) for field in dataclasses.fields(kind)}
-    types: dict[str, Any] = {
-        in_files: (_build_field_type(hints[name], carried.get(name)), ...) for name, in_files in names.items()
-    }
+    names = [field.name for field in dataclasses.fields(kind)]
+    types: dict[str, Any] = {name: (_build_field_type(hints[name], carried.get(name)), ...) for name in names}
     config = ConfigDict(ser_json_inf_nan="constants", extra="forbid")
     model: Any = create_model(kind.__name__, __config__=config, **types)
 
     def pack(value: Any) -> str:
-        fields = {in_files: getattr(value, name) for name, in_files in names.items()}
-        text: str = model.model_construct(**fields).model_dump_json()
+        text: str = model.model_construct(**{name: getattr(value, name) for name in names}).model_dump_json()
         return text
 
     def unpack(text: Any) -> Any:
         if isinstance(text, kind):
             return text
         found = model.model_validate_json(text)
-        return _check_shapes(kind(**{name: getattr(found, in_files) for name, in_files in names.items()}))
+        return _check_shapes(kind(**{name: getattr(found, name) for name in names}))
 
     return _build_type(pack, unpack)
 

@@ -29,7 +29,7 @@ from carom.support.limits import MOST_VALUES, count_values
 
 #: Version of the format. The version increases when a field is removed or changes its meaning, but not when a field is
 #: added.
-JOURNAL_FORMAT = 6
+JOURNAL_FORMAT = 7
 
 #: Longest line, in bytes. Reading a longer line would take hundreds of megabytes of memory. A result that needs a
 #: longer line is not stored, and a resumed study computes the result again.

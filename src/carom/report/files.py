@@ -13,14 +13,13 @@ from enum import Enum
 from typing import TYPE_CHECKING
 
 from carom.errors import MissingExtraError
-from carom.support.file_names import name_in_files
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
 #: Format version of each kind of file. A version increases if a field is removed or changes its meaning, but not if a
 #: field is added.
-FORMATS = {"results": 3, "bench": 1, "growth": 1, "stress": 2}
+FORMATS = {"results": 3, "bench": 1, "growth": 2, "stress": 3}
 
 
 def require_report_extra() -> None:
@@ -57,8 +56,8 @@ def to_json_types(value: object) -> object:
 
 
 def fields_of(result: DataclassInstance) -> dict[str, object]:
-    """Return the fields of a result by their names in files, without converting their values."""
-    return {name_in_files(field.name): getattr(result, field.name) for field in dataclasses.fields(result)}
+    """Return the fields of a result by name, without converting their values."""
+    return {field.name: getattr(result, field.name) for field in dataclasses.fields(result)}
 
 
 def format_json(kind: str, result: DataclassInstance, leave_out: Sequence[str] = (), **content: object) -> str:
