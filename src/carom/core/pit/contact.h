@@ -39,8 +39,13 @@ typedef struct Encounter { /* a disc and another body that it may touch, at a fr
     double speeds;
     /* sum of `size_of` for both bodies */
     double sizes;
-    /* distance of the two centres of curvature, in metres; infinity if rounded positions do not turn the normal */
+    /* sum of the coordinates of both bodies along the tangent, in metres, or `sizes` if it is not known */
+    double sizes_across;
+    /* distance of the two centres of curvature, in metres; infinity for a straight surface */
     double reach;
+    /* whether a driven body may turn the normal while the bodies are in contact; otherwise, only another impact changes
+       the slip, and Algorithm 1 uses the computed normal of that impact */
+    bool is_turned;
     double gap; /* distance of the two surfaces, in metres; negative if they overlap */
 } Encounter;
 
@@ -52,21 +57,18 @@ static inline Encounter encounter_of(Index body, double dx, double dy, double ra
     double length = sqrt(dx * dx + dy * dy), nx = dx / length, ny = dy / length;
     double ux = w[0] - v[0], uy = w[1] - v[1];
     double speeds = fabs(v[0]) + fabs(v[1]) + fabs(w[0]) + fabs(w[1]);
-    return (Encounter){body, nx, ny, -(nx * ux + ny * uy), fabs(nx * uy - ny * ux), speeds, sizes, length,
-                     length - radii};
+    return (Encounter){body, nx, ny, -(nx * ux + ny * uy), fabs(nx * uy - ny * ux), speeds, sizes, sizes, length,
+                       true, length - radii};
 }
 
-/* Return the `Encounter` of disc i, which has the velocity v, and disc j, which has the velocity w.
-
-   If neither disc is driven, only another impact changes the slip, and Algorithm 1 uses the computed normal of that
-   impact. */
+/* Return the `Encounter` of disc i, which has the velocity v, and disc j, which has the velocity w. */
 static inline Encounter meet_disc(const State *s, Index i, Index j, const double *v, const double *w) {
     const Disc *a = &s->discs[i];
     const Disc *b = &s->discs[j];
     double sizes = size_of(a->x, a->y, a->radius) + size_of(b->x, b->y, b->radius);
     Encounter m = encounter_of(j, b->x - a->x, b->y - a->y, a->radius + b->radius, v, w, sizes);
-    if (disc_path(s, i) == NULL && disc_path(s, j) == NULL)
-        m.reach = CAROM_INF;
+    m.sizes_across = fabs(m.ny) * (fabs(a->x) + fabs(b->x)) + fabs(m.nx) * (fabs(a->y) + fabs(b->y));
+    m.is_turned = disc_path(s, i) != NULL || disc_path(s, j) != NULL;
     return m;
 }
 
@@ -86,7 +88,7 @@ static inline Encounter meet_feature(const State *s, Index k, const Disc *a, Ind
         Encounter m = encounter_of(body, sign * (e->cx - a->x), sign * (e->cy - a->y), e->radius + radii, v, w, sizes);
         if (part == ON_RIGHT) {
             m.gap = e->radius - m.reach - radii;
-            m.reach = CAROM_INF;
+            m.is_turned = false;
         }
         return m;
     }
@@ -120,16 +122,21 @@ static inline double count_roundings(const State *s) {
     return s->now * s->clock.rate / s->clock.step;
 }
 
-/* Return the rounding error of the distance of two bodies, in metres. At earlier frames, the coordinates exceeded the
-   present ones by at most the length of the path since then. */
-static inline double distance_error(const State *s, const Encounter *m) {
-    return gap_resolution(m->sizes) + count_roundings(s) * CAROM_ULP * (m->sizes + m->speeds * s->now);
+/* Return the rounding error of the distance of two bodies, in metres. `sizes` is the sum of the magnitudes of their
+   coordinates. At earlier frames, the coordinates exceeded the present ones by at most the length of the path since
+   then. */
+static inline double error_of_size(const State *s, const Encounter *m, double sizes) {
+    return gap_resolution(sizes) + count_roundings(s) * CAROM_ULP * (sizes + m->speeds * s->now);
 }
 
-/* Return the rounding error of the direction of the normal, in radians. Return 0 if the direction is too uncertain for
-   a contact. */
-static inline double turn_of(const State *s, const Encounter *m) {
-    double turn = distance_error(s, m) / m->reach;
+static inline double distance_error(const State *s, const Encounter *m) {
+    return error_of_size(s, m, m->sizes);
+}
+
+/* Return the rounding error of the direction of the normal, in radians. `distance` is the rounding error of the
+   distance. Return 0 if the direction is too uncertain for a contact. */
+static inline double turn_of(const Encounter *m, double distance) {
+    double turn = distance / m->reach;
     return turn <= CAROM_COARSEST_CONTACT ? turn : 0.0;
 }
 
@@ -142,10 +149,12 @@ static inline double velocity_error(const State *s, const Encounter *m) {
    body. */
 static inline bool is_rounding(const State *s, const StoredImpact *t, const Encounter *m) {
     double cosine = greater(t->nx * m->nx + t->ny * m->ny, 0.0), sine = fabs(t->nx * m->ny - t->ny * m->nx);
-    double error = CAROM_ERROR * m->speeds + turn_of(s, m) * m->slip + t->left * cosine;
+    double distance = greater(distance_error(s, m), t->distance_error);
+    double turn = m->is_turned ? turn_of(m, distance) : 0.0;
+    double error = CAROM_ERROR * m->speeds + turn * m->slip + t->left * cosine;
     if (m->approach <= error)
         return true;
-    if (m->gap < t->gap - distance_error(s, m))
+    if (m->gap < t->gap - distance)
         return false;
     return m->approach <= error + velocity_error(s, m) + t->normal_error * cosine + t->tangent_error * sine;
 }
@@ -158,6 +167,20 @@ static inline const StoredImpact *find_stored_impact(const State *s, Index i, In
     for (int k = 0; k < t->count; k++) {
         if (t->last[k].body == body)
             return &t->last[k];
+    }
+    return NULL;
+}
+
+/* Return the stored impact of disc i with a part of chain k that has the same normal as the part in `m`, or NULL. */
+static inline const StoredImpact *find_on_same_line(const State *s, Index i, Index k, const Encounter *m) {
+    const StoredImpacts *t = &s->stored[i];
+    Index first = CHAIN_PARTS * (s->chains[k].edges - s->edges), count = CHAIN_PARTS * s->chains[k].edge_count;
+    for (int n = 0; n < t->count; n++) {
+        const StoredImpact *one = &t->last[n];
+        Index part = -1 - s->wall_count - one->body - first;
+        bool is_parallel = fabs(one->nx * m->ny - one->ny * m->nx) <= CAROM_ERROR;
+        if (part >= 0 && part < count && is_parallel && one->nx * m->nx + one->ny * m->ny > 0.0)
+            return one;
     }
     return NULL;
 }
@@ -180,6 +203,8 @@ static inline bool is_in_contact(const State *s, Index i, Index k, const Disc *a
         return false;
     Encounter m = meet_wall(s, i, k, a, feature, &s->discs[i].vx);
     const StoredImpact *t = find_stored_impact(s, i, m.body);
+    if (t == NULL && is_chain(s, k))
+        t = find_on_same_line(s, i, k, &m);
     return t != NULL && is_rounding(s, t, &m);
 }
 
@@ -191,12 +216,15 @@ static inline bool is_in_contact(const State *s, Index i, Index k, const Disc *a
 static inline void store_impact(State *s, Index i, Index body, const Encounter *before, const Encounter *after,
                                 bool is_inelastic) {
     StoredImpacts *t = &s->stored[i];
-    double rounded = CAROM_ERROR * (before->speeds + after->speeds), turn = turn_of(s, before);
+    double rounded = CAROM_ERROR * (before->speeds + after->speeds), distance = distance_error(s, before);
+    double turn = turn_of(before, error_of_size(s, before, before->sizes_across));
+    double slide_turn = before->is_turned ? turn_of(before, distance) : 0.0;
     int kept = 0;
     for (int k = 0; k < t->count; k++) {
         StoredImpact one = t->last[k];
-        one.normal_error += rounded;
-        if (one.body != body && fabs(one.nx * before->nx + one.ny * before->ny) <= CAROM_ERROR + one.turn)
+        double tilt = CAROM_ERROR + one.turn + turn;
+        one.normal_error += rounded + tilt * before->approach;
+        if (one.body != body && fabs(one.nx * before->nx + one.ny * before->ny) <= tilt)
             t->last[kept++] = one;
     }
     if (is_inelastic && kept == MOST_STORED) {
@@ -211,10 +239,11 @@ static inline void store_impact(State *s, Index i, Index body, const Encounter *
             .nx = before->nx,
             .ny = before->ny,
             .gap = before->gap,
+            .distance_error = distance,
             .turn = turn,
             .left = left,
-            .normal_error = CAROM_ERROR * before->speeds + turn * (before->slip + after->slip),
-            .tangent_error = turn * before->approach,
+            .normal_error = CAROM_ERROR * before->speeds + slide_turn * (before->slip + after->slip),
+            .tangent_error = slide_turn * before->approach,
         };
     }
     t->count = kept;

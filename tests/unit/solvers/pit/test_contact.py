@@ -201,3 +201,37 @@ def test_slow_push_after_an_impact_with_fast_sliding_is_found() -> None:
     overlap_m = 1.0 - math.dist(*trace.final_position_m)
     assert len(trace.impacts) > 1
     assert overlap_m == pytest.approx(0.001, abs=1e-5)
+
+
+def test_tap_along_a_wall_causes_no_rounding_impacts() -> None:
+    """A disc that is stopped by a wall, and then pushed exactly along it by another disc, has two impacts."""
+    scene = staged(
+        "along",
+        disc_at(84.318359375, 16.75, 3.0, 0.0),
+        disc_at(95.005859375, 11.439453125, 0.0, 1.0, r=0.25),
+        wall_at(95.5, 16.75, -1.0, 0.0),
+        restitution=0.0,
+        wall_restitution=0.0,
+        duration_s=100.0,
+    )
+    assert solve_pit(scene, frame_rate_hz=RATE_HZ).impacts["second"].tolist() == [-1, 1]
+
+
+def test_disc_that_slides_over_points_of_a_straight_chain_has_one_impact() -> None:
+    """Edges on one line are one surface, so that sliding from one edge to the next causes no impact by rounding."""
+    ramp = Chain(points_m=[(4.0 * k, 3.0 * k) for k in range(-2, 3)])
+    scene = staged("ramp", disc_at(0.0, 2.0, 1.0, -1.0), ramp, wall_restitution=0.0, duration_s=20.0)
+    assert len(solve_pit(scene, frame_rate_hz=RATE_HZ).impacts) == 1
+
+
+def test_stop_of_a_driven_body_after_a_long_flight_causes_no_rounding_impact() -> None:
+    """The rounding errors of positions at an impact count as long as the contact lasts, also if all bodies are slow."""
+    legs = drive_on_legs((0.0, (0.0, 0.0)), (9.0, (-0.8, 0.6)))
+    scene = staged(
+        "stop",
+        disc_at(0.0, 0.0, m=math.inf, driven=True, **legs),
+        disc_at(90.0, 120.0, -12.0, -16.0),
+        restitution=0.0,
+        duration_s=10.0,
+    )
+    assert len(solve_pit(scene, frame_rate_hz=RATE_HZ).impacts) == 1
