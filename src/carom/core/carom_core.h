@@ -50,7 +50,7 @@
    - A bound includes its own rounding errors. If bounds do not decide a comparison, it is decided exactly. There are no
      tolerances.
    - Floating-point operations are neither reordered nor fused, and only correctly rounded operations are used. Results
-     are therefore bit-identical everywhere.
+     are therefore bit-identical on every machine and in WebAssembly.
    - The core does not call an allocator. Arrays of fixed length are in one block of memory, the arena. The caller's
      function `Resize` supplies memory for arrays that grow. There is no global state, no input and no output.
    - For discs that accelerate, an instant is the sum of two floats, its high and its low part
@@ -298,8 +298,8 @@ typedef struct LastContact { /* data of a disc's impact, which are compared with
     double latest;
     double nx;
     double ny;
-    int feature;  /* number of the hit feature, if it belongs to a finite wall and friction did not act; else
-    NO_FEATURE */
+    /* number of the hit feature if it belongs to a finite wall and friction does not act, else NO_FEATURE */
+    int feature;
     bool elastic; /* whether impacts on this wall lose no energy */
 } LastContact;
 

@@ -1,6 +1,7 @@
 /* Constants of the core. Each has a value, a reason and, unless it is a ratio or a count, a unit.
 
-   Constants that Python code also defines are compared with it by tests/unit/core/test_constants.py. */
+   Constants that Python code also defines are compared with it by tests/unit/core/test_constants.py. Integer constants,
+   such as capacities, are enums in the headers that use them. */
 
 #pragma once
 
@@ -31,7 +32,7 @@
 
 /* ---- all files ---- */
 
-/* As a time, in seconds: never. As an uncertainty: the time of the impact is completely unknown. */
+/* As a time, in seconds: never. As a resolution: the time of the impact is completely unknown. */
 #define CAROM_INF HUGE_VAL
 
 /* ---- primitives: double_double.h, pair_time.h, line_time.h, feature_time.h ---- */
@@ -40,7 +41,7 @@
 #define CAROM_SPLITTER 134217729.0
 /* Bound of the relative errors of b, c and D, the coefficients and the discriminant of the quadratic equation in
    pair_time.h: 8 roundings of 2^-53. Before the last sum, the terms of b have 4 roundings, those of c have 5, and those
-   of D have fewer than 8. */
+   of D have fewer than 8, including the factor 2 in the bound of D's error. */
 #define CAROM_ERROR 0x1p-50
 /* Smaller products may have underflow errors (at most 2^-1075 each) that are not negligible. For smaller products, the
    error-free form of pair_time.h is used. */
@@ -49,7 +50,7 @@
    2^-24 R, so a coordinate up to R keeps about 25 bits. */
 #define CAROM_GRID 0x1p28
 /* The sums b and c of pair_time.h have errors of about 2^-150 times their largest product. If a sum is smaller than
-   2^-140 times its largest product, it is computed exactly. */
+   this constant times its largest product, it is computed exactly. */
 #define CAROM_DOUBTFUL_SUM 0x1p-140
 /* The discriminant D of pair_time.h has an error of about 2^-99 times its largest term T. If D is larger than this
    constant times T, the root of D has an error of at most 2^-55 times the root of T. */
@@ -98,8 +99,8 @@
    of two discs: eight roundings (2^-53 each) for each disc. */
 #define CAROM_CELL_MARGIN 0x1p-10
 #define CAROM_COORDINATE_ERROR 0x1p-48
-/* Largest number of cells per disc, which limits memory. More cells would contain so few discs that most work would be
-   for discs that change cells. The value is chosen, not tuned. */
+/* Largest number of cells per disc, which limits memory. With more cells, each cell contains too few discs to be worth
+   the work of discs that change cells. The value is chosen, not tuned. */
 #define CAROM_CELLS_PER_DISC 4.0
 /* Number of additional cells for each edge, arc or vertex of a wall. If n features are along the rim of m by m cells,
    each cell at the rim lists about n / 4m features. For m^2 = n / 4, this number equals m, which is about the number of
@@ -179,9 +180,9 @@
 /* Error of a polynomial's coefficient in pairs of floats, relative to the sum of the magnitudes of its terms. The error
    consists of 20 u^2 for the terms and their sum, and 24 u^2 for each of at most 9 shifts of the origin. */
 #define CAROM_QUARTIC_PAIR_ERROR 0x1p-98
-/* Error of a Bernstein coefficient (root_isolation.h), relative to the largest sum of the magnitudes of terms of all
-   coefficients. The error consists of CAROM_ERROR, 10 u for powers, binomials and sums, and 4 u for each of at most 52
-   halvings. */
+/* Error of a Bernstein coefficient (root_isolation.h). For each coefficient, add the magnitudes of its terms. The error
+   is relative to the largest of these sums. The error consists of CAROM_ERROR, 10 u for powers, binomials and sums, and
+   4 u for each of at most 52 halvings. */
 #define CAROM_BERNSTEIN_ERROR 0x1p-45
 /* Error of a Bernstein coefficient in pairs of floats, relative to the same sum. The error consists of
    CAROM_QUARTIC_PAIR_ERROR and, for at most 120 halvings, the roundings in CAROM_BERNSTEIN_ERROR with 3 u^2 instead of

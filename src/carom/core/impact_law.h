@@ -29,7 +29,8 @@
    This is the three-parameter law (e, f, b) of Walton, Mech. Mater. 16 (1993) 239, and Foerster, Louge, Chang and
    Allia, Phys. Fluids 6 (1994) 1108. b = 0 is Coulomb's law alone. b = 1 with enough friction is Garwin's superball
    (Am. J. Phys. 37 (1969) 88). A wall and an immovable disc have 1/m = 0. docs/theory/pic.md and
-   docs/theory/friction.md derive both impulses. No operation may be reordered or fused. */
+   docs/theory/friction.md derive both impulses. Tests compare results bit by bit, so no operation may be reordered or
+   fused. */
 
 #pragma once
 

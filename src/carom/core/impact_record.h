@@ -14,8 +14,8 @@
 
    In a grazing impact, the speed of approach can be arbitrarily small. Near such an impact, the gap is a parabola in
    time with the curvature u^2 / R, where u is the relative speed and R the sum of the radii. An error of the gap
-   changes the instant of contact by at most sqrt(2 R error) / u, which is half the width of the parabola there. The
-   resolution is the smaller of these two error bounds. */
+   changes the instant of contact by at most sqrt(2 R error) / u, which is half the width of the parabola at a depth
+   equal to the error. The resolution is the smaller of these two error bounds. */
 
 /* Return whether two discs in contact are near enough to the origin. Farther out, their coordinates are too coarse to
    compute the normal of their impact. */

@@ -122,8 +122,8 @@ class Arc:
         half_width: Half width of the wall, in metres. All points within this distance of the arc belong to the wall.
         inside: Whether the circle's centre is on this side.
         sector: Directions of the arc's points from the centre; None for a whole circle.
-        fits_below: Smallest radius of discs that do not fit inside, in metres. Larger discs meet the stops of the arc
-            (see `find_stops`) instead of its inner side.
+        fits_below: Smallest radius of discs that do not fit inside, in metres. Discs of this radius or more meet the
+            stops of the arc (see `find_stops`) instead of its inner side.
     """
 
     centre: tuple[Pair, Pair]

@@ -90,8 +90,8 @@ class Stretch(NamedTuple):
         if self.whole:  # all points of a circle are equally far from its centre
             rim = (cx + self.radius * dx / distance, cy + self.radius * dy / distance) if distance else (ax, ay)
             return rim, self.radius > 0.0
-        # Two angles at the ends of the arc show whether the point is in the arc's sector. The centre of a flat arc is
-        # too far away for an accurate test.
+        # Whether the point is in the arc's sector is computed from its positions relative to the arc's ends, because
+        # the centre of a flat arc is far away.
         is_past_begin = ((ax - cx) * (y - ay) - (ay - cy) * (x - ax)) * bulge > 0.0
         is_before_end = ((bx - cx) * (y - by) - (by - cy) * (x - bx)) * bulge < 0.0
         if (is_past_begin or is_before_end) if abs(bulge) > 1.0 else (is_past_begin and is_before_end):
@@ -222,7 +222,7 @@ class Outline:
         return crossings % 2 == 1
 
     def build_polyline(self, arc_parts: int) -> Iterator[Point]:
-        """Yield points of a polygon for drawing. The polygon of a full circle has `arc_parts` edges."""
+        """Yield the points of a line that approximates the wall for drawing. A full circle has `arc_parts` parts."""
         for k, stretch in enumerate(self.stretches):
             (ax, ay), b, bulge = stretch.edge
             if k == 0:

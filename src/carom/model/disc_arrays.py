@@ -41,7 +41,7 @@ class Material(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class DiscArrays:
-    """The initial state of a run, as arrays.
+    """The initial state of a run, as arrays. Two instances are equal only if they are the same object.
 
     Discs must not overlap, which an event-driven run checks at its start.
 

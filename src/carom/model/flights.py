@@ -19,6 +19,7 @@ class Flight(ByValue):
     """A disc's path between two successive events: impacts, changes of the disc's mode, or the run's start or end.
 
     Attributes:
+        disc: Number of the disc.
         impact: Index of the impact that ends the path, or the total number of impacts if no impact ends it.
         begin_s: Start of the path, in seconds.
         end_s: End of the path, in seconds.

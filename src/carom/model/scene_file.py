@@ -50,7 +50,7 @@ def load_scene(path: str | Path) -> Scene:
     try:
         return Scene(**_limit_problems(expand_shorthand(_parse_file(path))))
     except SceneError as error:
-        has_more = error.more or len(error.problems) > SceneError.SHOWN  # not all problems may have been found
+        has_more = error.more or len(error.problems) > SceneError.SHOWN  # perhaps not all problems were found
         raise SceneError(error.problems, source=str(path), more=has_more) from None
 
 

@@ -1,4 +1,4 @@
-"""Finds scenes of the catalogue by name. The package `carom` registers the function that finds them."""
+"""Finds scenes of the catalogue by name. `carom` registers the function, because `carom.model` can't import it."""
 
 from __future__ import annotations
 

@@ -23,8 +23,7 @@ Array = NDArray[np.float64]
 class WindowRow:
     """Comparison of one window with PIC, which starts from the engine's state at the beginning of the window.
 
-    Velocities and rim speeds (spin times radius) are in
-    m/s. A number that was not requested is NaN.
+    Velocities and rim speeds (spin times radius) are in m/s. A number that was not requested is NaN.
 
     Attributes:
         begin_s: Time of the first state in the window.
@@ -95,8 +94,8 @@ MEETING_DTYPE = np.dtype(
 )
 
 #: An unexplained change of a disc's motion in a step in which the disc meets no other body. The fields are the start of
-#: the step, the changes of velocity and rim speed (m/s), the displacement that the velocity does not
-#: explain (metres), the disc's speed, and the rounding error of its position.
+#: the step, the changes of velocity and rim speed (m/s), the displacement that the velocity does not explain (metres),
+#: the disc's speed, and the rounding error of its position.
 SLIP_DTYPE = np.dtype(
     [
         ("time_s", "f8"),
@@ -173,7 +172,7 @@ class LocalTruth:
         rests: Structured array of `REST_DTYPE`: steps outside of windows in which a pair rests, and the contact changes
             velocities.
         invented: Number of steps, summed over all discs, in which a velocity or rim speed changed by more than 1 % of
-            the disc's speed without a cause. Steps in which bodies meet are not counted.
+            the disc's speed without a cause. Steps in which the disc meets a body are not counted.
         first_invented_s: Time of the first step that `invented` counts; NaN if there is none.
         first_inventor: Disc that changed in this first step; -1 if there is none.
     """
@@ -197,7 +196,7 @@ class LocalTruth:
     def clip_to(self, time_s: float) -> LocalTruth:
         """Return the part of the comparison that concerns the run up to a time.
 
-        Numbers of steps remain those of the whole run. Only `invented` is 0 if no counted step is before this time.
+        Numbers of steps remain those of the whole run. Only `invented` is 0 if no counted step is up to this time.
         """
         has_invented = self.first_invented_s <= time_s
         return replace(

@@ -300,7 +300,7 @@ class Trace(ByValue, Tabular):
         edges: Structured array of `EDGE_DTYPE`, one entry per impact: the edge of a finite wall that was hit. None in a
             scene without finite walls, or if the method does not report edges.
         modes: Structured array of `MODE_DTYPE`, in order of time: the instants at which discs begin to slide, roll or
-            rest on a wall, or leave the wall. None if there is no contact, or if the method does not report it.
+            rest on a wall, or leave the wall. None if there is no lasting contact, or if the method does not report it.
         final_spin_rad_s: Spins at `end_time_s`, shape ``(n,)``; None if `spins` is None.
         local_truth: Comparison of every step with PIC, which starts from the method's own state before the step. None
             if no comparison was requested.

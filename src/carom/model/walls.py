@@ -293,7 +293,10 @@ Unit = Callable[[float], float]
 
 
 def convert_lengths(wall: AnyWall, length: Unit, speed: Unit, time: Unit) -> AnyWall:
-    """Return a wall in other units. Each of the functions `length`, `speed` and `time` converts one number."""
+    """Return a wall in other units. Each of the functions `length`, `speed` and `time` converts one number.
+
+    The shape is not checked again.
+    """
     changed: dict[str, Any] = {
         "velocity_m_s": _map_point(wall.velocity_m_s, speed),
         "legs": convert_speeds(wall.legs, speed, time),

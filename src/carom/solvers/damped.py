@@ -40,7 +40,7 @@ class DampedRun(SeenRun):
 
     Args:
         run: The run without damping, which must be at its start.
-        damping: Rate of damping of the scene.
+        damping: Damping of the scene.
     """
 
     def __init__(self, run: Run, damping: Damping) -> None:

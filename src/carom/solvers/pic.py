@@ -1,7 +1,7 @@
 """PIC, predicted instant of collision: advances from impact to impact, without frames.
 
 PIC computes the next impact of each disc, and applies the earliest one at its instant. After an impact, PIC predicts
-new impacts only for the two discs of this impact.
+new impacts only for the discs of this impact.
 """
 
 from __future__ import annotations

@@ -59,7 +59,7 @@ class RunImpacts(Protocol):
         """Return the wall edges that impacts hit, as `trace.EDGE_DTYPE`; None without finite walls."""
 
     def modes(self) -> NDArray[np.void] | None:
-        """Return the changes between flight, sliding, rolling and rest, as `trace.MODE_DTYPE`."""
+        """Return changes between flight, sliding, rolling and rest, as `trace.MODE_DTYPE`; None if there are none."""
 
     def ambiguous(self) -> tuple[int, ...]:
         """Return the rows of impacts that may be simultaneous with an earlier impact of one of their movable discs."""
@@ -157,7 +157,7 @@ class SeenLog:
         return None if spins is None else self._convert(spins)
 
     def modes(self) -> NDArray[np.void] | None:
-        """Return the changes between flight, sliding, rolling and rest, as `trace.MODE_DTYPE`."""
+        """Return changes between flight, sliding, rolling and rest, as `trace.MODE_DTYPE`; None if there are none."""
         modes = self._log.modes()
         return None if modes is None else self._convert(modes)
 

@@ -7,7 +7,7 @@ import { gcd, plus, rational, times } from "./rational.js";
 const ZERO = [0n, 1n];
 
 // For each power of time (lowest first), `powers` lists pairs of numbers. The coefficient is the sum of the products of
-// these pairs. Returns the instants after `begin` at which the gap closes: the first for `index` 0, the second for 1,
+// these pairs. Returns the instant after `begin` at which the gap closes: the first for `index` 0, the second for 1,
 // and so on. Returns Infinity if there is no such instant. For a negative index, returns the sign of the gap at
 // `begin`.
 export function exactFall(powers, begin, isClosed, index) {

@@ -1,8 +1,8 @@
 /* Double-double arithmetic: numbers as exact sums of two floats ("pairs"). The file also has sums of three floats,
    error-free sums and products, and instants (times as pairs).
 
-   Compilers must neither fuse nor reorder operations. The error bounds in this file are valid if nothing overflows or
-   underflows.
+   Every operation must be rounded correctly, as IEEE 754 requires. Compilers must neither fuse nor reorder operations.
+   The error bounds in this file are valid if nothing overflows or underflows.
 
    Sources: T. J. Dekker, "A floating-point technique for extending the available precision", Numer. Math. 18 (1971). D.
    E. Knuth, TAOCP vol. 2, 4.2.2 (two_sum). T. Ogita, S. M. Rump, S. Oishi, "Accurate sum and dot product", SIAM J. Sci.
@@ -102,7 +102,7 @@ static inline DoubleDouble times_double(DoubleDouble a, double b) {
     return quick_sum(p.high, p.low + a.low * b);
 }
 
-/* Return the product of a pair and a positive or negative power of two. */
+/* Return the product of a pair and `power`, which is a power of two or the negative of a power of two. */
 static inline DoubleDouble times_power_of_two(DoubleDouble a, double power) {
     return (DoubleDouble){a.high * power, a.low * power};
 }

@@ -305,7 +305,7 @@ static inline LogAnchor first_anchor(void) {
    certainly the nearest.
 
    With 1 + x = (1 + r) a, where a is the anchor's number, the result is the sum of the logarithms of a and of 1 + r.
-   For |r| <= 2^-8, the series for 1 + r ends with r^7. The omitted terms are at most 2^-51 r^2 in all. The rounding
+   For |r| <= 2^-8, the series of the latter ends with r^7. The omitted terms are at most 2^-51 r^2 in all. The rounding
    errors of the terms from r^2 on are also at most 2^-51 r^2 in all. */
 static inline bool log1p_near(const LogAnchor *anchor, double x, double *nearest) {
     DoubleDouble step = two_diff(x, anchor->x), number = two_sum(1.0, anchor->x);

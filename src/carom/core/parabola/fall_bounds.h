@@ -2,7 +2,7 @@
 
    For most features near a disc, a bound makes the exact solution unnecessary. Each bound is decreased by more than the
    sum of its rounding errors, which are below CAROM_BOUND_ERROR times its terms. If numbers exceed the range of floats,
-   the bound is 0. Times are in seconds from now. */
+   the bound is 0. Times are in seconds from now. CAROM_INF means never. */
 
 #pragma once
 

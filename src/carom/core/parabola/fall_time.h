@@ -99,8 +99,8 @@ static inline double face_fall_time(const Mover *disc, const Feature *face, doub
     DoubleDouble speed = cross_product(face->ex, face->ey, disc->ux, disc->uy);
     const bool is_on_face = gap.high <= 0.0 && is_before_face(disc, face);
     if (gap.high <= 0.0 && !is_on_face) {
-        /* The disc is behind the face's line or outside of the edge. The disc can hit the face only if it first moves
-           in front of the line and then falls back. */
+        /* The disc is behind the face's line or beyond an end of the face. The disc can hit the face only if it first
+           moves in front of the line and then falls back. */
         if (!(speed.high > 0.0 && pull.high < 0.0))
             return CAROM_INF;
         DoubleDouble twice = {2.0 * gap.high, 2.0 * gap.low};
@@ -218,9 +218,9 @@ static inline int sign_of_form(const ExactQuartic *exact, Gap form) {
     return sign_of_gap(&falls);
 }
 
-/* Return the first time of contact after a disc that overlaps an arc from inside enters the arc's sector; infinity for
-   never. `gap` is the gap to the arc. When the disc enters the sector, the gap is set to 0, because it differs from 0
-   only by rounding errors: see feature_time.h. */
+/* Return the first time of contact after a disc that touches or overlaps an arc from inside enters the arc's sector;
+   infinity for never. `gap` is the gap to the arc. When the disc enters the sector, the gap is set to 0, because it
+   differs from 0 only by rounding errors: see feature_time.h. */
 static CAROM_NOINLINE double sector_entry_fall_time(const ExactQuartic *exact, const CircleGap *gap, const Mover *disc,
                                                     const Feature *arc) {
     const double ax = gap->path.ax, ay = gap->path.ay;

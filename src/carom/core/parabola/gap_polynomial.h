@@ -33,7 +33,7 @@ typedef struct CircleGap {
     double from;    /* the instant t = 0 of the gap, in seconds from now */
     double leaving; /* if `has_left`: speed at which the disc has left the circle */
     bool has_left;
-    bool is_inside; /* whether the disc is inside the circle, where the gap is then positive */
+    bool is_inside; /* whether the gap is positive inside the circle */
     /* whether the gap is exactly 0 at t = 0, although rounded coefficients may give another value */
     bool is_closed;
 } CircleGap;
@@ -89,7 +89,7 @@ static inline int degree_of_path(const FallPath *p) {
 }
 
 /* Write the coefficients of a gap to a circle in floats. `from` must be 0. Each coefficient has at most 8 roundings:
-   two for each position, and one for each velocity or reach. */
+   two for each position (a difference and a sum), and one for each velocity or reach (its low part is omitted). */
 static inline void write_circle_floats(const CircleGap *gap, Polynomial *p) {
     const FallPath *path = &gap->path;
     double x = (path->x.high - path->from_x.high) + (path->x.low - path->from_x.low);

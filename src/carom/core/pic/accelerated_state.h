@@ -1,6 +1,6 @@
 /* Structs for discs that accelerate: in free fall, in contact with a wall, or on a table that slows them down.
 
-   Between two events, a disc's acceleration is constant, so its path is a parabola. */
+   Between two events, a disc's acceleration is constant, so its path is a parabola. Units are those of pic/state.h. */
 
 #pragma once
 
@@ -75,7 +75,7 @@ typedef struct Ground { /* data of a half-plane or face for a disc in contact wi
     double y;
     /* vertices at the two ends of a face; NO_OBSTACLE at an end where the wall continues smoothly */
     int over[2];
-    /* index in `Accelerated.never_lists` of the features that a disc on the ground never hits */
+    /* index in `Accelerated.never_lists` of the first feature that a disc on the ground never hits */
     int never_first;
     int never_count;
     /* whether PIC solves lasting contact with the feature: false for driven walls and curved features */
@@ -100,13 +100,13 @@ typedef struct ContactEnd { /* a contact that has ended the run, because PIC doe
     Index disc;
     Index other;        /* number of the body that the disc touches */
     int obstacle;       /* obstacle of the body `other`; NO_OBSTACLE if that body is a disc */
-    int held_by;        /* another feature that the disc touched before, or NO_OBSTACLE */
+    int held_by;        /* another feature with which the disc was already in contact, or NO_OBSTACLE */
     bool after_bounces; /* whether infinitely many bounces preceded this contact */
 } ContactEnd;
 
 typedef struct Accelerated {
     Parabola *paths; /* path of each disc; NULL if no disc accelerates */
-    Ground *grounds;
+    Ground *grounds; /* one per feature */
     int *never_lists;
     Index never_length;
     double gx; /* gravity */

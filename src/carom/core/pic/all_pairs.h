@@ -17,7 +17,7 @@
 typedef struct NextEvent { /* events are sorted by `at`, then by `first`, then by `second` */
     Instant at;
     Index first; /* number of a disc; -1 for the end of a motion, which comes before all impacts at the same instant */
-    Index second;
+    Index second; /* number of a disc, or -1 - k for obstacle k */
 } NextEvent;
 
 static inline bool is_sooner(const NextEvent *one, const NextEvent *other) {

@@ -1,9 +1,9 @@
 /* Clock of a run: reported times, limits of a call of the event loop, and epochs (parts of a run).
 
    When an epoch begins, all discs are moved to the present, and time is counted from 0 again. A time has a relative
-   rounding error of 2^-53. If an epoch has at most 32 impacts per disc, the rounding errors of times move a disc by
-   less than the rounding error of its position. A new epoch costs little: one prediction per disc, while each impact
-   already needs two. */
+   rounding error of 2^-53. If an epoch lasts about 32 free flights of a disc, this error moves the disc by less than
+   the rounding error of its position. A new epoch costs little: one prediction per disc, while each impact already
+   needs two. */
 
 #pragma once
 
@@ -81,7 +81,8 @@ static inline void count_still_impacts(State *s) {
         s->counts.at_instant = s->standstill + 1;
 }
 
-/* Begin a new epoch (part of the run): move every disc to the present, and count time from now on. */
+/* Begin a new epoch (part of the run): move every disc to the present, and count time from now on. All predictions are
+   computed again. */
 static inline void begin_epoch(State *s) {
     count_still_impacts(s);
     for (Index i = 0; i < s->disc_count; i++) {

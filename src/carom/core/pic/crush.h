@@ -17,7 +17,7 @@
 
 typedef struct Drift { /* motion of a disc along a wall, to the right of the wall's normal */
     double velocity;
-    double pull;
+    double pull; /* acceleration along the wall */
 } Drift;
 
 /* the exact drift (motion along a wall) if `count` is 1, its lower and upper bound if `count` is 2, and nothing if

@@ -137,7 +137,7 @@ static inline void predict_driven_disc(State *s, Index i, const Driven *row) {
 
 /* ---- functions for the event loop ---- */
 
-/* Predict the next events of a disc that accelerates, if `change` affects them. */
+/* Predict the next events of a disc that accelerates, as far as `change` affects them. */
 static CAROM_NOINLINE void predict_accelerated(State *s, Index i, Change change) {
     predict_parabola_partner(s, i, change);
     if (change != OF_PARTNER)
@@ -176,7 +176,8 @@ static CAROM_NOINLINE void predict_special(State *s, Index i, Change change) {
     }
 }
 
-/* Apply an impact in a run with spins, features or driven bodies. */
+/* Apply an impact in a run with spins, features or driven bodies. Return false and set `State.stopped` if the run
+   ends. */
 static CAROM_NOINLINE bool apply_special_impact(State *s, Index first, Index second, double time, bool is_wanted) {
     bool is_crushed = false;
     if (second >= 0) {

@@ -169,7 +169,8 @@ static CAROM_NOINLINE Ending advance(State *s, double until, Index impacts, Inde
    than they cost.
 
    Outside the area in which lists of obstacles are valid, every disc must be checked against all features. A grid of
-   larger cells covers a larger area. But larger cells contain more discs, and a prediction searches nine cells. */
+   larger cells covers a larger area. But larger cells contain more discs, and a prediction searches nine cells. The
+   choice of cells does not change results. */
 static void choose_cells_again(State *s) {
     Grid *g = &s->grid;
     Grid old = *g;

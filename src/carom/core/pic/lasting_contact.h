@@ -379,7 +379,7 @@ static inline bool reserve_modes(State *s) {
     return true;
 }
 
-/* Record a change of mode at the reported time, if that time is recorded. */
+/* Record a change of mode at the reported time, if impacts at that time are recorded. */
 static inline void record_mode(State *s, const ModeRow *row) {
     Accelerated *run = &s->accelerated;
     if (is_recorded(&s->record, s->clock.reported)) {

@@ -3,7 +3,8 @@
    A tile is a block of 2 by 2 cells, or one cell if the obstacles are features. Each tile has one list. To build the
    lists, the grid is halved recursively. Each half is compared only with the obstacles near the block that was halved,
    so that an obstacle causes work only for the tiles near it. All lists are in one array, and each tile has the index
-   at which its list begins. Tiles far from all obstacles share the first list in the array, which is empty.
+   at which its list begins. Each list contains numbers in ascending order, and ends with NO_OBSTACLE. Tiles far from
+   all obstacles share the first list in the array, which is empty.
 
    No disc can be in a tile (block of cells) that is completely behind a wall. A tile behind a wall has the list of all
    obstacles, which is correct for any disc. A tile at the border of the grid extends outwards without limit, but its
@@ -152,7 +153,7 @@ static inline void assign_list(Grid *g, const Tiles *tiles, Index place) {
 }
 
 /* Assign lists to a block of tiles. `known` contains the numbers of the obstacles near a larger block, which contains
-   this block.
+   this block. Return false if there is not enough memory.
 
    The array `known` must have room for another `count` numbers at this call and at each recursive call. */
 static inline bool list_for_tiles(State *s, Tiles tiles, int *known, Index count) {

@@ -54,8 +54,8 @@ static inline AxisExit axis_exit(double place, double v, double a, double width,
 /* Return when a coordinate leaves a cell, like `axis_exit`. `cell` is the number of the cell in a row or column of
    `cells` cells.
 
-   A disc that moves outwards in a cell at the border of the grid may reverse and leave the cell over the opposite
-   edge. */
+   A cell at the border of the grid extends outwards without limit, so it has no outer edge. A disc that moves outwards
+   in this cell may reverse and leave the cell over the opposite edge. */
 static inline AxisExit grid_axis_exit(double place, double v, double a, double width, double since, Index cell,
                                       Index cells) {
     AxisExit exit = axis_exit(place, v, a, width, since);

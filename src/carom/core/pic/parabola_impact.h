@@ -278,7 +278,7 @@ static inline bool begin_contact(State *s, Index i, Index k, Direction n, double
     return true;
 }
 
-/* Apply the impact of disc `i` on feature k.
+/* Apply the impact of disc `i` on feature k. Return false and set `State.stopped` if the run ends.
 
    At the impact, the gap between the disc and the feature should be exactly 0. The rounding error of the gap is
    removed, so that errors do not accumulate over many bounces. */

@@ -91,8 +91,8 @@ static inline void solve_meeting(const State *s, Index i, Meeting *m) {
 }
 
 /* Return whether candidate `a` comes before candidate `b`. The candidate with the earlier time is first. If the times
-   are equal, a lower bound comes before an exact time. If both times are exact and equal, the candidate whose partner
-   has the lower number is first. */
+   are equal, a lower bound comes before an exact time. If this does not decide, the candidate whose partner has the
+   lower number is first. */
 static inline bool is_preceding(const Meeting *a, const Meeting *b) {
     if (a->time.high != b->time.high) {
         return a->time.high < b->time.high;
@@ -103,7 +103,7 @@ static inline bool is_preceding(const Meeting *a, const Meeting *b) {
     return a->time.low != b->time.low ? a->time.low < b->time.low : a->partner < b->partner;
 }
 
-/* Return the earliest of the candidates. */
+/* Return the earliest of the candidates. Exact times are computed for as few candidates as possible. */
 static inline Meeting earliest_meeting_of(const State *s, Index i, Meeting *candidates, Index count) {
     while (true) {
         Index first = 0;

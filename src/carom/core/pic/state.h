@@ -227,7 +227,7 @@ typedef struct Grid {
     /* the lists of all tiles, one after the other. Each list contains numbers of obstacles in ascending order and ends
        with NO_OBSTACLE */
     int *lists;
-    Index listed;
+    Index listed; /* count of numbers in `lists` */
     Index list_capacity;
     /* memory of cells that were chosen during the run; NULL for the first cells, which are in the arena */
     void *own_memory;

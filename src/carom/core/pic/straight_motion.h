@@ -80,8 +80,9 @@ static inline double wall_impact_wait(const Disc *a, const Wall *w, double wait)
 
 /* Return whether a disc certainly does not reach a feature within `wait` seconds. The bounds include rounding errors.
 
-   The result is also true if the disc's centre is behind a face, because the disc can then hit only the other side of
-   the edge. Each error bound is larger than eight roundings of a term, or sixteen roundings of a distance. */
+   The result is also true if the disc's centre is behind the line of a face, because the disc can then hit only the
+   other side of the edge. Each error bound is larger than eight roundings of a term, or sixteen roundings of a
+   distance. */
 static inline bool is_out_of_reach(const Disc *a, const Mover *mover, const Feature *f, double wait) {
     double reach = a->radius + f->half_width;
     if (f->kind <= FACE) {

@@ -25,7 +25,7 @@ static inline double pair_event_time(const State *s, Index i, Index j) {
     return pair_impact_time(&s->discs[i < j ? i : j], &s->discs[i < j ? j : i]);
 }
 
-/* Round 1: find the discs in a block of cells, except those in chains (lists of further discs). */
+/* Round 1: find the discs in a block of cells, except those in chains (lists of further discs). Return their number. */
 static inline Index gather_discs(State *s, Block block, Chains *chains) {
     Index count = 0;
     Index left = 0;
@@ -46,7 +46,7 @@ static inline Index gather_discs(State *s, Block block, Chains *chains) {
 }
 
 /* Add discs from chains (lists of discs in the same cell) to the `count` discs already found, up to a total of BATCH
-   discs. */
+   discs. Return the total. */
 static CAROM_NOINLINE Index gather_chained_discs(State *s, Block block, Chains *chains, Index count) {
     while (chains->left > 0 && count < BATCH) {
         Index chain = chains->left;
@@ -70,7 +70,7 @@ static CAROM_NOINLINE Index gather_chained_discs(State *s, Block block, Chains *
 }
 
 /* Round 2: keep the discs that approach disc `i`, and store their motion relative to disc `i`. Disc `met` is excluded,
-   because it collided with disc `i` last and therefore does not approach. */
+   because it collided with disc `i` last and therefore does not approach. Return the number of discs kept. */
 static inline Index keep_approaching(State *s, Index i, Index met, Index count) {
     Candidates *c = &s->candidates;
     Disc a = s->discs[i];

@@ -63,11 +63,11 @@ typedef enum Shape { /* shape of a driven body at the point where a disc touches
 
 typedef struct NewContact { /* contact that an impact of a disc on a driven body has caused */
     Shape shape;
-    double nx;
+    double nx;         /* unit normal of the contact */
     double ny;
-    double vx;
+    double vx;         /* velocity of the disc */
     double vy;
-    double speed;      /* |vx| + |vy| of the disc's velocity before the impact */
+    double speed;      /* sum of the absolute values of the disc's velocity components before the impact */
     double time;       /* time of the impact, in seconds since the start */
     double reach;      /* distance from the disc's centre to the centre of the body's curvature */
     double resolution; /* resolution of `reach`, in metres; 0 for a flat body */

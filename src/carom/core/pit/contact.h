@@ -10,8 +10,8 @@
      (`distance_error`). Rounding turns the normal by up to d / R (`turn_of`). So up to d / R times the slip becomes
      speed along the normal, which exact arithmetic does not have.
    - The impact itself has left errors of up to d / R times its slip along its normal, and of up to d / R times its
-     speed of approach along its tangent. Later frames and impacts have also rounded the velocities. Errors count only
-     by their components along the present normal, until the gap has shrunk by more than d since the impact.
+     speed of approach along its tangent. Later frames and impacts have also rounded the velocities. These errors
+     count only by their components along the present normal, until the gap has shrunk by more than d since the impact.
 
    So if two bodies do not approach in exact arithmetic, rounding causes no impact. If a driven body pushes faster than
    rounding errors explain, the first frame of the push has an impact. Slower pushes cannot cause more overlap than

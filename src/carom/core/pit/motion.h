@@ -2,7 +2,9 @@
 
    Discs are advanced frame by frame (x += v dt). Each product and sum is rounded, as Algorithm 1 of the source paper
    requires. So one long step cannot replace several short steps. However, the code can advance one disc over many
-   frames before it advances the next disc. */
+   frames before it advances the next disc.
+
+   `advance_disc` and `carom_pit_write_states` have a branch for each kind of motion. */
 
 #pragma once
 

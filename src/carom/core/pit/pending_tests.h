@@ -20,7 +20,7 @@ static inline Test test_of(Index first, Index second) {
     return (Test)first << HALF_BITS | (Test)second;
 }
 
-/* Add a test at the present frame, unless a later test has already been made. */
+/* Add a test at the present frame, unless this test or a later one has already been made. */
 static inline void add_test(State *s, Test test) {
     Pending *t = &s->pending;
     if (test <= t->last)

@@ -2,8 +2,8 @@
    PIT's paths, which include rounding errors.
 
    The page docs/theory/pit.md derives the bounds. To allow for rounding errors, the contact distance is enlarged by
-   `CAROM_PATH_MARGIN` times an upper bound of |x| + |y| of both discs. If a number overflows or underflows, comparisons
-   are false and the wait is 0, so that no test is skipped.
+   `CAROM_PATH_MARGIN` times an upper bound of |x| + |y| of both discs during the time for which a bound is used. If a
+   number overflows or underflows, comparisons are false and the wait is 0, so that no test is skipped.
 
    Two bodies interfere at a frame, and then have an impact, if they overlap and approach. A wait is a number of seconds
    for which two bodies cannot interfere on their present paths. The wait is INF if the bodies can never interfere, and

@@ -103,7 +103,7 @@ typedef struct WallMotion { /* motion of a wall at the present frame */
 
 /* square cells for discs of about the same size */
 typedef struct Level {
-    /* of a cell */
+    /* width of a cell, in metres */
     double width;
     /* leeway: distance that a disc may move after it was put into its cell, in metres */
     double leeway;
@@ -180,7 +180,7 @@ typedef struct Damping {
 } Damping;
 
 typedef struct Counts {
-    Index frames; /* number of frames so far */
+    Index frames; /* number of frames computed or skipped so far */
     Index tested; /* number of frames so far at which a test was made */
     Index pair_tests;
 } Counts;

@@ -43,7 +43,7 @@ typedef struct Product {
 typedef struct Products {
     /* instant from which the gap counts time: solvers must expand the polynomial in powers of t - from */
     double from;
-    bool is_closed; /* whether solvers must then replace power 0 by 0 */
+    bool is_closed; /* whether solvers must replace power 0 by 0 after this expansion */
     int count[QUARTIC_POWERS];
     Product products[QUARTIC_POWERS][MOST_PRODUCTS];
 } Products;

@@ -19,7 +19,8 @@
 
 enum {
     QUARTIC_UNDECIDED = -1,
-    MOST_HALVINGS = 52, /* largest number of halvings for one polynomial; CAROM_BERNSTEIN_ERROR includes this many */
+    /* largest number of halvings for one polynomial; CAROM_BERNSTEIN_ERROR includes the errors of this many halvings */
+    MOST_HALVINGS = 52,
     MOST_PAIR_HALVINGS = 120,
     MOST_WAITING = MOST_HALVINGS / 2, /* largest number of intervals on the stack of intervals to be searched */
     MOST_PAIRS_WAITING = MOST_PAIR_HALVINGS / 2,
@@ -83,7 +84,7 @@ typedef struct BernsteinPiece {
 } BernsteinPiece;
 
 /* Write the Bernstein coefficients of the whole interval 0 <= s <= 1. Each coefficient is a sum of terms. Return the
-   largest sum of the magnitudes of these terms. Error bounds are relative to this number. */
+   largest sum of the magnitudes of a coefficient's terms. Error bounds are relative to this number. */
 static CAROM_ALWAYS_INLINE double write_bernstein(const Polynomial *p, const int n, double scale, double *b) {
     double power = 1.0, largest = 0.0;
     for (int k = 0; k <= n; k++) {
@@ -169,7 +170,7 @@ typedef struct BernsteinPairPiece {
 } BernsteinPairPiece;
 
 /* Write the Bernstein coefficients of the interval from 0 to `width`, multiplied by 12. Each result is a sum of terms.
-   Return the largest sum of the magnitudes of these terms. Error bounds are relative to this number. */
+   Return the largest sum of the magnitudes of a result's terms. Error bounds are relative to this number. */
 static inline double write_pair_bernstein(const PairPolynomial *p, double width, DoubleDouble *b) {
     const int n = p->degree;
     DoubleDouble term[QUARTIC_POWERS];
@@ -317,8 +318,8 @@ static inline double last_balance(const Polynomial *p) {
     return largest;
 }
 
-/* Return the root of the polynomial's derivative near an instant, accurate to the last place. If no root is near the
-   instant, return the instant. */
+/* Return the root of the polynomial's derivative near an instant, accurate to the last place. If no root is found near
+   the instant, return the instant. */
 static inline double sharpen_turn(const PairPolynomial *p, const Polynomial *floats, double near_turn) {
     const int n = p->degree;
     double t = near_turn;
@@ -343,6 +344,6 @@ static inline double time_scale(const Polynomial *p, int start) {
     if (!(turn > 0.0))
         return 1.5 * last_balance(p);
     if (fabs(p->power[1]) * turn < 0x1p-6 * fabs(p->power[0]))
-    return greater(turn, first_balance(p)); /* before `first_balance`, only the constant term matters */
+        return greater(turn, first_balance(p)); /* before `first_balance`, only the constant term matters */
     return turn;
 }

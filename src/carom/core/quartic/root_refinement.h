@@ -113,11 +113,11 @@ static inline bool round_quartic_root(const QuarticRoot *root, double *time) {
 /* ---- the rounding of the exact solver ---- */
 
 /* The exact solver isolates all roots t > 0 in intervals whose ends are binary fractions. The solver begins with (0, 1]
-   and doubles the end until the interval contains the next root. Then the solver halves the interval until the interval
-   contains no other root and the ends agree to 55 bits. The result is the rounded middle. For the first root, the
-   result is the nearest float. The interval of a later root begins at the end of the previous interval, so the result
-   may be a neighbour of the nearest float. The functions below find the same result from roots that are known to twice
-   the precision of floats. */
+   and doubles the end until the interval contains the next root. Then the solver halves the interval until it contains
+   no other root. This is the isolating interval. Further halvings, until the ends agree to 55 bits, give the result:
+   the rounded middle. For the first root, the result is the nearest float. The search for a later root begins at the
+   end of the previous isolating interval, so the result may be a neighbour of the nearest float. The functions below
+   find the same result from roots that are known to twice the precision of floats. */
 
 /* Return -1 if a root is certainly before an instant, 1 if it is certainly after the instant, and 0 if neither. */
 static inline int compare_root(const QuarticRoot *root, double t) {
@@ -209,8 +209,8 @@ static inline bool is_certainly_nonzero(const PairPolynomial *p, const Polynomia
     return fabs(at.value.high) > at.error;
 }
 
-/* Return whether the exact solver isolates the first root with intervals whose ends are no roots. For an end that is a
-   root, the exact solver computes another result. */
+/* Return whether the exact solver isolates the first root with intervals whose ends are no roots. The exact solver
+   treats an end that is a root differently. */
 static inline bool is_grid_clear(const PairPolynomial *p, const Polynomial *floats, const QuarticRoot *first) {
     double low = 0.0, high = 1.0;
     while (compare_root(first, high) >= 0)

@@ -20,9 +20,9 @@
    end or the adjoining edge.
 
    If a disc touches the inside of an arc, or moves from a straight edge onto it, rounding may place its centre outside
-   the circle of radius R. If the disc's path then never enters the circle (D < 0), the disc glides along the arc. The
-   disc also glides if its path through the circle is so short that it may result from rounding errors of the
-   velocity. */
+   the circle of radius R by one unit in the last place. If the disc's path then never enters the circle (D < 0), the
+   path is the arc's tangent up to rounding, and the disc glides along the arc. The disc also glides if its path
+   through the circle is so short that it may result from rounding errors of the velocity. */
 
 #pragma once
 

@@ -208,7 +208,7 @@ cdef class Search:
         return first.base[: pairs.count], second.base[: pairs.count], i
 
     cdef bint find_all(self, Pairs* pairs) noexcept nogil:
-        """Add all pairs in the order of the trees, which reads memory in order. Return False if the array is full."""
+        """Add all pairs in the order of the trees, which uses the cache well. Return False if the array is full."""
         cdef Py_ssize_t kind, k
         for kind in range(2):
             for k in range(self.trees[kind].count):

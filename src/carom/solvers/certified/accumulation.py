@@ -25,8 +25,8 @@ from carom.solvers.certified.recording import Recording
 from carom.solvers.certified.result import Degeneracy, Degenerate
 
 #: Many impacts whose times differ by at most one unit in the last place count as a collapse. The number of these
-#: impacts must exceed this factor times the squared number of their bodies. Three equal discs without collapse have at
-#: most some 600 impacts.
+#: impacts must be at least this factor times the squared number of their bodies. Three equal discs without collapse
+#: have at most some 600 impacts.
 _COLLAPSE = 20
 #: A disc between two approaching bodies counts as crushed after this many impacts.
 _CRUSH = 256

@@ -68,10 +68,11 @@ def _sum_reversing_bounces(
 
     Let e be the restitution, f the coefficient of friction, b the tangential restitution, y the reciprocal of the
     inertia factor, and r the slip speed divided by the speed of approach. A bounce and the flight after it change r to
-    ``(g(r) + A) / e``. With ``C = f (1 + e)(1 + y)``, g(r) is ``-b r`` up to ``|r| = C / (1 + b)``, and ``r - C`` above
-    this. So r stays within ``R = (C - |A|) / (1 - e)`` if ``|b| C / (1 + b) + |A|`` is at most ``e R``. Then the slip
-    and the speed of approach go to 0 together, whether the disc slides or sticks. The speed u and the rim speed q
-    follow from ``y u - q``, which friction does not change.
+    ``(g(r) + A) / e``. A is the slip that gravity adds in this flight, divided by the speed of approach. With
+    ``C = f (1 + e)(1 + y)``, g(r) is ``-b r`` up to ``|r| = C / (1 + b)``, and ``r - C`` above this. So r stays within
+    ``R = (C - |A|) / (1 - e)`` if ``|b| C / (1 + b) + |A|`` is at most ``e R``. Then the slip and the speed of approach
+    go to 0 together, whether the disc slides or sticks. The speed u and the rim speed q follow from ``y u - q``, which
+    friction does not change.
 
     If r may be outside of this range, some slip remains if it is larger than the amount that all these impacts can
     remove. The remaining slip is uncertain by this amount.

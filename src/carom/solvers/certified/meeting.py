@@ -59,10 +59,10 @@ class WallApproach(NamedTuple):
 
 
 class RoundApproach(NamedTuple):
-    """A disc that meets a vertex or arc. (px, py) is the vector from the vertex or arc's centre to the disc's centre.
+    """A disc that meets a vertex or an arc.
 
-    `root` is the closing speed at contact times the length of this vector. `wait` is the time until contact, in
-    seconds.
+    (px, py) is the vector from the centre of the vertex or arc to the disc's centre at contact. `root` is the closing
+    speed at contact times the length of this vector. `wait` is the time until contact, in seconds.
     """
 
     law: RoundLaw

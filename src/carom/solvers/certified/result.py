@@ -86,7 +86,7 @@ class Undecided(Exception):  # noqa: N818 - a signal that more precision may be 
 
 @dataclass(frozen=True, repr=False, eq=False)
 class CertifiedTrace(ByValue, Drawn):
-    """A trace with a proven error bound for every number. Traces with equal values are equal.
+    """A trace with a proven error bound for every number. Traces are compared by value and are not hashable.
 
     Attributes:
         trace: The trace, with the method "certified". The trace ends at the end of the scene or at the last certified

@@ -21,7 +21,7 @@ from carom.support.escaping import format_value
 #: Number of events that one call of the compiled code processes, in about a tenth of a second. Between calls, the run
 #: reports progress and reacts to Ctrl-C.
 _EVENTS = 100_000
-#: Reasons why the compiled code ended a run; equal to `Ending` of pic/state.h.
+#: How a call of the compiled code ended: the values of `Ending` of pic/state.h.
 _DONE, _LIMIT, _STANDSTILL, _PAUSE, _, _GLIDES, _CRUSHED, _, _AT_REST, _PRESSED, _CORNER, _EDGE = range(12)
 _OUTCOMES = {
     _DONE: Outcome.COMPLETED,
@@ -280,7 +280,7 @@ def compute_standstill_limit(bodies: int) -> int:
 
 
 def _build_obstacles(start: DiscArrays, *, accelerated: bool) -> Obstacles | None:
-    """Return the sides and vertices of walls; None if all walls are half-planes without data of their own."""
+    """Return the sides and vertices of walls; None if all are half-planes that need no further data."""
     obstacles = None if start.has_plain_walls and not (start.driven or accelerated) else Obstacles(start)
     if (count := len(start.walls if obstacles is None else obstacles.rows)) > MOST_OBSTACLES:
         raise InputError(f"walls have {count} sides and vertices: at most {MOST_OBSTACLES} can be numbered")
