@@ -7,8 +7,8 @@ import sys
 
 from carom.errors import InputError
 
-#: Fraction of the address space that imports may use. The rest is for the run, which needs at least a third of the
-#: imports' memory.
+#: Fraction of the limit that imports may use. The rest is for the run, which needs at least a third of the imports'
+#: memory.
 LOADED = 0.75
 
 

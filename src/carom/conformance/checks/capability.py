@@ -180,7 +180,7 @@ def slow_as_declared(subject: Subject) -> None:
 
 
 def detects_continuously(subject: Subject) -> None:
-    """A fast disc never passes through another disc, even if a step is longer than the other disc's diameter."""
+    """A disc never passes through another disc, even if it moves farther in a step than the other's diameter."""
     require_declared(subject, "continuous_detection")
     for k in range(PHASES):
         setup = Setup(scenes.build_bullet(k / PHASES), dt_s=1 / 60)

@@ -4,7 +4,7 @@ An adapter connects an engine to Carom. An adapter is any object with the attrib
 needed. Carom finds an adapter by its entry point in the group ``carom.adapters``. For each scene that `capabilities`
 allows, Carom calls `prepare`, which builds the scene in the engine and returns it as a `World`. Carom then takes steps,
 reads the states, joins a contact of several steps into one impact, and computes the impact's time.
-``docs/reference/adapters.md`` shows how to write an adapter in forty lines.
+``docs/reference/adapters.md`` shows how to write an adapter in about 45 lines.
 """
 
 from carom.engines.api.checks import require_sound, require_supported, unsupported_reason

@@ -17,8 +17,9 @@ from carom.support.formatting import format_number
 #: Largest number of steps, since engines count them in a C int.
 MAX_STEPS = 2**31 - 1
 
-#: Number of mantissa bits of a float (IEEE 754), by the declared width of the float in bits. Adapters can't declare
-#: 16-bit floats, because their rounding errors would add up to a tenth of a value during a run.
+#: Number of stored mantissa bits of a float (IEEE 754, without the leading bit), by the declared width of the float in
+#: bits. Adapters can't declare 16-bit floats, because their rounding errors would add up to a tenth of a value during a
+#: run.
 MANTISSA_BITS = {32: 23, 64: 52}
 
 #: Rules by which an engine computes a pair's coefficient of restitution or friction from a coefficient of each body.

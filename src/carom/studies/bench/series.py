@@ -18,7 +18,7 @@ STEPS = 6
 def compute_geometric_steps(coarsest_s: float, finest_s: float, count: int) -> tuple[float, ...]:
     """Return step sizes that are evenly spread on a logarithmic axis.
 
-    If both ends are a whole number of steps per second, all other step sizes are rounded to whole numbers, too.
+    If both ends are whole numbers of steps per second, the others are rounded to whole numbers of steps per second.
 
     Raises:
         InputError: An end is not a positive number, or there are fewer than two steps.

@@ -66,7 +66,7 @@ class TriedSettings:
 
     @property
     def rank(self) -> tuple[Merit, int]:
-        """Sort key, which is smallest for the best settings: the merit, then the trial's number."""
+        """Sort key, which is smallest for the best settings: the merit, then the number of changed settings."""
         return self.merit, len(self.overrides)
 
 
