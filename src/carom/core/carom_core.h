@@ -2,20 +2,20 @@
 
    The core has two solvers. PIC (`event_loop.c`) computes the exact instant of every impact and goes from one impact to
    the next. PIT (`frame_loop.c`) advances all discs frame by frame and checks for contact once per frame, as most
-   physics engines do. Python uses both through the .pyx files, and the page of `carom play` through wasm/. This header
-   defines the structs that both solvers share. pic/state.h defines the structs of PIC, and pit/state.h those of PIT.
-   docs/theory/pic.md derives the formulas and explains the algorithms.
+   physics engines do. Python calls both solvers through the .pyx files, and the page of `carom play` calls them through
+   wasm/. This header defines the structs that both solvers share. pic/state.h defines the structs of PIC, and
+   pit/state.h those of PIT. docs/theory/pic.md derives the formulas and explains the algorithms.
 
    UNITS are metres, seconds, kilograms and radians. Each time is counted from the start of the run, from the start of
-   the current epoch, or from now. The comment of each time field states which. An epoch is a part of a run at whose
-   start PIC counts time from 0 again (clock.h).
+   the current epoch, or from now: see the comment of its field. An epoch is a part of a run at whose start PIC counts
+   time from 0 again (clock.h).
 
    BODIES are numbered as in `carom.model.trace`: disc i has the number i, and wall k the number -1 - k. A wall is a
    half-plane, a circle, or a chain of edges and arcs. The parts of a wall that a disc can hit are its features:
    half-planes, faces (sides of straight edges), vertices, and the outside or inside of arcs. An obstacle is what PIC
-   tests a disc against: a whole wall in simple scenes, and else a feature (pic/state.h states when). Obstacle k also
-   has the number -1 - k. Impacts do not change the path of a driven body. The ground of a disc is the half-plane or
-   face on which it slides, rolls or rests.
+   tests a disc against: in simple scenes a whole wall, and in others a feature (see pic/state.h). Obstacle k also has
+   the number -1 - k. Impacts do not change the path of a driven body. The ground of a disc is the half-plane or face on
+   which it slides, rolls or rests.
 
    A RUN OF PIC calls these functions:
 

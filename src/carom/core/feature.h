@@ -24,8 +24,8 @@ typedef struct Feature {
     bool whole;  /* whether the feature has no ends, because it is a whole circle or a vertex */
     bool reflex; /* for an arc: whether it is longer than half a circle */
     double half_width;
-    /* The inside of an arc is hit by discs of a smaller radius than this, in metres. Larger discs do not fit into the
-       arc, and hit its stops instead (see `find_stops` in wall_features.py). */
+    /* Discs with a radius below this value, in metres, hit the inside of an arc. Larger discs do not fit into the arc,
+       and hit its stops instead (see `find_stops` in wall_features.py). */
     double fits_below;
     double nx;         /* for a half-plane or face: unit normal that points to the free side, rounded to floats */
     double ny;

@@ -119,7 +119,7 @@ class ContactFriction(NamedTuple):
 
 
 class ContactFrictions(NamedTuple):
-    """Friction in `m` impacts. Both fields have the shape ``(m,)`` and the meaning of those of `ContactFriction`."""
+    """Friction in `m` impacts. The two fields have the same meaning as in `ContactFriction`, and the shape `(m,)`."""
 
     friction: NDArray[np.float64]
     restitution: NDArray[np.float64]

@@ -54,7 +54,7 @@ typedef struct RunInput {
     const double *features;
     Index feature_count;
     /* a row of four numbers for each feature, used if discs accelerate. The numbers are: whether a disc can slide, roll
-       or rest on it; its vertices at both ends (two numbers); how many features a disc on it never hits */
+       or rest on the feature; the vertices at its two ends; how many features a disc on this feature never hits */
     const double *grounds;
     /* for each row of `grounds`, the numbers of the features that a disc on this feature never hits */
     const double *never_lists;

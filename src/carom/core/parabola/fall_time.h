@@ -1,5 +1,4 @@
-/* Times of impact of a disc that moves on a parabola, with a fixed disc, a half-plane, or a face, vertex or arc of a
-   wall.
+/* Times at which a disc on a parabola hits a fixed disc, a half-plane, or a face, vertex or arc of a wall.
 
    The gap to a line is a quadratic in time, w + s t + a t^2/2, with the gap w, its rate of change s and its
    acceleration a. The time of impact is the root at which the gap closes. The three coefficients are pairs of floats,
@@ -50,8 +49,8 @@ static inline double descent_time(DoubleDouble gap, DoubleDouble speed, DoubleDo
     DoubleDouble twice = {2.0 * gap.high, 2.0 * gap.low};
     DoubleDouble d = discriminant_from_gap(speed, twice, pull);
     if (!(d.high > 0.0)) {
-        /* The disc is pulled back before it reaches the wall. Or rounding places the disc inside the wall, and the disc
-           is pulled back before it has left the wall. */
+        /* Either the disc is pulled back before it reaches the wall, or rounding has placed the disc inside the wall,
+           and the disc is pulled back before it leaves the wall. */
         return a > 0.0 ? CAROM_INF : linear_root(speed, pull);
     }
     if (w > 0.0 && !(s > 0.0))

@@ -1,5 +1,5 @@
-/* Isolation of roots of a polynomial of degree 4 or less: finds intervals, called brackets, that contain exactly one
-   root t > 0 each. Error bounds prove this.
+/* Isolation of roots of a polynomial of degree 4 or less: finds intervals, called brackets, each of which provably
+   contains exactly one root t > 0.
 
    The half line t >= 0 is mapped to 0 <= s <= 1 by t = c s / (1 - s), so that s = 1/2 is the instant c. The polynomial,
    of degree n, is multiplied by (1 - s)^n. The result is a polynomial in s with Bernstein coefficients b. By Descartes'

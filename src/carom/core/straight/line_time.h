@@ -15,9 +15,9 @@
 
    The time of impact is -gap / speed, accurate to 1 unit in the last place. The vector e is not normalised, so no
    rounded normal is involved. The foot of a disc is the point of the face's line that is nearest to the disc's centre.
-   The disc touches the face if its foot is on the edge at that time. At its end, a face continues without a kink as the
-   rounded vertex. So rounding there does not matter: an impact on the face and an impact on the vertex are the same.
-   The signs of gap and speed are exact. */
+   The disc touches the face if its foot is on the edge when the gap closes. At its end, a face continues without a kink
+   as the rounded vertex. So rounding there does not matter: an impact on the face and an impact on the vertex are the
+   same. The signs of gap and speed are exact. */
 
 #pragma once
 
@@ -26,8 +26,8 @@
 
 /* ---- half-planes ---- */
 
-/* Add `a` times a component of a normal to a sum. The components 0 and 1 are computed faster, because most walls are
-   parallel to an axis. */
+/* Add `a` times a component of a normal to a sum. A component of 0 or 1 takes less time. Most walls are parallel to an
+   axis, and have these components. */
 static inline TripleDouble add_along(TripleDouble total, double a, double component) {
     if (component == 0.0)
         return total;
