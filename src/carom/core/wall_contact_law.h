@@ -7,9 +7,9 @@
 
        u' = a - f,    q' = -(f + h) / k,    f in mu P sign(s),    h in c P sign(q).
 
-   If s is 0, f takes the value within its limits that keeps s at 0, if there is one. If q is 0, h does the same for q.
-   The law has exactly one solution forward in time. For an impact, the same law is true with changes of speed instead
-   of rates, and with the normal impulse instead of P. docs/theory/contact.md derives the law. */
+   If s is 0, f takes the value within its limits that keeps s at 0, if there is one. If q is 0, h keeps q at 0 in the
+   same way. The law has exactly one solution forward in time. For an impact, the same law is true with changes of speed
+   instead of rates, and with the normal impulse instead of P. docs/theory/contact.md derives the law. */
 
 #pragma once
 
@@ -152,8 +152,8 @@ static inline double slip_after_bounces(const Press *press, double slip, double 
     }
     const double most = press->friction * (1.0 + restitution) * (1.0 + press->inverse_inertia_ratio);
     const double a_hop = 2.0 * press->along * restitution / press->normal;
-    /* The first bounce stops the slip. In the second bounce, the disc slides if the flight between the two adds more
-       slip than the second bounce can stop. */
+    /* The first bounce stops the slip. In the second bounce, the disc slides if the flight between these bounces adds
+       more slip than the second bounce can stop. */
     if (fabs(slip) <= most * approach) {
         if (fabs(a_hop) <= most * restitution) {
             return 0.0;
@@ -166,8 +166,8 @@ static inline double slip_after_bounces(const Press *press, double slip, double 
     return left * sign > 0.0 ? left : 0.0;
 }
 
-/* Return the slip and rim speed after infinitely many bounces with rolling resistance. All these bounces together are
-   too short for the resolution of times.
+/* Return the slip and rim speed after infinitely many bounces with rolling resistance. All these bounces together take
+   less time than the resolution of times.
 
    The result is an approximation. The changes of speed in all flights between bounces are applied first. Then the
    impulses of all bounces, (1 + e) w / (1 - e) in all, are applied as one impulse. The law of impact then gives the

@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 
 def build_undamped_options(options: RunOptions, damping: Damping) -> RunOptions:
-    """Return the options of the run without damping, whose contact time is 0, because damping does not support one."""
+    """Return the options of the run without damping. The contact time is 0: damping does not support the TC model."""
     if options.window_s == ALWAYS:
         return replace(options, contact_duration_s=0.0)
     begin, end = options.window_s

@@ -177,7 +177,7 @@ def _order_row(pairs: set[tuple[int, int]], bodies: BallBodies) -> list[int] | N
 
 
 def _is_alone(row: list[int], bodies: BallBodies) -> bool:
-    """Return whether no other body can reach the row: either there is none, or all others and one end are at rest."""
+    """Return whether no other body can reach the row. If there are other bodies, they and one end must be at rest."""
     scene = bodies.scene
     other_bodies = [*map(wall_body, range(len(scene.walls))), *range(len(scene.discs))]
     other_bodies = [body for body in other_bodies if body not in row]
@@ -275,7 +275,10 @@ def _find_line(row: list[int], obstacles: list[Obstacle | None], bodies: BallBod
 def _compute_surface_motion(
     end: _Facing, obstacle: Obstacle | None, line: Exact, bodies: BallBodies, now_s: float
 ) -> tuple[arb, arb, float]:
-    """Return the surface's position (extrapolated to time 0) at an end, its speed, and the end time of this speed."""
+    """Return the position at time 0 and the speed of an end's surface, and the time at which the speed changes.
+
+    The position is extrapolated from the present motion.
+    """
     dx, dy = map(ball, line)
     length = (dx * dx + dy * dy).sqrt()
     sign = 1 if dot(end.normal, line) > 0 else -1

@@ -176,7 +176,7 @@ class Attempt:
     def _carry_out(self, meeting: Meeting, goal: Goal) -> Stop | None:
         """Apply and record an event.
 
-        After every `_CHUNK` events, convert them to floats, lower the precision, and check whether to stop.
+        After every `_CHUNK` events, convert these events to floats, lower the precision, and check whether to stop.
         """
         self._add_event(apply_meeting(self.bodies, meeting), meeting[:3])
         if len(self.events) % _CHUNK:

@@ -13,7 +13,7 @@ from carom.model.prescribed_motion import Drive
 ZERO = arb(0)
 #: Bound of the relative error of rounding to a 64-bit float. The bound is slightly larger than 2^-53.
 ROUNDING = 2.0**-53 * (1.0 + 2.0**-40)
-#: If an interval has at least this many accurate bits, its width is less than the amount by which `ROUNDING` is larger.
+#: If an interval has at least this many accurate bits, its width is less than the excess of `ROUNDING` over 2^-53.
 NEGLIGIBLE_RADIUS_BITS = 100
 #: Relative tolerance of lengths and speeds in a search. The tolerance is far above the rounding of 64-bit floats, but
 #: so small that the search finds few additional pairs.

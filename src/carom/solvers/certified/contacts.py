@@ -6,8 +6,8 @@ contact determines the disc's acceleration. Before an impact, a disc is released
 disc returns to the wall or stays free.
 
 Bounces are applied one by one until all remaining bounces take less time than the last requested digit. The remaining
-bounces are summed as a geometric series. This needs a disc that certainly slips in one direction in all of them, or
-certainly sticks in all of them.
+bounces are summed as a geometric series. For this sum, the disc must certainly slip in one direction in all remaining
+bounces, or certainly stick in all of them.
 """
 
 from __future__ import annotations
@@ -120,9 +120,9 @@ class BallContacts:
         return self.start_mode(i, gliding.ground, end.time, instant_s, state._replace(slip=slip, rim=rim))
 
     def release(self, i: int, time: arb, instant_s: float) -> None:
-        """Release disc `i` from its wall before an impact. The disc's new path is the tangent of the old path.
+        """Release disc `i` from its wall before an impact.
 
-        The tangent is meant in the reference frame that falls with gravity.
+        The disc's new path is the tangent of the old path, in the reference frame that falls with gravity.
         """
         bodies = self._bodies
         place, velocity, spin = bodies.centre_at(i, time), bodies.velocity(i, time, instant_s), bodies.spin_at(i, time)

@@ -73,8 +73,8 @@ def _sum_reversing_bounces(
     and the speed of approach go to 0 together, whether the disc slides or sticks. The speed u and the rim speed q
     follow from ``y u - q``, which friction does not change.
 
-    If r may be outside of this range, some slip remains if it is larger than the amount that all these impacts can
-    remove. The remaining slip is uncertain by this amount.
+    If r may be outside of this range, some slip remains if the slip is larger than the amount that all these impacts
+    can remove. The remaining slip is uncertain by this amount.
     """
     (place, speed, slip, rim), hop = state, 2 * bounce.leaves / ground.presses
     e, b = arb(material.restitution), arb(bodies.scene.wall_tangential_restitution)

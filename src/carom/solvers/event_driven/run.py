@@ -273,8 +273,8 @@ def compute_standstill_limit(bodies: int) -> int:
     The limit must be larger than any finite number of impacts at one instant. For n equal discs that touch in a line,
     this number is at most ``n (n - 1) / 2``. Two discs in front of a wall have 31 impacts if their masses are 1:100,
     and 314 impacts if their masses are 1:10,000. For few bodies, the limit is a hundred times the square of their
-    number, so that a run ends within milliseconds. For many bodies, it is ten million more than for a line of discs, so
-    that a run ends within seconds.
+    number, so that a run ends within milliseconds. For many bodies, the limit is ten million more than half the square
+    of their number, so that a run ends within seconds.
     """
     return min(100 * bodies**2, 10_000_000 + bodies**2 // 2)
 
