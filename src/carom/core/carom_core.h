@@ -42,8 +42,8 @@
    INVARIANTS, which every change must keep:
 
    - Each disc has a prediction. For any two discs A and B, the later of the two predictions was made from the current
-     paths of both. The smaller of the times predicted for A and for B is therefore never later than the impact of A on
-     B. A prediction is stale if the partner's path has changed since the prediction was made.
+     paths of both discs. The smaller of the times predicted for A and for B is therefore never later than the impact of
+     A on B. A prediction is stale if the partner's path has changed since the prediction was made.
    - The computed time of impact of two discs depends only on their two paths, and not on when it is computed. To
      compute this time, both discs are first moved to the later of the two times at which their paths began.
    - Cells, bounds, prefetching, skipped frames and pauses decide when something is computed, and never change a result.
@@ -164,7 +164,7 @@ typedef ptrdiff_t Index;
 
 enum {
     NOBODY = -1,     /* an empty place, or no partner */
-    NO_FEATURE = -1, /* the number of a feature if there is none, or if the number does not matter */
+    NO_FEATURE = -1, /* used as a feature's number if there is no feature, or if the number does not matter */
 };
 
 /* ---- memory ---- */
@@ -288,7 +288,7 @@ typedef struct Spins { /* spins of both bodies at an impact, a row of `carom.mod
 
 /* position of an impact, recorded in scenes with finite walls; a row of `carom.solvers.rows.CONTACT_DTYPE` */
 typedef struct Contact {
-    double x;            /* centre of the first disc, in metres; minus the displacement of a driven wall */
+    double x;            /* centre of the first disc, in metres; a driven wall's displacement is subtracted */
     double y;
     int64_t feature; /* number of the feature, or NO_FEATURE if the second body is a disc */
 } Contact;

@@ -138,7 +138,7 @@ class Branches(NamedTuple):
 
     @property
     def law(self) -> NDArray[np.float64]:
-        """The friction impulses that act: the one of smaller magnitude for each impact."""
+        """The friction impulses that act: for each impact, the smaller of `sticking` and `sliding` in magnitude."""
         return np.where(np.abs(self.sticking) > np.abs(self.sliding), self.sliding, self.sticking)
 
 

@@ -72,8 +72,8 @@ typedef struct RunInput {
     double until;
 
     /* ---- only for PIT ---- */
-    /* a row of CHAIN_NUMBERS for each wall: number of edges, half width, size, x, y, nx and ny. Only half-planes have
-       x, y, nx and ny, and they have no edges */
+    /* a row of CHAIN_NUMBERS for each wall: number of edges, half width, size, x, y, nx and ny. Only a half-plane has
+       x, y, nx and ny, and a half-plane has no edges */
     const double *chains;
     /* a row for each edge, chain by chain: the first ten fields of `ChainEdge` in chain_distance.h */
     const double *edges;

@@ -141,10 +141,10 @@ static inline double time_to_zero(double value, double rate) {
 
    The normal speed w of the disc is `approach`, the restitution e < 1 is `restitution`, and n = 0, 1, 2, ... counts
    bounces. Bounce n has the normal speed w e^n. If the disc slides during the whole bounce, the bounce reduces the slip
-   by C w e^n, where C = f (1 + e)(1 + 1/k). The flight after it adds 2 a e w e^n / P. Bounces that slide in one
-   direction therefore change the slip by (2 a e / P - C sign(s)) w / (1 - e) in all. If a slip of the same sign
-   remains, no bounce stops it. If no slip of this sign remains, a bounce stops it, or a flight reverses it. After the
-   first bounce that does not slide throughout, the slip is at most proportional to the speeds of the bounces, which
+   by C w e^n, where C = f (1 + e)(1 + 1/k). The flight after bounce n adds 2 a e w e^n / P to the slip. Bounces that
+   slide in one direction therefore change the slip by (2 a e / P - C sign(s)) w / (1 - e) in all. If a slip of the same
+   sign remains, no bounce stops it. If no slip of this sign remains, a bounce stops it, or a flight reverses it. After
+   the first bounce that does not slide throughout, the slip is at most proportional to the speeds of the bounces, which
    tend to 0. So no slip remains at the end. */
 static inline double slip_after_bounces(const Press *press, double slip, double approach, double restitution) {
     if (slip == 0.0) {

@@ -157,8 +157,8 @@ static inline DoubleDouble round_sum(TripleDouble total) {
     return two_sum(top.high, top.low + total.low);
 }
 
-/* Write terms whose exact sum is `sign` times the sum of `p` times the sum of `q`. The sign is 1 or -1. Return the
-   number of terms. */
+/* Write terms whose exact sum is a product of three factors: `sign`, the sum of `p`, and the sum of `q`. The sign is 1
+   or -1. Return the number of terms. */
 static inline int write_products(double *terms, const double *p, int p_count, const double *q, int q_count,
                                  double sign) {
     int count = 0;

@@ -22,7 +22,7 @@
 
 enum {
     EXP_STEPS = 32,
-    /* added to a step, which makes the sum positive, so that its integer division by EXP_STEPS rounds down */
+    /* added to the number of a step: the sum is positive, so its integer division by EXP_STEPS rounds down */
     EXP_OFFSET = 2048 * EXP_STEPS
 };
 

@@ -21,7 +21,7 @@ typedef struct WideInteger {
     uint32_t limb[WIDE_LIMBS];
 } WideInteger;
 
-/* Return 2^bit, for a bit from 0 to 254. */
+/* Return 2^`bit`, for a `bit` from 0 to 254. */
 static inline WideInteger wide_power_of_two(int bit) {
     WideInteger power = {{0}};
     power.limb[bit / 32] = (uint32_t)1 << (bit % 32);

@@ -70,8 +70,8 @@ static inline double plane_fall_time(const Mover *disc, const Feature *plane, do
     return descent_time(gap, wall_speed(disc->ux.high, disc->uy.high, plane->nx, plane->ny), pull);
 }
 
-/* Return whether, at a time, the point of a face's line that is nearest to a disc is on the face. Rounding errors of
-   this decision do not matter, because impacts on the end of the face and on its vertex are the same. */
+/* Return whether the point of a face's line that is nearest to a disc at a time is on the face. Rounding errors of this
+   decision do not matter, because impacts on the end of the face and on its vertex are the same. */
 static inline bool foot_is_on_face(const Mover *disc, const Feature *face, double time, double ax, double ay) {
     double moved_x = time * (disc->ux.high + 0.5 * ax * time), moved_y = time * (disc->uy.high + 0.5 * ay * time);
     double x = offset_between(disc->x, face->x).high + moved_x;
@@ -174,7 +174,7 @@ static inline double disc_fall_time(const ExactQuartic *exact, const FallingDisc
 /* ---- arcs ---- */
 
 /* Return a coordinate after a time, with the velocity u and the acceleration a. Also return an upper bound of the
-   magnitude of its change. */
+   magnitude of the coordinate's change. */
 static inline MovedCoordinate fallen_coordinate(DoubleDouble x, DoubleDouble u, double a, double time) {
     double flown = time * u.high, fallen = 0.5 * a * time * time;
     DoubleDouble sum = two_sum(x.high, flown + fallen);

@@ -20,10 +20,10 @@
    disc hits the arc. The decision does not matter, because the disc then touches the arc at the same time as the arc's
    end or the adjoining edge.
 
-   If a disc touches the inside of an arc, or moves from a straight edge onto it, rounding may place its centre outside
-   the circle of radius R. If the disc's path then never enters the circle (D < 0), the disc glides along the arc. The
-   disc also glides if its path through the circle is so short that it may result from rounding errors of the
-   velocity. */
+   If a disc touches the inside of an arc, or moves from a straight edge onto the arc, rounding may place the disc's
+   centre outside the circle of radius R. If the disc's path then never enters the circle (D < 0), the disc glides along
+   the arc. The disc also glides if its path through the circle is so short that it may result from rounding errors of
+   the velocity. */
 
 #pragma once
 

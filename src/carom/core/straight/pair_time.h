@@ -10,8 +10,8 @@
    needs three conditions: the discs approach (b < 0), are apart (c > 0) and do not miss each other (D > 0). There are
    three steps, each with its own guarantee:
 
-   1. The plain form evaluates b, c and D in double precision. This form decides a condition only if the quantity
-      exceeds the bound of its rounding error.
+   1. The plain form evaluates b, c and D in double precision. This form decides a condition only if the b, c or
+      D of the condition exceeds the bound of its rounding error.
    2. The root of a collision is refined by one step. This step computes |d + u t|^2 - R^2 without cancellation. Each
       operand is split into a part on a common grid, whose square is exact, and a small rest. The step also finds
       whether its error is certainly below 2 units in the last place.

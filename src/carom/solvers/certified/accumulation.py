@@ -197,7 +197,7 @@ def _obstacle_body(body: int, bodies: BallBodies) -> int:
 
 
 def _has_loss_or_slip(row: list[int], bodies: BallBodies) -> bool:
-    """Return whether discs of the row may rest on each other after energy loss, or friction changes a spin."""
+    """Return whether discs of the row may rest on each other after energy loss, or whether friction changes a spin."""
     scene, arrays = bodies.scene, bodies.scene.arrays
     walls = [wall_index(body) for body in row if body < 0]
     pairs = len(row) - 1 - len(walls)
@@ -241,7 +241,7 @@ def _find_obstacle(bodies: BallBodies, end: _Facing) -> Obstacle | None:
 
 
 def _find_line(row: list[int], obstacles: list[Obstacle | None], bodies: BallBodies) -> Exact | None:
-    """Return the exact direction of the line on which a row of discs stays; None if it is not exactly on a line."""
+    """Return the exact direction of the line on which a row of discs stays; None if the row is not exactly straight."""
     scene, start = bodies.scene, _compute_exact_centre(bodies, row[1])
     if obstacles[0] is None:
         line = subtract(start, _compute_exact_centre(bodies, row[0]))

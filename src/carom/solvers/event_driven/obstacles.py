@@ -163,7 +163,7 @@ class _Surroundings:
                     self._arcs[end].append(number)
 
     def find_face_surroundings(self, face: Face) -> tuple[tuple[int, int], list[int]]:
-        """Return the vertices at the ends of a straight side, and the parts of the wall that a disc on it never meets.
+        """Return the vertices at the ends of a straight side, and the parts of the wall that a disc there never meets.
 
         The parts never met are both sides of the edge, the vertices, and arcs that continue the wall smoothly. Rounding
         would decide whether a disc meets such an arc or the straight side first.

@@ -38,7 +38,7 @@ _SHOWN = ("impacts", "wall_impacts", "predictions", "stale", "crossings", "beyon
 
 
 class RunState(NamedTuple):
-    """State of a run, from which a run of the same discs and walls can be resumed, without the recorded impacts."""
+    """State of a run without the recorded impacts. A run of the same discs and walls can be resumed from this state."""
 
     kernel: Mapping[str, Any]  # see `Kernel.state` in pic.pyx
     time_s: float
