@@ -47,7 +47,7 @@
    - The computed time of impact of two discs depends only on their two paths, and not on when it is computed. To
      compute this time, both discs are first moved to the later of the two times at which their paths began.
    - Cells, bounds, prefetching, skipped frames and pauses decide when something is computed, and never change a result.
-   - A bound includes its own rounding errors. If bounds do not decide a comparison, it is decided exactly. There are no
+   - A bound includes its own rounding errors. A comparison that bounds do not decide is decided exactly. There are no
      tolerances.
    - Floating-point operations are neither reordered nor fused, and only correctly rounded operations are used. Results
      are therefore bit-identical everywhere.

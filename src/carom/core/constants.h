@@ -1,6 +1,6 @@
 /* Constants of the core. Each constant has a value, a reason and, unless it is a ratio or a count, a unit.
 
-   Constants that Python code also defines are compared with it by tests/unit/core/test_constants.py. */
+   The test tests/unit/core/test_constants.py compares these constants with those that Python code also defines. */
 
 #pragma once
 
@@ -49,8 +49,8 @@
 /* Adding 2^28 R to a number and subtracting it again rounds the number to a grid. The spacing of the grid is 2^-25 R to
    2^-24 R, so a coordinate up to R keeps about 25 bits. */
 #define CAROM_GRID 0x1p28
-/* The sums b and c of pair_time.h have errors of about 2^-150 times their largest product. If a sum is smaller than
-   2^-140 times its largest product, it is computed exactly. */
+/* The sums b and c of pair_time.h have errors of about 2^-150 times their largest product. A sum that is smaller than
+   2^-140 times its largest product is computed exactly. */
 #define CAROM_DOUBTFUL_SUM 0x1p-140
 /* The discriminant D of pair_time.h has an error of about 2^-99 times its largest term T. If D is larger than this
    constant times T, the root of D has an error of at most 2^-55 times the root of T. */

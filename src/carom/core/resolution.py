@@ -4,7 +4,7 @@ A coordinate has an error of at most one unit in the last place: half a unit fro
 gap between two bodies has an error of at most five units in the last place of the sum of their sizes (`size_of`). This
 bound includes the rounding of the root and of the radii.
 
-`core/impact_record.h` has the same bounds, and derives bounds of times of impact from them.
+`core/impact_record.h` has the same bounds, and derives bounds of times of impact from these bounds.
 """
 
 from __future__ import annotations

@@ -67,8 +67,8 @@ typedef struct RunInput {
     bool solves_all_pairs;
     ExactQuartic exact;
     Corners corners;
-    /* end of the run, in seconds since its start. `carom_advance` replaces it by a later end that is passed to it. See
-       `State.until` */
+    /* end of the run, in seconds since its start. If a later end is passed to `carom_advance`, it replaces this end.
+       See `State.until` */
     double until;
 
     /* ---- only for PIT ---- */

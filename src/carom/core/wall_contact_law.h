@@ -55,12 +55,12 @@ static inline double clip(double x, double most) {
    are s1 and q1 before friction f and rolling resistance h act.
 
    F and H are the largest magnitudes of f and h (`f_most`, `h_most`). If s is positive, f is F. If s is negative, f is
-   -F. If s is 0, f is from -F to F. In the same way, h depends on H and q. To find h, assume that q = 0. Then f is s1 -
-   q1, limited to [-F, F]. Solve q = 0 for h, and limit h to [-H, H]. The result is the h of the law, because q
-   decreases as h grows. If s is not 0 before friction acts, its sign determines f. In the same way, q determines h.
-   `signs` contains numbers with the signs of s and q, or 0 where the sign does not determine the friction. If s becomes
-   0, f + h is computed as (s1 + h) / (1 + y). If q becomes 0, f + h is computed as q1 / y. Adding f and h would lose
-   digits for large y. */
+   -F. If s is 0, f is from -F to F. In the same way, h depends on H and q. To find h, assume that q = 0. With this
+   assumption, f is s1 - q1, limited to [-F, F]. Solve q = 0 for h, and limit h to [-H, H]. The result is the h of the
+   law, because q decreases as h grows. If s is not 0 before friction acts, its sign determines f. In the same way, q
+   determines h. `signs` contains numbers with the signs of s and q, or 0 where the sign does not determine the
+   friction. If s becomes 0, f + h is computed as (s1 + h) / (1 + y). If q becomes 0, f + h is computed as q1 / y.
+   Adding f and h would lose digits for large y. */
 static inline Frictions share_frictions(double s1, double q1, double f_most, double h_most, double y, Slips signs) {
     double f = 0.0, h = 0.0;
     bool blocks = false;

@@ -40,7 +40,7 @@ _ROOT_BITS = 160
 _PLACES = 2.0**-50
 
 #: Sine of a small angle. An arc that is shorter than half a circle by at most this angle is assumed to be half a circle
-#: with rounded coordinates. A disc as wide as half a circle passes between its ends.
+#: with rounded coordinates. A disc as wide as the half circle passes between the ends of the half circle.
 _NEARLY_HALF = Fraction(1, 2**20)
 
 

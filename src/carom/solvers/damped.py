@@ -73,7 +73,7 @@ class DampedRun(SeenRun):
 
 
 def _slow_rows(rows: NDArray[np.void], log: RunImpacts, damping: Damping) -> NDArray[np.void]:
-    """Convert impacts, or their spins, of the run without damping to those with damping."""
+    """Convert impacts, or their spins, of the run without damping to those of the run with damping."""
     slowed = rows.copy()
     if rows.dtype == SPIN_DTYPE:
         damped_time.slow_spins(damping.per_s, log.array().view(np.uint8), slowed.view(np.uint8))

@@ -3,8 +3,8 @@
    The gap to a line is a quadratic in time, w + s t + a t^2/2, with the gap w, its rate of change s and its
    acceleration a. The time of impact is the root at which the gap closes. The three coefficients are pairs of floats,
    so that their signs are accurate enough to select the right root. The gap to a circle has the degree 4: see falls.h.
-   If the gap to an arc's circle closes outside of the arc's sector, there is no contact. Then the next time at which
-   the gap closes is tried.
+   If the gap to an arc's circle closes outside of the arc's sector, there is no contact, and the next time at which the
+   gap closes is tried.
 
    Times are in seconds from now. The result is 0 for bodies that touch and approach. The result is also 0 for bodies
    that touch, do not separate and accelerate towards each other. If there is no impact, the result is infinity. If the

@@ -152,7 +152,7 @@ static inline double find_first_fall(Falls *falls) {
     return time;
 }
 
-/* Find all falls at t > 0. Return their number, or QUARTIC_UNDECIDED if the first two stages do not decide. */
+/* Find all falls at t > 0. Return the number of falls, or QUARTIC_UNDECIDED if the first two stages do not decide. */
 static inline int find_all_falls(Falls *falls, double *times) {
     Bracket brackets[QUARTIC_POWERS];
     QuarticRoot roots[QUARTIC_POWERS];

@@ -50,8 +50,8 @@ static inline double approximate_root(const Polynomial *p, const Bracket *bracke
     return t;
 }
 
-/* Find the root in a bracket as accurately as pairs of floats allow. Return whether a bound of its error was found.
-   `floats` must be `p`, rounded to floats. */
+/* Find the root in a bracket as accurately as pairs of floats allow. Return whether a bound of the root's error was
+   found. `floats` must be `p`, rounded to floats. */
 static inline bool refine_quartic_root(const PairPolynomial *p, const Polynomial *floats, const Bracket *bracket,
                                        QuarticRoot *root) {
     const int n = p->degree;

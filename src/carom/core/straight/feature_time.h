@@ -246,7 +246,7 @@ static inline Direction normal_at(const Feature *feature, const Mover *disc) {
 /* Return the distance of a disc's rim from a feature, along the normal.
 
    The radius of an arc may be far larger than all other lengths. The difference of two distances from the arc's centre
-   would have a large rounding error. So the gap is computed from the difference of their squares. */
+   would have a large rounding error. So the gap is computed from the difference of the squares of these distances. */
 static inline double feature_gap(const Mover *disc, const Feature *f) {
     if (f->kind == PLANE) {
         return wall_gap(disc->x.high, disc->y.high, disc->radius, f->x.high, f->y.high, f->nx, f->ny).high;

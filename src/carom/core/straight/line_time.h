@@ -3,13 +3,13 @@
    HALF-PLANES. Points p on the free side of the wall have (p - q).n >= 0, with a point q and a unit normal n. q and n
    are used exactly as given in floats. For a disc of radius r, position p and velocity v, the rim has the gap (p - q).n
    - r, which closes at the speed -v.n. The time of impact is gap over speed. The gap is a small difference near
-     contact. In plain floats, its error could be 1e14 units in the last place. So offsets and products are pairs of
-     floats without rounding errors. The time is accurate to 2 units in the last place, for lengths and speeds between
-     1e-250 and 1e290.
+     contact. In plain floats, the error of the gap could be 1e14 units in the last place. So offsets and products are
+     pairs of floats without rounding errors. The time is accurate to 2 units in the last place, for lengths and speeds
+     between 1e-250 and 1e290.
 
-   FACES. A face is one side of a straight edge of a finite wall. Let e be the vector from its start to its end, l the
-   length of e, d the offset of the disc's centre from the start, u the disc's velocity, and R the half width plus the
-   disc's radius. The gap between rim and face, and the speed at which it changes, satisfy
+   FACES. A face is one side of a straight edge of a finite wall. Let e be the vector from the face's start to its end,
+   l the length of e, d the offset of the disc's centre from the start, u the disc's velocity, and R the half width plus
+   the disc's radius. The gap between rim and face, and the speed at which it changes, satisfy
 
        gap l = e x d - R l,   speed l = e x u.
 
@@ -57,8 +57,8 @@ static inline double linear_root(DoubleDouble gap, DoubleDouble speed) {
     return t - (((gap.high + product.high) + product.low) + (gap.low + t * speed.low)) / speed.high;
 }
 
-/* Return the seconds until a disc touches a wall: 0 if it approaches while it touches or overlaps the wall, infinity
-   for never. */
+/* Return the seconds until a disc touches a wall; infinity for never. The result is 0 if the disc touches or overlaps
+   the wall and approaches it. */
 static inline double wall_time(double x, double y, double vx, double vy, double radius, double qx, double qy, double nx,
                                double ny) {
     Bounded toward = approach(vx, vy, nx, ny);

@@ -14,7 +14,7 @@
       D of the condition exceeds the bound of its rounding error.
    2. The root of a collision is refined by one step. This step computes |d + u t|^2 - R^2 without cancellation. Each
       operand is split into a part on a common grid, whose square is exact, and a small rest. The step also finds
-      whether its error is certainly below 2 units in the last place.
+      whether the error of the root is certainly below 2 units in the last place.
    3. The error-free form computes the cases that the first two steps leave undecided. The error-free form uses sums of
       exact products, scaled by powers of two. If the products nearly cancel, so that rounding their sum in steps is too
       inaccurate, exact sums are used.
@@ -238,7 +238,7 @@ static inline DoubleDouble exact_discriminant(Encounter e) {
 }
 
 /* Return D, by that of the two formulas above which is accurate for the given a, b and c. If the discs are apart
-   (c > 0), the sign of D is exact, because it decides whether they collide. */
+   (c > 0), the sign of D is exact, because this sign decides whether the discs collide. */
 static inline DoubleDouble accurate_discriminant(Encounter e, DoubleDouble b, DoubleDouble c, DoubleDouble a) {
     double largest = a.high * (e.reach.high * e.reach.high), terms = b.high * b.high;
     bool is_near = c.high < 0.0 || terms < largest;

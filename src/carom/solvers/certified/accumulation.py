@@ -59,7 +59,7 @@ def _find_collapse(log: Recording, bodies: BallBodies) -> Degeneracy | None:
 
 
 def _find_crush(log: Recording, bodies: BallBodies) -> Degeneracy | None:
-    """Return the crush of a disc between two approaching half-planes, if it had many impacts with both of them.
+    """Return the crush of a disc between two approaching half-planes, if the disc had many impacts with both.
 
     Finite walls are ignored, because a disc can escape past their ends. If the normals of the half-planes are exactly
     opposite, the time of the crush does not depend on the disc's position.
@@ -190,7 +190,7 @@ def _is_alone(row: list[int], bodies: BallBodies) -> bool:
 
 
 def _obstacle_body(body: int, bodies: BallBodies) -> int:
-    """Return the body number in `BallBodies`. For a wall, it is the number of the wall's first part."""
+    """Return the body number in `BallBodies`. For a wall, this is the number of the wall's first part."""
     if body >= 0:
         return body
     return wall_body(next(k for k, obstacle in enumerate(bodies.obstacles) if obstacle.wall == wall_index(body)))

@@ -174,7 +174,7 @@ class BallContacts:
         return (alike and theirs == ground.body) or ground.normal_part(*normal).is_zero()
 
     def release_struck(self, discs: list[int], time: arb, instant_s: float) -> dict[int, Gliding]:
-        """Release the discs of an impact from their walls. Return their contacts by disc number."""
+        """Release the discs of an impact from their walls. Return the contacts of these discs by disc number."""
         before = {i: gliding for i in discs if (gliding := self._states.gliding[i]) is not None}
         self._was_on = {i: gliding.ground.body for i, gliding in before.items()}
         for i in discs:

@@ -192,7 +192,7 @@ class BallBodies:
     def are_orthogonal(self, one: int, other: int) -> bool:
         """Return whether two straight obstacles are exactly orthogonal and without friction.
 
-        Then an impact on one of them does not change impacts on the other.
+        If they are, an impact on one obstacle does not change impacts on the other obstacle.
         """
         orthogonal = self._orthogonal.get((one, other))
         if orthogonal is None:

@@ -156,7 +156,7 @@ def _apply_impact_at_joint(bodies: BallBodies, meeting: Meeting, seam: Seam) -> 
 def _find_edge(bodies: BallBodies, meeting: Meeting) -> tuple[int, int]:
     """Return the number and kind of the edge of a finite wall that the disc has hit.
 
-    A part of a wall can consist of several edges. Then the disc's position determines the edge.
+    If a part of a wall consists of several edges, the disc's position determines the edge.
     """
     obstacle = bodies.obstacles[wall_index(meeting.second)]
     if obstacle.kind is None:

@@ -22,7 +22,7 @@ from carom.solvers.certified.two_frictions import share_frictions, sign_of
 def sum_bounces(
     bodies: BallBodies, i: int, ground: BallGround, bounce: Bounce, hop: arb, tolerance: arb | None
 ) -> GlideState | None:
-    """Return the state of a disc after all remaining bounces; None if it may slip in some and stick in others.
+    """Return the state of a disc after all remaining bounces; None if it may slip in some bounces and stick in others.
 
     If friction can reverse the slip, the remaining slip may be uncertain by at most the fraction `tolerance`. None
     means no limit.
@@ -69,9 +69,9 @@ def _sum_reversing_bounces(
     Let e be the restitution, f the coefficient of friction, b the tangential restitution, y the reciprocal of the
     inertia factor, and r the slip speed divided by the speed of approach. A bounce and the flight after it change r to
     ``(g(r) + A) / e``. With ``C = f (1 + e)(1 + y)``, g(r) is ``-b r`` up to ``|r| = C / (1 + b)``, and ``r - C`` above
-    this. So r stays within ``R = (C - |A|) / (1 - e)`` if ``|b| C / (1 + b) + |A|`` is at most ``e R``. Then the slip
-    and the speed of approach go to 0 together, whether the disc slides or sticks. The speed u and the rim speed q
-    follow from ``y u - q``, which friction does not change.
+    this. So r stays within ``R = (C - |A|) / (1 - e)`` if ``|b| C / (1 + b) + |A|`` is at most ``e R``. If r stays in
+    this range, the slip and the speed of approach go to 0 together, whether the disc slides or sticks. The speed u and
+    the rim speed q follow from ``y u - q``, which friction does not change.
 
     If r may be outside of this range, some slip remains if the slip is larger than the amount that all these impacts
     can remove. The remaining slip is uncertain by this amount.

@@ -117,7 +117,7 @@ class Selection:
     def _solve(self, instant_s: float, disc: int, body: int) -> Meeting | None:
         """Compute the time of an impact as an interval, starting from its bound.
 
-        Return the impact if the bound was close to its time.
+        Return the impact if the bound was close to the time.
         """
         self.solved += 1
         if self.solved % _CHUNK == 0 and time.perf_counter() > self.deadline_s:

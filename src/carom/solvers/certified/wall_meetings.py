@@ -50,7 +50,7 @@ def meet_straight(bodies: BallBodies, i: int, second: int, instant_s: float, leg
 
 
 def _glide_to_plane(bodies: BallBodies, i: int, second: int, instant_s: float, leg: BallLeg | None) -> Meeting | None:
-    """Return the impact of disc `i` on a half-plane or face while it slides, rolls or rests on another surface."""
+    """Return the impact of disc `i` on a half-plane or face while the disc slides, rolls or rests elsewhere."""
     law = bodies.laws.of_straight(wall_index(second), bodies.scene.discs[i].radius_m)
     x, y, vx, vy = bodies.relative_state(i, instant_s, leg)
     gap, speed = x * law.nx + y * law.ny - law.level, vx * law.nx + vy * law.ny

@@ -66,8 +66,8 @@ class EventDrivenRun:
         cell_factor: Factor that multiplies the width of the cells in which near discs are searched, at least 1;
             infinity for a single cell. With the factor 1, a run with few discs uses no cells. The factor does not
             change results.
-        all_pairs: Whether to compute all pairs at each event, without cells, queue or stored predictions. This does not
-            change results.
+        all_pairs: Whether to compute all pairs at each event, without cells, queue or stored predictions. This choice
+            does not change results.
 
     Raises:
         InputError: The scene has damping. A contact time is given for a scene with gravity or with a table that slows
@@ -173,7 +173,8 @@ class EventDrivenRun:
 
         Returns:
             The number of states written, and whether they are all steps before the first impact. Some steps are missing
-            if the run ends in the next step, or if the next step is long. Then call `advance_to` for the next step.
+            if the run ends in the next step, or if the next step is long. In these cases, call `advance_to` for the
+            next step.
         """
         if self._ended is not None:
             return 0, False

@@ -148,7 +148,7 @@ def start_pit_run(scene: Scene, clock: FrameClock, *, skipping: bool = True) -> 
     Args:
         scene: The scene.
         clock: Times of the frames.
-        skipping: Whether to skip tests that can't find an impact. This does not change the result.
+        skipping: Whether to skip tests that can't find an impact. This choice does not change the result.
     """
 
     def make(start: Start, units: Units) -> FrameRun:
