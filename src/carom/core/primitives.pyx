@@ -83,7 +83,7 @@ def disc_fall_time(
 
 
 cdef class WallFeatures:
-    """The features of a finite wall, by number. If a disc hits several at once, it hits the lowest number.
+    """The features of a finite wall, by number. If a disc hits several at once, the first counts.
 
     Args:
         rows: A row of numbers for each feature, as `carom.core.input_rows.build_feature_row` returns it.
