@@ -10,9 +10,9 @@
 
 /* Enlarge memory as `realloc` does, and keep its first `used` bytes. Size 0 frees the memory.
 
-   Recorded rows are written into new memory. If its pages are small, page faults double the time of recording, and
-   `realloc` never moves memory to large pages. So sizes from 4 megabytes to a gigabyte are allocated in large pages,
-   and the rows are copied there. For larger sizes, memory may not suffice for two copies. */
+   If the memory of recorded rows had small pages, page faults would double the time of recording, and `realloc` never
+   moves memory to large pages. So memory of 4 megabytes to a gigabyte is allocated in large pages, and the rows are
+   copied there. Larger sizes are excluded, because memory may not suffice for two copies. */
 static void *carom_enlarge(void *memory, size_t used, size_t size) {
 #if defined(__linux__)
     void *fresh;

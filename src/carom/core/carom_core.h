@@ -2,20 +2,20 @@
 
    The core has two solvers. PIC (`event_loop.c`) computes the exact instant of every impact and goes from one impact to
    the next. PIT (`frame_loop.c`) advances all discs frame by frame and checks for contact once per frame, as most
-   physics engines do. Python uses both through the .pyx files, and the page of `carom play` through wasm/. This header
-   defines the structs that both solvers share. pic/state.h defines the structs of PIC, and pit/state.h those of PIT.
-   docs/theory/pic.md derives the formulas and explains the algorithms.
+   physics engines do. Python calls both solvers through the .pyx files, and the page of `carom play` calls them through
+   wasm/. This header defines the structs that both solvers share. pic/state.h defines the structs of PIC, and
+   pit/state.h those of PIT. docs/theory/pic.md derives the formulas and explains the algorithms.
 
    UNITS are metres, seconds, kilograms and radians. Each time is counted from the start of the run, from the start of
-   the current epoch, or from now. The comment of each time field states which. An epoch is a part of a run at whose
-   start PIC counts time from 0 again (clock.h).
+   the current epoch, or from now: see the comment of its field. An epoch is a part of a run at whose start PIC counts
+   time from 0 again (clock.h).
 
    BODIES are numbered as in `carom.model.trace`: disc i has the number i, and wall k the number -1 - k. A wall is a
    half-plane, a circle, or a chain of edges and arcs. The parts of a wall that a disc can hit are its features:
    half-planes, faces (sides of straight edges), vertices, and the outside or inside of arcs. An obstacle is what PIC
-   tests a disc against: a whole wall in simple scenes, and else a feature (pic/state.h states when). Obstacle k also
-   has the number -1 - k. Impacts do not change the path of a driven body. The ground of a disc is the half-plane or
-   face on which it slides, rolls or rests.
+   tests a disc against: in simple scenes a whole wall, and in others a feature (see pic/state.h). Obstacle k also has
+   the number -1 - k. Impacts do not change the path of a driven body. The ground of a disc is the half-plane or face on
+   which it slides, rolls or rests.
 
    A RUN OF PIC calls these functions:
 
@@ -42,12 +42,12 @@
    INVARIANTS, which every change must keep:
 
    - Each disc has a prediction. For any two discs A and B, the later of the two predictions was made from the current
-     paths of both. The smaller of the times predicted for A and for B is therefore never later than the impact of A on
-     B. A prediction is stale if the partner's path has changed since the prediction was made.
+     paths of both discs. The smaller of the times predicted for A and for B is therefore never later than the impact of
+     A on B. A prediction is stale if the partner's path has changed since the prediction was made.
    - The computed time of impact of two discs depends only on their two paths, and not on when it is computed. To
      compute this time, both discs are first moved to the later of the two times at which their paths began.
    - Cells, bounds, prefetching, skipped frames and pauses decide when something is computed, and never change a result.
-   - A bound includes its own rounding errors. If bounds do not decide a comparison, it is decided exactly. There are no
+   - A bound includes its own rounding errors. A comparison that bounds do not decide is decided exactly. There are no
      tolerances.
    - Floating-point operations are neither reordered nor fused, and only correctly rounded operations are used. Results
      are therefore bit-identical on every machine and in WebAssembly.
@@ -164,7 +164,7 @@ typedef ptrdiff_t Index;
 
 enum {
     NOBODY = -1,     /* an empty place, or no partner */
-    NO_FEATURE = -1, /* the number of a feature if there is none, or if the number does not matter */
+    NO_FEATURE = -1, /* used as a feature's number if there is no feature, or if the number does not matter */
 };
 
 /* ---- memory ---- */
@@ -288,7 +288,7 @@ typedef struct Spins { /* spins of both bodies at an impact, a row of `carom.mod
 
 /* position of an impact, recorded in scenes with finite walls; a row of `carom.solvers.rows.CONTACT_DTYPE` */
 typedef struct Contact {
-    double x;            /* centre of the first disc, in metres; minus the displacement of a driven wall */
+    double x;            /* centre of the first disc, in metres; a driven wall's displacement is subtracted */
     double y;
     int64_t feature; /* number of the feature, or NO_FEATURE if the second body is a disc */
 } Contact;

@@ -1,4 +1,4 @@
-/* Constants of the core. Each has a value, a reason and, unless it is a ratio or a count, a unit.
+/* Constants of the core. Each constant has a value, a reason and, unless it is a ratio or a count, a unit.
 
    Constants that Python code also defines are compared with it by tests/unit/core/test_constants.py. Integer constants,
    such as capacities, are enums in the headers that use them. */
@@ -43,8 +43,8 @@
    pair_time.h: 8 roundings of 2^-53. Before the last sum, the terms of b have 4 roundings, those of c have 5, and those
    of D have fewer than 8, including the factor 2 in the bound of D's error. */
 #define CAROM_ERROR 0x1p-50
-/* Smaller products may have underflow errors (at most 2^-1075 each) that are not negligible. For smaller products, the
-   error-free form of pair_time.h is used. */
+/* For products below this size, the error-free form of pair_time.h is used, because their underflow errors (at most
+   2^-1075 each) may not be negligible. */
 #define CAROM_NEGLIGIBLE 0x1p-900
 /* Adding 2^28 R to a number and subtracting it again rounds the number to a grid. The spacing of the grid is 2^-25 R to
    2^-24 R, so a coordinate up to R keeps about 25 bits. */
@@ -81,8 +81,8 @@
 /* The distance from 1 to the next float. A number times CAROM_ULP is at least one unit in the last place of the
    number. */
 #define CAROM_ULP 0x1p-52
-/* Largest allowed ratio of two sums: the absolute coordinates of two discs at an impact, and their radii. Each
-   coordinate then has at most three roundings. So the computed offset between the centres has an error of at most 3/16
+/* Largest allowed ratio, at an impact of two discs, of the sum of their absolute coordinates to the sum of their radii.
+   Each coordinate has at most three roundings. So the computed offset between the centres has an error of at most 3/16
    of their distance. */
 #define CAROM_FARTHEST 0x1p49
 /* Largest allowed rounding error of a normal: about a thousandth of a radian. With a larger error, the code could not
@@ -93,10 +93,10 @@
 
 /* Number of impacts per disc after which a new epoch begins, in which time is counted from 0 again: see clock.h. */
 #define CAROM_EPOCH_IMPACTS 32
-/* A cell is wider than the largest sum of two radii. CAROM_CELL_MARGIN is the additional width as a fraction of that
-   sum. Any width above the rounding errors of a path and of the cells' edges is correct. CAROM_COORDINATE_ERROR is a
-   further width, as a fraction of the largest coordinate. This constant is twice the rounding errors of the positions
-   of two discs: eight roundings (2^-53 each) for each disc. */
+/* A cell is wider than the largest sum of two radii. CAROM_CELL_MARGIN is the additional width, as a fraction of this
+   sum of radii. Any width above the rounding errors of a path and of the cells' edges is correct.
+   CAROM_COORDINATE_ERROR is a second additional width, as a fraction of the largest coordinate. This constant is twice
+   the rounding errors of the positions of two discs: eight roundings (2^-53 each) for each disc. */
 #define CAROM_CELL_MARGIN 0x1p-10
 #define CAROM_COORDINATE_ERROR 0x1p-48
 /* Largest number of cells per disc, which limits memory. With more cells, each cell contains too few discs to be worth
@@ -112,8 +112,7 @@
    the later time. */
 #define CAROM_TIME_ERROR 0x1p-51
 /* Largest relative error of a root that is computed in double precision (the plain form of pair_time.h). This bound is
-   valid if each of the three quantities b, c and D of that file is more than CAROM_CERTAIN times as large as its own
-   error. */
+   valid if each of b, c and D of pair_time.h is more than CAROM_CERTAIN times as large as its own error. */
 #define CAROM_ROOT_ERROR 0x1p-22
 #define CAROM_CERTAIN 0x1p24
 
@@ -130,7 +129,7 @@
    which a lower bound of a disc's next impact is used, and includes the rounding error of that bound.
    docs/theory/pit.md derives this constant. */
 #define CAROM_PATH_MARGIN 0x1p-34
-/* Bound of two rounding errors, relative to the times: that of a sum of two times, and that of a frame's time. */
+/* Bound of the relative rounding errors of a sum of two times and of a frame's time. */
 #define CAROM_TIME_MARGIN 0x1p-50
 /* Largest rounding error of a normal, in radians, with which PIT tells slow approaches from rounding errors. With this
    value, ignored approaches can't cause a visible overlap: see pit/contact.h. */
@@ -143,8 +142,8 @@
    level. */
 #define CAROM_ROW_STEP 0x9E3779B97F4A7C15ull
 #define CAROM_LEVEL_STEP 0xC2B2AE3D27D4EB4Full
-/* Largest magnitude of the number of a row or column of cells. Coordinates farther out have this number. Floats of this
-   size can still represent halves. */
+/* Largest magnitude of the number of a row or column of cells. All coordinates farther out are in the row or column
+   with this number. Floats of this size can still represent halves. */
 #define CAROM_LAST_CELL 0x1p51
 /* Leeway: how far a disc may move before it is put into a cell again. CAROM_LEEWAY_PART is the leeway divided by the
    mean distance of the discs on a level of cells. CAROM_LEAST_LEEWAY_PART is the smallest leeway divided by the largest
@@ -155,9 +154,9 @@
 /* Relative margin that is added to the reach of a search for near discs. The margin is many times the sum of the
    rounding errors of the reach and of a cell's number. */
 #define CAROM_REACH_MARGIN 0x1p-20
-/* Cost of a search around a disc, additional cost of each cell in the search, and additional cost of each body in it.
-   The unit is the cost of one test of two discs in the loop over all pairs. The values are fitted to the times of about
-   a hundred gases, crowds and lattices, and rounded up. */
+/* Three costs: of a search around a disc, of each cell in the search, and of each body in the search. The unit is the
+   cost of one test of two discs in the loop over all pairs. The values are fitted to the times of about a hundred
+   gases, crowds and lattices, and rounded up. */
 #define CAROM_DISC_WORK 24.0
 #define CAROM_CELL_WORK 6.0
 #define CAROM_BODY_WORK 3.0
@@ -171,22 +170,23 @@
    made at each frame, until this fraction of the work of these frames equals the excess. The value is chosen, not
    tuned. */
 #define CAROM_EXCESS_PART 0x1p-6
-/* Work that skipping has saved counts against its later cost, but at most the work of this number of frames. The value
-   is chosen, not tuned. */
+/* Work that skipping has saved is subtracted from the later cost of skipping. At most the work of this number of frames
+   is subtracted. The value is chosen, not tuned. */
 #define CAROM_SAVED_FRAMES 64.0
 
 /* ---- falls.h, fall_bounds.h: with u = 2^-53, half a unit in the last place of 1 ---- */
 
-/* Error of a polynomial's coefficient in pairs of floats, relative to the sum of the magnitudes of its terms. The error
-   consists of 20 u^2 for the terms and their sum, and 24 u^2 for each of at most 9 shifts of the origin. */
+/* Error of a polynomial's coefficient in pairs of floats, relative to the sum of the magnitudes of its terms. With u as
+   2^-53, the error consists of 20 u^2 for the terms and their sum, and 24 u^2 for each of at most 9 shifts of the
+   origin. */
 #define CAROM_QUARTIC_PAIR_ERROR 0x1p-98
 /* Error of a Bernstein coefficient (root_isolation.h). For each coefficient, add the magnitudes of its terms. The error
    is relative to the largest of these sums. The error consists of CAROM_ERROR, 10 u for powers, binomials and sums, and
    4 u for each of at most 52 halvings. */
 #define CAROM_BERNSTEIN_ERROR 0x1p-45
-/* Error of a Bernstein coefficient in pairs of floats, relative to the same sum. The error consists of
-   CAROM_QUARTIC_PAIR_ERROR and, for at most 120 halvings, the roundings in CAROM_BERNSTEIN_ERROR with 3 u^2 instead of
-   u. */
+/* Error of a Bernstein coefficient in pairs of floats, relative to the same sum as CAROM_BERNSTEIN_ERROR. The error
+   consists of CAROM_QUARTIC_PAIR_ERROR and, for at most 120 halvings, the roundings in CAROM_BERNSTEIN_ERROR with 3 u^2
+   instead of u. */
 #define CAROM_BERNSTEIN_PAIR_ERROR 0x1p-95
 /* Range of the instants c (root_isolation.h) at which the terms of a quartic and their underflow errors stay within the
    range of floats. */
@@ -195,7 +195,8 @@
 /* Least sum of the magnitudes of the terms of a polynomial's constant coefficient. For larger sums, underflow errors of
    terms are smaller than the rounding error of this coefficient. */
 #define CAROM_LEAST_SIZE 0x1p-600
-/* Bound of the relative error of a term in a lower bound of a time of impact: 32 u, more than the term's roundings. */
+/* Bound of the relative error of a term in a lower bound of a time of impact: 32 times 2^-53, which is more than the
+   roundings of the term. */
 #define CAROM_BOUND_ERROR 0x1p-48
 /* Upper bounds of the underflow errors of a product, and of the root of a sum of products. */
 #define CAROM_BOUND_UNDERFLOW 0x1p-1000

@@ -52,14 +52,14 @@ def all_damped(double rate, undamped_s):
 
 
 def slow_impacts(double rate, unsigned char[::1] impacts):
-    """Convert impacts of an undamped run, as bytes, to those of the damped run, in place."""
+    """Convert the bytes of impacts of an undamped run, in place, to the impacts of the damped run."""
     if impacts.shape[0] > 0:
         with nogil:
             c_slow_impacts(rate, <Impact *>&impacts[0], impacts.shape[0] // sizeof(Impact))
 
 
 def slow_spins(double rate, const unsigned char[::1] undamped, unsigned char[::1] spins):
-    """Convert spins before and after impacts, as bytes, in place. `undamped` contains impacts of the undamped run."""
+    """Convert the bytes of spins in place, as `slow_impacts` does. `undamped` contains the unconverted impacts."""
     if spins.shape[0] > 0:
         with nogil:
             c_slow_spins(rate, <const Impact *>&undamped[0], <Spins *>&spins[0], spins.shape[0] // sizeof(Spins))

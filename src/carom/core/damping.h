@@ -1,8 +1,9 @@
 /* Discs that slow down, because of linear damping or on a table that decelerates them.
 
-   Linear damping v' = -c v is equivalent to a change of the time variable, which docs/theory/damping.md derives. A
-   damped disc moves as an undamped disc moves in the undamped time s = (1 - e^(-c t)) / c. The velocity of the damped
-   disc is 1 - c s times that of the undamped disc. Rates c are in 1/s, 0 or more. Times are in seconds. */
+   Linear damping v' = -c v is equivalent to a change of the time variable, which docs/theory/damping.md derives. In the
+   time t, a damped disc moves as far as an undamped disc moves in the undamped time s = (1 - e^(-c t)) / c. The damped
+   disc then has e^(-c t) = 1 - c s times the velocity of the undamped disc. The damping rate c is 0 or more, in 1/s.
+   Times are in seconds. */
 
 #pragma once
 
@@ -58,7 +59,8 @@ static inline double neighbouring_time(double time, int step) {
 /* Return the greatest undamped time t >= 0 with `damped_time(t)` <= `time`. `time` must be 0 or more.
 
    An event of the undamped run at this time or earlier is never later than `time` in the damped run. The search begins
-   at `undamped_time`. Both functions round, so this start differs from the result by at most a few floats. */
+   at `undamped_time`. `damped_time` and `undamped_time` round, so the start of the search differs from the result by at
+   most a few floats. */
 static inline double latest_undamped_time(double rate, double time) {
     /* If `time` is infinite, use the largest float. An event that never happens has the damped time infinity, and must
        not count as an event before `time`. */
@@ -92,7 +94,7 @@ typedef struct Slowing { /* deceleration of a disc on a table */
     Instant stops; /* instant at which the disc stops; NEVER if it is at rest */
 } Slowing;
 
-/* Return the deceleration of a disc on a table that has the velocity (vx, vy) at the instant `now`. */
+/* Return the deceleration by a table of a disc that has the velocity (vx, vy) at the instant `now`. */
 static inline Slowing slowing_by(double deceleration, double vx, double vy, Instant now) {
     double speed = nearest_length(vx, vy);
     if (speed == 0.0)
@@ -104,7 +106,7 @@ static inline Slowing slowing_by(double deceleration, double vx, double vy, Inst
 
 /* ---- recorded impacts ---- */
 
-/* Apply damping to the velocities of an impact in an undamped run: multiply them by `kept` = 1 - c s. */
+/* Apply damping to an impact of an undamped run: multiply its velocities by `kept`. */
 static inline void slow_impact(Impact *row, double kept) {
     for (int axis = 0; axis < 2; axis++) {
         row->first_before[axis] *= kept;

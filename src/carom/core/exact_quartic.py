@@ -1,4 +1,6 @@
-"""Exact instants at which a gap, a polynomial in time, closes. The core uses them where floats can't decide.
+"""Exact instants at which a gap closes. The gap is a polynomial in time.
+
+The core uses these instants where floats can't decide.
 
 Every float is a fraction whose denominator is a power of two. So a polynomial with float coefficients is a polynomial
 with integer coefficients, divided by a power of two. Sturm's theorem gives the number of roots in an interval.
@@ -52,8 +54,8 @@ def solve_quartic(powers: Sequence[Sequence[tuple[float, float]]], begin: float,
 def find_closings(gap: Sequence[Fraction]) -> Iterator[float]:
     """Yield the times t > 0 at which a gap closes. If the gap is 0 at t = 0 and becomes negative, yield 0 first.
 
-    The gap is a polynomial in time, lowest power first. The denominators of its coefficients must be powers of two. A
-    gap that is negative at first must open before it can close.
+    The gap is given by its coefficients, lowest power of time first. The denominators of its coefficients must be
+    powers of two. A gap that is negative at first must open before it can close.
     """
     powers = list(gap)
     while powers and powers[0] == 0:  # the sign of the lowest nonzero coefficient decides whether the gap opens

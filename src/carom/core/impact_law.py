@@ -119,7 +119,7 @@ class ContactFriction(NamedTuple):
 
 
 class ContactFrictions(NamedTuple):
-    """Friction in `m` impacts. Both fields have the shape ``(m,)`` and the meaning of those of `ContactFriction`."""
+    """Friction in `m` impacts. The two fields have the same meaning as in `ContactFriction`, and the shape `(m,)`."""
 
     friction: NDArray[np.float64]
     restitution: NDArray[np.float64]
@@ -138,7 +138,7 @@ class Branches(NamedTuple):
 
     @property
     def law(self) -> NDArray[np.float64]:
-        """The friction impulses that act: the one of smaller magnitude for each impact."""
+        """The friction impulses that act: for each impact, the smaller of `sticking` and `sliding` in magnitude."""
         return np.where(np.abs(self.sticking) > np.abs(self.sliding), self.sliding, self.sticking)
 
 

@@ -7,7 +7,7 @@
 
 /* ---- resolution ---- */
 
-/* Resolution of an impact's time: its uncertainty because positions and times are rounded.
+/* Resolution of an impact's time: the uncertainty that results from the rounding of positions and times.
 
    `carom.core.resolution` derives the error bound of a gap. The error bound of the gap divided by the speed of approach
    is an error bound of the time.
@@ -71,8 +71,8 @@ static inline double clock_resolution(double time) {
 
    Two earlier impacts of each disc are sufficient for this decision. `Recent.furthest` is the impact whose interval of
    possible times ends last. A new impact is ambiguous if its interval begins before the interval of `furthest` ends,
-   and the two normals are not orthogonal. If the two normals are orthogonal, an earlier impact matters if its normal is
-   not parallel to that of `furthest`. Among these earlier impacts, the interval of `Recent.across` ends last. */
+   and the two normals are not orthogonal. If the two normals are orthogonal, only earlier impacts whose normals are not
+   parallel to that of `furthest` matter. `Recent.across` is the one of these impacts whose interval ends last. */
 
 /* Return whether an earlier impact may be simultaneous with a later impact and change its result. `begin` is a lower
    bound of the later impact's time. */

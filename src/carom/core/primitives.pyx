@@ -29,7 +29,7 @@ def fill_pair_times(
     const double[:, :] p1, const double[:, :] v1, const double[:] r1,
     const double[:, :] p2, const double[:, :] v2, const double[:] r2, double[::1] times,
 ):
-    """Write the time of impact of each pair of discs into `times`, or NaN where a number is not of moderate size."""
+    """Write the time of impact of each pair of discs into `times`, or NaN if a number is not moderate."""
     cdef Py_ssize_t k
     cdef bint moderate
     with nogil:
@@ -83,7 +83,7 @@ def disc_fall_time(
 
 
 cdef class WallFeatures:
-    """The features of a finite wall, by number. If a disc hits several at once, the one with the lowest number counts.
+    """The features of a finite wall, by number. If a disc hits several at once, the first counts.
 
     Args:
         rows: A row of numbers for each feature, as `carom.core.input_rows.build_feature_row` returns it.
@@ -113,10 +113,11 @@ cdef class WallFeatures:
         return &self.rows[number]
 
     def first_touch(self, disc, int last):
-        """Find the feature that a disc on a straight path hits first. Return the time, the number, and "glides".
+        """Return when a disc hits its first feature, the number of this feature, and whether the disc glides.
 
-        The last impact of the disc was on the feature `last`, or on no feature if `last` is -1. The returned number is
-        -1 if the disc hits no feature. A disc glides if it stays in contact with an arc without an impact.
+        The path of the disc is straight. The last impact of the disc was on the feature `last`, or on no feature if
+        `last` is -1. The returned number is -1 if the disc hits no feature. A disc glides if it stays in contact with
+        an arc without an impact.
         """
         cdef Mover seen = mover_from(disc)
         cdef double least = CAROM_INF
@@ -131,8 +132,8 @@ cdef class WallFeatures:
     def first_fall(self, disc, double ax, double ay, int last, double leaving):
         """Return when an accelerating disc hits its first feature, and the number of this feature.
 
-        `last` is the feature of the disc's last impact, as in `first_touch`, after which the disc left the feature with
-        the normal speed `leaving`.
+        `last` is the feature of the disc's last impact, as in `first_touch`. After that impact, the disc had the normal
+        speed `leaving`.
         """
         cdef ExactQuartic exact = exact_solver()
         cdef Mover seen = mover_from(disc)
@@ -199,7 +200,7 @@ def two_diff(double a, double b):
 
 
 def normal_impulse(double dx, double dy, double ux, double uy, double inverse_masses, double restitution):
-    """Return g <= 0. Disc 1 receives the normal impulse ``g d``, with ``d = c2 - c1`` (centres) and ``u = v2 - v1``."""
+    """Return the factor g <= 0. Disc 1 receives the impulse ``g d``, with ``d = c2 - c1`` and ``u = v2 - v1``."""
     return formulas.normal_impulse(dx, dy, ux, uy, inverse_masses, restitution)
 
 
@@ -236,7 +237,7 @@ def frictional_impulses(
     double friction, double restitution, double rolling_resistance, double slip, double rim, double inverse_inertia_ratio,
     double pressed,
 ):
-    """Return the impulses of friction on a disc that hits a wall, and on the disc's rim, per unit of the disc's mass.
+    """Return the impulses of friction on the centre and on the rim of a disc that hits a wall, per unit of mass.
 
     The impulse on the rim includes rolling resistance. The third result is whether rolling resistance stops the spin.
     """

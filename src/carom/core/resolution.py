@@ -1,10 +1,10 @@
-"""Resolution of gaps and times: their uncertainty because positions and times are rounded.
+"""Resolution of gaps and times: the uncertainty that results from the rounding of positions and times.
 
 A coordinate has an error of at most one unit in the last place: half a unit from a product, and half from a sum. The
 gap between two bodies has an error of at most five units in the last place of the sum of their sizes (`size_of`). This
 bound includes the rounding of the root and of the radii.
 
-`core/impact_record.h` has the same bounds, and derives bounds of times of impact from them.
+`core/impact_record.h` has the same bounds, and derives bounds of times of impact from these bounds.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from carom.support.formatting import format_number
 #: Distance from 1 to the next float. A number's unit in the last place is at most this fraction of the number.
 ULP = 2.0**-52
 
-#: Largest allowed ratio of two sums: the absolute coordinates of two discs at an impact, and their radii. See
-#: CAROM_FARTHEST in core/constants.h.
+#: Largest allowed ratio, at an impact of two discs, of the sum of their absolute coordinates to the sum of their radii.
+#: See CAROM_FARTHEST in core/constants.h.
 FARTHEST = 2.0**49
 
 
@@ -26,7 +26,7 @@ def size_of(x: float, y: float, radius: float) -> float:
 
 
 def gap_resolution(sizes: float) -> float:
-    """Return the resolution of the gap between two bodies, in metres. `sizes` is the sum of both `size_of`."""
+    """Return the resolution of the gap between two bodies, in metres. `sizes` is the sum of their `size_of`."""
     return 5.0 * ULP * sizes
 
 

@@ -54,7 +54,7 @@ typedef struct RunInput {
     const double *features;
     Index feature_count;
     /* a row of four numbers for each feature, used if discs accelerate. The numbers are: whether a disc can slide, roll
-       or rest on it; its vertices at both ends (two numbers); how many features a disc on it never hits */
+       or rest on the feature; the vertices at its two ends; how many features a disc on this feature never hits */
     const double *grounds;
     /* for each row of `grounds`, the numbers of the features that a disc on this feature never hits */
     const double *never_lists;
@@ -67,13 +67,13 @@ typedef struct RunInput {
     bool solves_all_pairs;
     ExactQuartic exact;
     Corners corners;
-    /* end of the run, in seconds since its start. `carom_advance` replaces it by a later end that is passed to it. See
-       `State.until` */
+    /* end of the run, in seconds since its start. If a later end is passed to `carom_advance`, it replaces this end.
+       See `State.until` */
     double until;
 
     /* ---- only for PIT ---- */
-    /* a row of CHAIN_NUMBERS for each wall: number of edges, half width, size, x, y, nx and ny. Only half-planes have
-       x, y, nx and ny, and they have no edges */
+    /* a row of CHAIN_NUMBERS for each wall: number of edges, half width, size, x, y, nx and ny. Only a half-plane has
+       x, y, nx and ny, and a half-plane has no edges */
     const double *chains;
     /* a row for each edge, chain by chain: the first ten fields of `ChainEdge` in chain_distance.h */
     const double *edges;

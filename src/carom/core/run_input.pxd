@@ -74,7 +74,7 @@ cdef inline RunInput input_of(start, acceleration, list kept) except *:
     """Return those parts of a run's input that both solvers use. The list `kept` keeps the arrays of the input alive.
 
     `start` is a `carom.model.disc_arrays.DiscArrays`. `acceleration` is a `carom.solvers.run.Start` with gravity or a
-    decelerating table; None if no disc accelerates. The caller must keep `kept` as long as it uses the input.
+    decelerating table; None if no disc accelerates. The caller must keep `kept` as long as the input is used.
     """
     cdef RunInput given
     memset(&given, 0, sizeof(RunInput))

@@ -7,9 +7,9 @@
 
        u' = a - f,    q' = -(f + h) / k,    f in mu P sign(s),    h in c P sign(q).
 
-   If s is 0, f takes the value within its limits that keeps s at 0, if there is one. If q is 0, h does the same for q.
-   The law has exactly one solution forward in time. For an impact, the same law is true with changes of speed instead
-   of rates, and with the normal impulse instead of P. docs/theory/contact.md derives the law. */
+   If s is 0, f takes the value within its limits that keeps s at 0, if there is one. If q is 0, h keeps q at 0 in the
+   same way. The law has exactly one solution forward in time. For an impact, the same law is true with changes of speed
+   instead of rates, and with the normal impulse instead of P. docs/theory/contact.md derives the law. */
 
 #pragma once
 
@@ -55,12 +55,12 @@ static inline double clip(double x, double most) {
    are s1 and q1 before friction f and rolling resistance h act.
 
    F and H are the largest magnitudes of f and h (`f_most`, `h_most`). If s is positive, f is F. If s is negative, f is
-   -F. If s is 0, f is from -F to F. In the same way, h depends on H and q. To find h, assume that q = 0. Then f is s1 -
-   q1, limited to [-F, F]. Solve q = 0 for h, and limit h to [-H, H]. The result is the h of the law, because q
-   decreases as h grows. If s is not 0 before friction acts, its sign determines f. In the same way, q determines h.
-   `signs` contains numbers with the signs of s and q, or 0 where the sign does not determine the friction. If s becomes
-   0, f + h is computed as (s1 + h) / (1 + y). If q becomes 0, f + h is computed as q1 / y. Adding f and h would lose
-   digits for large y. */
+   -F. If s is 0, f is from -F to F. In the same way, h depends on H and q. To find h, assume that q = 0. With this
+   assumption, f is s1 - q1, limited to [-F, F]. Solve q = 0 for h, and limit h to [-H, H]. The result is the h of the
+   law, because q decreases as h grows. If s is not 0 before friction acts, its sign determines f. In the same way, q
+   determines h. `signs` contains numbers with the signs of s and q, or 0 where the sign does not determine the
+   friction. If s becomes 0, f + h is computed as (s1 + h) / (1 + y). If q becomes 0, f + h is computed as q1 / y.
+   Adding f and h would lose digits for large y. */
 static inline Frictions share_frictions(double s1, double q1, double f_most, double h_most, double y, Slips signs) {
     double f = 0.0, h = 0.0;
     bool blocks = false;
@@ -141,10 +141,10 @@ static inline double time_to_zero(double value, double rate) {
 
    The normal speed w of the disc is `approach`, the restitution e < 1 is `restitution`, and n = 0, 1, 2, ... counts
    bounces. Bounce n has the normal speed w e^n. If the disc slides during the whole bounce, the bounce reduces the slip
-   by C w e^n, where C = f (1 + e)(1 + 1/k). The flight after it adds 2 a e w e^n / P. Bounces that slide in one
-   direction therefore change the slip by (2 a e / P - C sign(s)) w / (1 - e) in all. If a slip of the same sign
-   remains, no bounce stops it. If no slip of this sign remains, a bounce stops it, or a flight reverses it. After the
-   first bounce that does not slide throughout, the slip is at most proportional to the speeds of the bounces, which
+   by C w e^n, where C = f (1 + e)(1 + 1/k). The flight after bounce n adds 2 a e w e^n / P to the slip. Bounces that
+   slide in one direction therefore change the slip by (2 a e / P - C sign(s)) w / (1 - e) in all. If a slip of the same
+   sign remains, no bounce stops it. If no slip of this sign remains, a bounce stops it, or a flight reverses it. After
+   the first bounce that does not slide throughout, the slip is at most proportional to the speeds of the bounces, which
    tend to 0. So no slip remains at the end. */
 static inline double slip_after_bounces(const Press *press, double slip, double approach, double restitution) {
     if (slip == 0.0) {
@@ -152,8 +152,8 @@ static inline double slip_after_bounces(const Press *press, double slip, double 
     }
     const double most = press->friction * (1.0 + restitution) * (1.0 + press->inverse_inertia_ratio);
     const double a_hop = 2.0 * press->along * restitution / press->normal;
-    /* The first bounce stops the slip. In the second bounce, the disc slides if the flight between the two adds more
-       slip than the second bounce can stop. */
+    /* The first bounce stops the slip. In the second bounce, the disc slides if the flight between these bounces adds
+       more slip than the second bounce can stop. */
     if (fabs(slip) <= most * approach) {
         if (fabs(a_hop) <= most * restitution) {
             return 0.0;
@@ -166,8 +166,8 @@ static inline double slip_after_bounces(const Press *press, double slip, double 
     return left * sign > 0.0 ? left : 0.0;
 }
 
-/* Return the slip and rim speed after infinitely many bounces with rolling resistance. All these bounces together are
-   too short for the resolution of times.
+/* Return the slip and rim speed after infinitely many bounces with rolling resistance. All these bounces together take
+   less time than the resolution of times.
 
    The result is an approximation. The changes of speed in all flights between bounces are applied first. Then the
    impulses of all bounces, (1 + e) w / (1 - e) in all, are applied as one impulse. The law of impact then gives the

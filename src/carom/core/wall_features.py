@@ -30,7 +30,8 @@ Point = tuple[float, float]
 Pair = tuple[float, float]
 Exact = tuple[Fraction, Fraction]
 
-#: Number of bits to which square roots are computed. Then they are rounded to pairs of floats, which have 106 bits.
+#: Number of bits to which square roots are computed. The roots are then rounded to pairs of floats, which have 106
+#: bits.
 _ROOT_BITS = 160
 
 #: A disc fits inside a circle if the circle's radius exceeds the disc's radius by at least this fraction of the
@@ -39,7 +40,7 @@ _ROOT_BITS = 160
 _PLACES = 2.0**-50
 
 #: Sine of a small angle. An arc that is shorter than half a circle by at most this angle is assumed to be half a circle
-#: with rounded coordinates. A disc as wide as half a circle passes between its ends.
+#: with rounded coordinates. A disc as wide as the half circle passes between the ends of the half circle.
 _NEARLY_HALF = Fraction(1, 2**20)
 
 
@@ -62,7 +63,7 @@ class Mover(NamedTuple):
 
     @classmethod
     def at(cls, position: Point, velocity: Point, radius: float, wall_velocity: Point = (0.0, 0.0)) -> Mover:
-        """Return a disc relative to a wall with `wall_velocity`, which is now at its place in the scene file."""
+        """Return a disc relative to a wall that has `wall_velocity` and is now at its place in the scene file."""
         ux, uy = primitives.two_diff(velocity[0], wall_velocity[0]), primitives.two_diff(velocity[1], wall_velocity[1])
         return cls((position[0], 0.0), (position[1], 0.0), ux, uy, radius)
 
@@ -155,7 +156,7 @@ class Arc:
         )
 
     def build_stop(self, circle: ExactCircle, way: tuple[Fraction, Fraction]) -> Arc:
-        """Return a stop of this inner side: a point at the offset `way` that only discs too wide to fit inside meet."""
+        """Return a stop of this inner side: a point at `way` that meets only discs too wide to fit inside."""
         (x, y), nothing = way, (0.0, 0.0)
         half = Sector((to_pair(-y), to_pair(x)), (to_pair(y), to_pair(-x)), reflex=False)
         place = to_pair(circle.x + x), to_pair(circle.y + y)
@@ -247,11 +248,12 @@ class JoinedEdges(NamedTuple):
 
 
 def build_features(outline: Outline, widest_m: float = math.inf) -> tuple[WallFeature, ...]:
-    """Return the features of a wall, on both sides of each edge. Where a disc meets two at once, it hits the first.
+    """Return the features of a wall, on both sides of each edge.
 
-    Faces and arcs come first, in the order of the edges. Then come vertices. Where a vertex adjoins a face, a disc
-    meets the face at the same time or earlier. So the impact is on the face, which has the correct normal. Stops come
-    last. An arc has stops only if a disc of the radius `widest_m` does not fit inside: see `find_stops`.
+    Where a disc meets two features at once, it hits the first of them. Faces and arcs come first, in the order of the
+    edges. Then come vertices. Where a vertex adjoins a face, a disc meets the face at the same time or earlier. So the
+    impact is on the face, which has the correct normal. Stops come last. An arc has stops only if a disc of the radius
+    `widest_m` does not fit inside: see `find_stops`.
     """
     if outline.radius == 0.0:
         return (WallFeature(Arc.vertex(outline.points[0], outline.half_width), (0,), EdgeKind.VERTEX),)
@@ -278,7 +280,7 @@ def are_decidable(one: Feature, other: Feature, *, elastic: bool) -> bool:
     if not isinstance(one, Face) or not isinstance(other, Face):
         return False
     (ax, ay), (bx, by) = _compute_direction(one), _compute_direction(other)
-    dot = ax * bx + ay * by  # equals the inner product of the normals, which are turned by 90 degrees
+    dot = ax * bx + ay * by  # this is also the inner product of the normals: directions turned by 90 degrees
     if dot == 0:
         return True
     square = dot * dot / ((ax * ax + ay * ay) * (bx * bx + by * by))
@@ -355,10 +357,10 @@ def find_stops(runs: list[JoinedEdges], k: int, *, closed: bool) -> list[Exact]:
     """Return the vectors from an arc's centre to its stops: points that stop discs which are too wide to fit inside.
 
     A disc with exactly the arc's radius touches the whole arc at once, so a few points can represent the arc. A whole
-    circle has four stops, a quarter turn apart. A disc of this radius can't leave an arc of more than half a circle,
-    which has two stops, a quarter turn from each end. Exactly half a circle has one stop, in the middle. A disc touches
-    an end of a shorter arc no later than the arc itself. So a shorter arc has stops only at ends at which the wall
-    continues smoothly, where rounding may place the point of contact outside of the edge.
+    circle has four stops, a quarter turn apart. A disc with the arc's radius can't leave an arc of more than half a
+    circle. Such an arc has two stops, each a quarter turn from one of its ends. Exactly half a circle has one stop, in
+    the middle. A disc touches an end of a shorter arc no later than the arc itself. So a shorter arc has stops only at
+    ends at which the wall continues smoothly, where rounding may place the point of contact outside of the edge.
     """
     run = runs[k]
     if run.circle is None:

@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 
 def build_undamped_options(options: RunOptions, damping: Damping) -> RunOptions:
-    """Return the options of the run without damping, whose contact time is 0, because damping does not support one."""
+    """Return the options of the run without damping. The contact time is 0: damping does not support the TC model."""
     if options.window_s == ALWAYS:
         return replace(options, contact_duration_s=0.0)
     begin, end = options.window_s
@@ -73,7 +73,7 @@ class DampedRun(SeenRun):
 
 
 def _slow_rows(rows: NDArray[np.void], log: RunImpacts, damping: Damping) -> NDArray[np.void]:
-    """Convert impacts, or their spins, of the run without damping to those with damping."""
+    """Convert impacts, or their spins, of the run without damping to those of the run with damping."""
     slowed = rows.copy()
     if rows.dtype == SPIN_DTYPE:
         damped_time.slow_spins(damping.per_s, log.array().view(np.uint8), slowed.view(np.uint8))

@@ -1,5 +1,5 @@
 /* Double-double arithmetic: numbers as exact sums of two floats ("pairs"). The file also has sums of three floats,
-   error-free sums and products, and instants (times as pairs).
+   error-free sums and products, and instants (times, each of which is a pair of floats).
 
    Every operation must be rounded correctly, as IEEE 754 requires. Compilers must neither fuse nor reorder operations.
    The error bounds in this file are valid if nothing overflows or underflows.
@@ -26,12 +26,12 @@ typedef struct TripleDouble {
     double low;
 } TripleDouble;
 
-/* Largest number of terms in an exact sum: that of the discriminant for two discs (`exact_discriminant` in
+/* Number of terms of the longest exact sum, which is the discriminant for two discs (`exact_discriminant` in
    pair_time.h). */
 enum { MOST_TERMS = 768 };
 
-/* Return the smaller number, in one machine instruction, while `fmin` would be a call. The arguments must not be
-   NaN. */
+/* Return the smaller of two numbers. Compilers need one machine instruction for it, but call a function for `fmin`. The
+   arguments must not be NaN. */
 static inline double lesser(double a, double b) {
     return a < b ? a : b;
 }
@@ -144,7 +144,7 @@ static inline TripleDouble add_pair_product(TripleDouble total, DoubleDouble p, 
     return add_product(total, p.low, q.low);
 }
 
-/* Add the square of a pair to a sum (`sign` 1), or subtract it (-1). */
+/* Add the square of a pair to a sum if `sign` is 1, or subtract the square if `sign` is -1. */
 static inline TripleDouble add_square(TripleDouble total, DoubleDouble p, double sign) {
     total = add_product(total, p.high, sign * p.high);
     total = add_product(total, 2.0 * p.high, sign * p.low);
@@ -157,8 +157,8 @@ static inline DoubleDouble round_sum(TripleDouble total) {
     return two_sum(top.high, top.low + total.low);
 }
 
-/* Write terms whose exact sum is `sign` times the sum of `p` times the sum of `q`. The sign is 1 or -1. Return the
-   number of terms. */
+/* Write terms whose exact sum is a product of three factors: `sign`, the sum of `p`, and the sum of `q`. The sign is 1
+   or -1. Return the number of terms. */
 static inline int write_products(double *terms, const double *p, int p_count, const double *q, int q_count,
                                  double sign) {
     int count = 0;
@@ -237,8 +237,8 @@ static inline double nearest_length(double x, double y) {
 /* ---- instants ---- */
 
 /* An instant is a pair, because a single float would be too coarse to locate a disc after 1e5 bounces. The high part of
-   the pair is the float nearest to the sum. So the high parts of two instants are compared first, and then the low
-   parts. */
+   an instant is the float nearest to the instant. So the high parts of two instants are compared first, and then the
+   low parts. */
 typedef DoubleDouble Instant; /* seconds since the start */
 
 static const Instant NEVER = {CAROM_INF, 0.0};

@@ -22,7 +22,7 @@
 
 enum {
     EXP_STEPS = 32,
-    /* added to a step, which makes the sum positive, so that its integer division by EXP_STEPS rounds down */
+    /* added to the number of a step: the sum is positive, so its integer division by EXP_STEPS rounds down */
     EXP_OFFSET = 2048 * EXP_STEPS
 };
 
@@ -75,7 +75,7 @@ static const double EXP_TERMS[6] = {
 };
 
 /* An exponential in parts: e^x = 2^exponent (base + growth base), where `growth` is e^r - 1 for some |r| <= ln 2 / 64.
-   `is_small` is true if |x| is at most ln 2 / 64. Then `exponent` is 0 and `base` is 1. */
+   If |x| is at most ln 2 / 64, then `is_small` is true, `exponent` is 0 and `base` is 1. */
 typedef struct Exponential {
     DoubleDouble base;
     DoubleDouble growth;
@@ -104,8 +104,8 @@ static inline Exponential expand_exponential(double x) {
     int step = (int)(x * CAROM_STEPS_PER_UNIT + (x < 0.0 ? -0.5 : 0.5));
     DoubleDouble r = {x, 0.0};
     if (step != 0) {
-        /* r is x minus step times ln 2 / 32. The first difference is exact, because the two numbers differ by at most a
-           factor of 2. The last difference has an error of 2^-113. */
+        /* r is x minus `step` times ln 2 / 32. The difference with CAROM_STEP_HIGH is exact, because its two operands
+           differ by at most a factor of 2. The difference with CAROM_STEP_LOW has an error of 2^-113. */
         r = two_diff(x - step * CAROM_STEP_HIGH, step * CAROM_STEP_MIDDLE);
         r = two_sum(r.high, r.low - step * CAROM_STEP_LOW);
     }
@@ -165,8 +165,8 @@ static CAROM_NOINLINE double decide_expm1(double x) {
     if (twos <= FRACTION_BITS) {
         return wide_to_double(wide_subtract(power, wide_power_of_two(FRACTION_BITS - twos)), twos - FRACTION_BITS);
     }
-    /* Here 1 is less than the last bit of `power`. Subtracting an eighth of this bit instead of 1 gives the same
-       rounding. */
+    /* The last bit of `power` is more than 1 here. So an eighth of this bit is subtracted instead of 1, which gives the
+       same rounding. */
     power = wide_subtract(wide_multiply_small(power, 8), wide_power_of_two(0));
     return wide_to_double(power, twos - FRACTION_BITS - 3);
 }
@@ -267,14 +267,14 @@ static inline double approximate_log1p(double x) {
 
 /* Return the natural logarithm of 1 + x as a pair, for x above -1. `error` is set to a bound of the result's error. */
 static inline DoubleDouble expand_log1p(double x, double *error) {
-    /* The result is the approximation `first` plus the logarithm of 1 + rest, where rest = (1 + x) / e^first - 1. The
-       magnitude of rest is at most 2^-48 times that of `first`. The logarithm of 1 + rest is rest - rest^2 / 2 with an
-       error of less than 2^-120 times the result. */
+    /* The result is the approximation `first` plus the logarithm of 1 + `rest`, where `rest` is (1 + x) / e^first - 1.
+       The magnitude of `rest` is at most 2^-48 times that of `first`. The first two terms of the logarithm's series, r
+       and -r^2 / 2 with r = `rest`, have an error of less than 2^-120 times the result. */
     double first = approximate_log1p(x);
     Exponential inverse = expand_exponential(-first);
     DoubleDouble rest;
     *error = CAROM_EXP_ERROR * fabs(first);
-    if (inverse.is_small) { /* rest is x + growth + x growth, where x and growth nearly cancel */
+    if (inverse.is_small) { /* `rest` is x + `growth` + x `growth`, where x and `growth` nearly cancel */
         DoubleDouble product = pair_product((DoubleDouble){x, 0.0}, inverse.growth);
         DoubleDouble sum = two_sum(x, inverse.growth.high);
         rest = two_sum(sum.high, product.high);
@@ -289,7 +289,7 @@ static inline DoubleDouble expand_log1p(double x, double *error) {
     return two_sum(value.high, value.low + (rest.low - 0.5 * rest.high * rest.high));
 }
 
-/* A number 1 + x and its logarithm. From it, logarithms of numbers near 1 + x are computed faster. */
+/* A number 1 + x and its logarithm. Logarithms of numbers near 1 + x are computed faster from this logarithm. */
 typedef struct LogAnchor {
     double x;
     DoubleDouble log; /* logarithm of 1 + x */

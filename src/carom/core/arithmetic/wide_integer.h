@@ -21,7 +21,7 @@ typedef struct WideInteger {
     uint32_t limb[WIDE_LIMBS];
 } WideInteger;
 
-/* Return 2^bit, for a bit from 0 to 254. */
+/* Return 2^`bit`, for a `bit` from 0 to 254. */
 static inline WideInteger wide_power_of_two(int bit) {
     WideInteger power = {{0}};
     power.limb[bit / 32] = (uint32_t)1 << (bit % 32);
@@ -66,11 +66,11 @@ static inline WideInteger wide_negate(WideInteger a) {
     return wide_subtract((WideInteger){{0}}, a);
 }
 
-/* Return a times 2^shift, rounded down, for a shift from -255 to 255 and a of any sign. */
+/* Return `a` times 2^shift, rounded down, for a `shift` from -255 to 255. `a` may have any sign. */
 static inline WideInteger wide_shift(WideInteger a, int shift) {
     WideInteger shifted;
     uint32_t sign = wide_is_negative(a) ? 0xFFFFFFFFu : 0;
-    /* number of limbs by which a is first shifted down. Then it is shifted up by `up` bits */
+    /* `a` is first shifted down by `down` limbs, and then up by `up` bits */
     int down = shift < 0 ? (-shift + 31) / 32 : 0;
     int up = shift + 32 * down;
     for (int i = 0; i < WIDE_LIMBS; i++) {
@@ -101,7 +101,7 @@ static inline WideInteger wide_multiply(WideInteger a, WideInteger b) {
     return quotient;
 }
 
-/* Return the product of a, which may have any sign, and a factor of at most 32 bits. */
+/* Return the product of `a` and a factor of at most 32 bits. `a` may have any sign. */
 static inline WideInteger wide_multiply_small(WideInteger a, uint32_t factor) {
     WideInteger product;
     uint64_t carry = 0;
@@ -138,7 +138,7 @@ static inline WideInteger wide_from_double(double x, int shift) {
     return wide_shift(whole, shift < -255 ? -255 : shift);
 }
 
-/* Return the float nearest to a times 2^exponent, or the even one of two equally near floats. If the product exceeds
+/* Return the float nearest to `a` times 2^exponent, or the even one of two equally near floats. If the product exceeds
    the largest float, return infinity. The result must not be subnormal. */
 static inline double wide_to_double(WideInteger a, int exponent) {
     bool negative = wide_is_negative(a);

@@ -1,11 +1,10 @@
-/* Times of impact of a disc that moves on a parabola, with a fixed disc, a half-plane, or a face, vertex or arc of a
-   wall.
+/* Times at which a disc on a parabola hits a fixed disc, a half-plane, or a face, vertex or arc of a wall.
 
    The gap to a line is a quadratic in time, w + s t + a t^2/2, with the gap w, its rate of change s and its
    acceleration a. The time of impact is the root at which the gap closes. The three coefficients are pairs of floats,
    so that their signs are accurate enough to select the right root. The gap to a circle has the degree 4: see falls.h.
-   If the gap to an arc's circle closes outside of the arc's sector, there is no contact. Then the next time at which
-   the gap closes is tried.
+   If the gap to an arc's circle closes outside of the arc's sector, there is no contact, and the next time at which the
+   gap closes is tried.
 
    Times are in seconds from now. The result is 0 for bodies that touch and approach. The result is also 0 for bodies
    that touch, do not separate and accelerate towards each other. If there is no impact, the result is infinity. If the
@@ -50,8 +49,8 @@ static inline double descent_time(DoubleDouble gap, DoubleDouble speed, DoubleDo
     DoubleDouble twice = {2.0 * gap.high, 2.0 * gap.low};
     DoubleDouble d = discriminant_from_gap(speed, twice, pull);
     if (!(d.high > 0.0)) {
-        /* The disc is pulled back before it reaches the wall. Or rounding places the disc inside the wall, and the disc
-           is pulled back before it has left the wall. */
+        /* Either the disc is pulled back before it reaches the wall, or rounding has placed the disc inside the wall,
+           and the disc is pulled back before it leaves the wall. */
         return a > 0.0 ? CAROM_INF : linear_root(speed, pull);
     }
     if (w > 0.0 && !(s > 0.0))
@@ -71,8 +70,8 @@ static inline double plane_fall_time(const Mover *disc, const Feature *plane, do
     return descent_time(gap, wall_speed(disc->ux.high, disc->uy.high, plane->nx, plane->ny), pull);
 }
 
-/* Return whether, at a time, the point of a face's line that is nearest to a disc is on the face. Rounding errors of
-   this decision do not matter, because impacts on the end of the face and on its vertex are the same. */
+/* Return whether the point of a face's line that is nearest to a disc at a time is on the face. Rounding errors of this
+   decision do not matter, because impacts on the end of the face and on its vertex are the same. */
 static inline bool foot_is_on_face(const Mover *disc, const Feature *face, double time, double ax, double ay) {
     double moved_x = time * (disc->ux.high + 0.5 * ax * time), moved_y = time * (disc->uy.high + 0.5 * ay * time);
     double x = offset_between(disc->x, face->x).high + moved_x;
@@ -175,7 +174,7 @@ static inline double disc_fall_time(const ExactQuartic *exact, const FallingDisc
 /* ---- arcs ---- */
 
 /* Return a coordinate after a time, with the velocity u and the acceleration a. Also return an upper bound of the
-   magnitude of its change. */
+   magnitude of the coordinate's change. */
 static inline MovedCoordinate fallen_coordinate(DoubleDouble x, DoubleDouble u, double a, double time) {
     double flown = time * u.high, fallen = 0.5 * a * time * time;
     DoubleDouble sum = two_sum(x.high, flown + fallen);

@@ -255,7 +255,7 @@ static inline void write_line_pairs(const void *source, PairPolynomial *p) {
     place = add_place_product(place, place_parts(path->y, path->from_y), fy);
     p->power[0] = round_sum(place);
     p->size[0] = fabs(p->power[0].high) + 0x1p-44 * (fx_size * x_size + fy_size * y_size);
-    /* The signs of the other two coefficients are exact. */
+    /* The signs of coefficients 1 and 2 are exact. */
     DoubleDouble ax = {path->ax, 0.0}, ay = {path->ay, 0.0};
     p->power[1] = inner_product(fx, fy, path->ux, path->uy);
     p->size[1] = fx_size * fabs(path->ux.high) + fy_size * fabs(path->uy.high);

@@ -3,7 +3,7 @@
 
    Roots are found in three stages. Each stage accepts only results that its error bounds prove.
 
-   1. With coefficients in floats, find intervals that contain one root each. For most gaps that never close, this stage
+   1. With coefficients in floats, find intervals with one root each. For most gaps that never close, this stage
       proves that there is no root.
    2. With coefficients in pairs of floats, find the intervals that floats cannot find, for example near a graze. Refine
       every root until its nearest float is certain.
@@ -73,8 +73,8 @@ static CAROM_NOINLINE double solve_exactly(const Falls *falls, int index) {
 
 /* ---- the stages ---- */
 
-/* Return whether all coefficients except power 0 certainly have the sign `start` or are 0. Then the polynomial has no
-   root t > 0. `error` is the bound of a coefficient's error, divided by the coefficient's `size`. */
+/* Return whether all coefficients except that of t^0 certainly have the sign `start` or are 0. If they have, the
+   polynomial has no root t > 0. `error` is the bound of a coefficient's error, divided by the coefficient's `size`. */
 static inline bool keeps_sign(const Polynomial *p, int start, double error) {
     bool keeps = true;
     for (int k = 1; k <= p->degree; k++)
@@ -82,8 +82,8 @@ static inline bool keeps_sign(const Polynomial *p, int start, double error) {
     return keeps;
 }
 
-/* With coefficients in pairs of floats, find intervals that contain one of the first `most` roots t > 0 each. Return
-   the number of intervals or QUARTIC_UNDECIDED.
+/* With coefficients in pairs of floats, find one interval for each of the first `most` roots t > 0. Return the number
+   of intervals or QUARTIC_UNDECIDED.
 
    The first interval that is searched is from 0 to `end`. Each further interval begins at the end of the previous one.
    For each interval, the polynomial is converted to count time from the beginning of the interval. */
@@ -114,8 +114,8 @@ static inline int isolate_roots_of_pairs(const PairPolynomial *p, int start, dou
     return QUARTIC_UNDECIDED;
 }
 
-/* Find intervals that contain one root each, with floats or, if floats fail, with pairs of floats. If there is a root,
-   `falls->pairs` is set, even if floats were sufficient. */
+/* Find intervals, each with exactly one root. Floats are used first, and pairs of floats if floats fail. If there is a
+   root, `falls->pairs` is set, even if floats were sufficient. */
 static inline int isolate_in_stages(Falls *falls, int most, Bracket *brackets) {
     double scale = time_scale(&falls->floats, falls->start), doubt;
     int count = isolate_roots(&falls->floats, falls->start, scale, most, brackets, &doubt);
@@ -152,7 +152,7 @@ static inline double find_first_fall(Falls *falls) {
     return time;
 }
 
-/* Find all falls at t > 0. Return their number, or QUARTIC_UNDECIDED if the first two stages do not decide. */
+/* Find all falls at t > 0. Return the number of falls, or QUARTIC_UNDECIDED if the first two stages do not decide. */
 static inline int find_all_falls(Falls *falls, double *times) {
     Bracket brackets[QUARTIC_POWERS];
     QuarticRoot roots[QUARTIC_POWERS];

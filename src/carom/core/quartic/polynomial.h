@@ -5,11 +5,11 @@
    coefficient of t^k. Power 0 is stored first. The float form is computed first. The functions of a `Gap` compute the
    other forms when they are needed.
 
-   - `Polynomial`: each power has an error of at most CAROM_ERROR times its `size`. The `size` is the sum of the
+   - `Polynomial`: each coefficient has an error of at most CAROM_ERROR times its `size`. The `size` is the sum of the
      magnitudes of its terms.
-   - `PairPolynomial`: each power is a pair of floats, with an error of at most CAROM_QUARTIC_PAIR_ERROR times its
-     `size`. If the terms of a power nearly cancel, `size` may be smaller than the sum of their magnitudes.
-   - `Products`: each power is an exact sum of products of two input numbers. */
+   - `PairPolynomial`: each coefficient is a pair of floats, with an error of at most CAROM_QUARTIC_PAIR_ERROR times its
+     `size`. If the terms of a coefficient nearly cancel, `size` may be smaller than the sum of their magnitudes.
+   - `Products`: each coefficient is an exact sum of products of two input numbers. */
 
 #pragma once
 
@@ -17,8 +17,8 @@
 
 enum {
     QUARTIC_POWERS = 5,
-    /* largest number of products in one power: 4 * 4 for each of two squared sums of four parts, and 2 * 2 for one
-       squared sum of two parts */
+    /* largest number of products in one coefficient: 4 * 4 for each of two squared sums of four parts, and 2 * 2 for
+       one squared sum of two parts */
     MOST_PRODUCTS = 36,
 };
 
@@ -39,7 +39,7 @@ typedef struct Product {
     double b;
 } Product;
 
-/* Power k of the polynomial is the sum of the first `count[k]` products in row k of `products`. */
+/* Coefficient k of the polynomial is the sum of the first `count[k]` products in row k of `products`. */
 typedef struct Products {
     /* instant from which the gap counts time: solvers must expand the polynomial in powers of t - from */
     double from;
@@ -70,8 +70,8 @@ enum { QUARTIC_SIGN = -1 };
 
 /* ---- products ---- */
 
-/* Add `factor` times the sum of `a` times the sum of `b` to a power of the polynomial, as single products. `factor` is
-   a power of two or its negative. Products that are 0 are omitted. */
+/* Add `factor` times the sum of `a` times the sum of `b` to a coefficient of the polynomial, as single products.
+   `factor` is a power of two or its negative. Products that are 0 are omitted. */
 static inline void add_products(Products *products, int power, const double *a, int a_count, const double *b,
                                 int b_count, double factor) {
     for (int i = 0; i < a_count; i++) {
@@ -94,7 +94,7 @@ static inline void shift_origin(PairPolynomial *p, double from) {
     }
 }
 
-/* Divide a polynomial by t^count. The lowest `count` powers must be 0. */
+/* Divide a polynomial by t^count. The lowest `count` coefficients must be 0. */
 static inline void drop_powers(PairPolynomial *p, int count) {
     p->degree -= count;
     for (int k = 0; k <= p->degree; k++) {

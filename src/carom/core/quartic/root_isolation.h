@@ -1,5 +1,5 @@
-/* Isolation of roots of a polynomial of degree 4 or less: finds intervals, called brackets, that contain exactly one
-   root t > 0 each. Error bounds prove this.
+/* Isolation of roots of a polynomial of degree 4 or less: finds intervals, called brackets, each of which provably
+   contains exactly one root t > 0.
 
    The half line t >= 0 is mapped to 0 <= s <= 1 by t = c s / (1 - s), so that s = 1/2 is the instant c. The polynomial,
    of degree n, is multiplied by (1 - s)^n. The result is a polynomial in s with Bernstein coefficients b. By Descartes'
@@ -8,7 +8,7 @@
    The sign of a coefficient is certain only if its magnitude exceeds its error bound. If an uncertain sign prevents a
    decision, the result is QUARTIC_UNDECIDED. The result is correct for any c. If c is near a minimum of the polynomial,
    few halvings are needed. The search in pairs of floats uses a series of finite intervals instead of the half line
-   (falls.h). So it also succeeds for roots that differ by many orders of magnitude.
+   (falls.h). So this search also succeeds for roots that differ by many orders of magnitude.
 
    Source: R. T. Farouki, "The Bernstein polynomial basis: a centennial retrospective", Comput. Aided Geom. Des. 29
    (2012), sections 4.3 and 5.2. */
@@ -149,7 +149,8 @@ static CAROM_ALWAYS_INLINE int isolate_roots_of_degree(const Polynomial *p, cons
     return QUARTIC_UNDECIDED;
 }
 
-/* Find brackets of the first `most` roots t > 0, in ascending order. Return their number or QUARTIC_UNDECIDED.
+/* Find brackets of the first `most` roots t > 0, in ascending order. Return the number of brackets or
+   QUARTIC_UNDECIDED.
 
    `start` is the exact sign of the polynomial at 0, and `scale` is the instant c of the comment at the top of this
    file. If an uncertain sign prevents a result, `doubt` is set to about the instant at which the polynomial is nearly
@@ -212,7 +213,7 @@ static inline void halve_pair_piece(BernsteinPairPiece *piece, BernsteinPairPiec
     second->begin = piece->end = 0.5 * (piece->begin + piece->end);
 }
 
-/* Find brackets of the first `most` roots between 0 and `width`, in ascending order. Return their number or
+/* Find brackets of the first `most` roots between 0 and `width`, in ascending order. Return the number of brackets or
    QUARTIC_UNDECIDED. `from` is added to the ends of the brackets. */
 static inline int isolate_roots_of_part(const PairPolynomial *p, int start, double from, double width, int most,
                                         Bracket *brackets) {

@@ -2,8 +2,8 @@
    its bracket. The root is refined to twice the precision of floats.
 
    First the root is approximated in floats. Then the polynomial is evaluated in pairs of floats, so that the correction
-   by Newton's method has a relative error of about 2^-45. Bounds of the derivatives near the root give a bound of its
-   error. */
+   by Newton's method has a relative error of about 2^-45. Bounds of the derivatives near the root give a bound of the
+   error of the root. */
 
 #pragma once
 
@@ -50,8 +50,8 @@ static inline double approximate_root(const Polynomial *p, const Bracket *bracke
     return t;
 }
 
-/* Find the root in a bracket as accurately as pairs of floats allow. Return whether a bound of its error was found.
-   `floats` must be `p`, rounded to floats. */
+/* Find the root in a bracket as accurately as pairs of floats allow. Return whether a bound of the root's error was
+   found. `floats` must be `p`, rounded to floats. */
 static inline bool refine_quartic_root(const PairPolynomial *p, const Polynomial *floats, const Bracket *bracket,
                                        QuarticRoot *root) {
     const int n = p->degree;
@@ -119,7 +119,8 @@ static inline bool round_quartic_root(const QuarticRoot *root, double *time) {
    end of the previous isolating interval, so the result may be a neighbour of the nearest float. The functions below
    find the same result from roots that are known to twice the precision of floats. */
 
-/* Return -1 if a root is certainly before an instant, 1 if it is certainly after the instant, and 0 if neither. */
+/* Return -1 if a root is certainly before an instant, 1 if it is certainly after the instant, and 0 if neither is
+   certain. */
 static inline int compare_root(const QuarticRoot *root, double t) {
     double away = root->time - t;
     double difference = away + root->rest;

@@ -1,10 +1,11 @@
-/* Time of impact of a disc on any feature (part of a wall) in straight uniform motion. Also the gap between a disc and
-   a feature, and the normal of a disc that touches a feature.
+/* Time of impact of a disc on any feature (part of a wall) in straight uniform motion. The file also computes the gap
+   between a disc and a feature, and the normal of a disc that touches a feature.
 
    line_time.h computes the times for half-planes and faces. A vertex is a full circle of radius 0. A vertex or the
    outside of an arc is hit as a fixed disc is: at the earlier root of |d + u t| = R. Here d is the position of the disc
    relative to the arc's centre, u is its velocity, and R is the sum of the arc's radius, its half width and the disc's
-   radius. The inside is hit at the later root, where R is the arc's radius minus the half width and the disc's radius:
+   radius. The inside of an arc is hit at the later root, where R is the arc's radius minus the half width and the
+   disc's radius:
 
        a = u.u,   b = d.u,   c = d.d - R^2,   D = b^2 - a c,
        t = (-b + sqrt(D)) / a    for b <= 0,        t = -c / (b + sqrt(D))    for b > 0.
@@ -12,8 +13,8 @@
    No terms cancel in these formulas for the later root, because c <= 0 inside. For a disc that has just left the
    inside, c is exactly 0, although the rounded value may differ. The next impact is then at t = -2 b / a, at the other
    end of the disc's straight path through the arc. Each result is one of the two floats next to the exact value. If the
-   disc has no normal speed after the impact, b is 0, too. The disc then glides along the arc: it stays in contact
-   without an impact.
+   disc also has no normal speed, b is exactly 0. The disc then glides along the arc: it stays in contact without an
+   impact.
 
    The disc hits the arc if the point of contact is in the arc's sector. If rounding errors leave this undecided, the
    disc hits the arc. The decision does not matter, because the disc then touches the arc at the same time as the arc's
@@ -245,7 +246,7 @@ static inline Direction normal_at(const Feature *feature, const Mover *disc) {
 /* Return the distance of a disc's rim from a feature, along the normal.
 
    The radius of an arc may be far larger than all other lengths. The difference of two distances from the arc's centre
-   would have a large rounding error. So the gap is computed from the difference of their squares. */
+   would have a large rounding error. So the gap is computed from the difference of the squares of these distances. */
 static inline double feature_gap(const Mover *disc, const Feature *f) {
     if (f->kind == PLANE) {
         return wall_gap(disc->x.high, disc->y.high, disc->radius, f->x.high, f->y.high, f->nx, f->ny).high;

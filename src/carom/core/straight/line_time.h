@@ -7,9 +7,9 @@
    are pairs of floats without rounding errors. The time is accurate to 2 units in the last place, for lengths and
    speeds between 1e-250 and 1e290.
 
-   FACES. A face is one side of a straight edge of a finite wall. Let e be the vector from its start to its end, l the
-   length of e, d the offset of the disc's centre from the start, u the disc's velocity, and R the half width plus the
-   disc's radius. The gap between rim and face, and the speed at which it changes, satisfy
+   FACES. A face is one side of a straight edge of a finite wall. Let e be the vector from the face's start to its end,
+   l the length of e, d the offset of the disc's centre from the start, u the disc's velocity, and R the half width plus
+   the disc's radius. The gap between rim and face, and the speed at which it changes, satisfy
 
        gap l = e x d - R l,   speed l = e x u.
 
@@ -28,8 +28,8 @@
 
 /* ---- half-planes ---- */
 
-/* Add `a` times a component of a normal to a sum. The components 0 and 1 are computed faster, because most walls are
-   parallel to an axis. */
+/* Add `a` times a component of a normal to a sum. A component of 0 or 1 takes less time. Most walls are parallel to an
+   axis, and have these components. */
 static inline TripleDouble add_along(TripleDouble total, double a, double component) {
     if (component == 0.0)
         return total;
@@ -59,8 +59,8 @@ static inline double linear_root(DoubleDouble gap, DoubleDouble speed) {
     return t - (((gap.high + product.high) + product.low) + (gap.low + t * speed.low)) / speed.high;
 }
 
-/* Return the seconds until a disc touches a wall: 0 if it approaches while it touches or overlaps the wall, infinity
-   for never. */
+/* Return the seconds until a disc touches a wall; infinity for never. The result is 0 if the disc touches or overlaps
+   the wall and approaches it. */
 static inline double wall_time(double x, double y, double vx, double vy, double radius, double qx, double qy, double nx,
                                double ny) {
     Bounded toward = approach(vx, vy, nx, ny);

@@ -10,11 +10,11 @@
    needs three conditions: the discs approach (b < 0), are apart (c > 0) and do not miss each other (D > 0). There are
    three steps, each with its own guarantee:
 
-   1. The plain form evaluates b, c and D in double precision. This form decides a condition only if the quantity
-      exceeds the bound of its rounding error.
+   1. The plain form evaluates b, c and D in double precision. This form decides a condition only if the b, c or
+      D of the condition exceeds the bound of its rounding error.
    2. The root of a collision is refined by one step. This step computes |d + u t|^2 - R^2 without cancellation. Each
       operand is split into a part on a common grid, whose square is exact, and a small rest. The step also finds
-      whether its error is certainly below 2 units in the last place.
+      whether the error of the root is certainly below 2 units in the last place.
    3. The error-free form computes the cases that the first two steps leave undecided. The error-free form uses sums of
       exact products, scaled by powers of two. If the products nearly cancel, so that rounding their sum in steps is too
       inaccurate, exact sums are used.
@@ -70,8 +70,8 @@ static inline Bounded separation(double dx, double dy, double reach) {
     return (Bounded){distance2 - reach2, CAROM_ERROR * (distance2 + reach2) + CAROM_NEGLIGIBLE};
 }
 
-/* Return whether two discs certainly do not collide within `wait` seconds. The first test uses that the time of impact
-   is at least c / (-2 b), with b and c from the top of this file. */
+/* Return whether two discs certainly do not collide within `wait` seconds. The first test uses the fact that the time
+   of impact is at least c / (-2 b), with b and c from the top of this file. */
 static inline bool is_passed(double dx, double dy, double ux, double uy, double reach, double wait) {
     Bounded b = approach(dx, dy, ux, uy);
     if (b.value > b.error)
@@ -237,8 +237,8 @@ static inline DoubleDouble exact_discriminant(Encounter e) {
     return exact_sum(terms, count);
 }
 
-/* Return D by the one of the two formulas above that is accurate for the given b, c and a. If the discs are apart (c >
-   0), the sign of D is exact, because it decides whether they collide. */
+/* Return D, by that of the two formulas above which is accurate for the given a, b and c. If the discs are apart
+   (c > 0), the sign of D is exact, because this sign decides whether the discs collide. */
 static inline DoubleDouble accurate_discriminant(Encounter e, DoubleDouble b, DoubleDouble c, DoubleDouble a) {
     double largest = a.high * (e.reach.high * e.reach.high), terms = b.high * b.high;
     bool is_near = c.high < 0.0 || terms < largest;
@@ -262,8 +262,8 @@ static inline double exact_pair_time(Encounter e) {
     e.ux = scale_pair(e.ux, -pace);
     e.uy = scale_pair(e.uy, -pace);
     DoubleDouble b = inner_product(e.x, e.y, e.ux, e.uy);
-    /* If one component of the velocity is less than 2^-1022 times the other, scaling can make it 0, and then b = 0. The
-       sign of b without scaling is still correct. */
+    /* If one component of the velocity is less than 2^-1022 times the other, scaling can make the smaller component 0,
+       and then b = 0. The sign of b without scaling is still correct. */
     if (!(b.high < 0.0) && !(b.high == 0.0 && e.x.high * ux + e.y.high * uy < 0.0))
         return CAROM_INF;
     DoubleDouble c = excess(e.x, e.y, e.reach);

@@ -102,7 +102,7 @@ static inline RunInput run_input(void) {
         .driven_count = lengths[DRIVEN] / DRIVEN_NUMBERS,
         .leg_count = lengths[LEGS] / LEG_NUMBERS,
         .has_spins = n[HAS_SPINS] != 0.0,
-        .has_finite_walls = true, /* then the positions of all impacts are recorded, which the page draws */
+        .has_finite_walls = true, /* so that the positions of all impacts are recorded: the page draws them */
         .has_acceleration = n[GRAVITY_X] != 0.0 || n[GRAVITY_Y] != 0.0 || n[TABLE_DECELERATION] != 0.0,
         .gravity = {n[GRAVITY_X], n[GRAVITY_Y]},
         .deceleration = n[TABLE_DECELERATION],

@@ -59,7 +59,7 @@ def _find_collapse(log: Recording, bodies: BallBodies) -> Degeneracy | None:
 
 
 def _find_crush(log: Recording, bodies: BallBodies) -> Degeneracy | None:
-    """Return the crush of a disc between two approaching half-planes, if it had many impacts with both of them.
+    """Return the crush of a disc between two approaching half-planes, if the disc had many impacts with both.
 
     Finite walls are ignored, because a disc can escape past their ends. If the normals of the half-planes are exactly
     opposite, the time of the crush does not depend on the disc's position.
@@ -177,7 +177,7 @@ def _order_row(pairs: set[tuple[int, int]], bodies: BallBodies) -> list[int] | N
 
 
 def _is_alone(row: list[int], bodies: BallBodies) -> bool:
-    """Return whether no other body can reach the row: either there is none, or all others and one end are at rest."""
+    """Return whether no other body can reach the row. If there are other bodies, they and one end must be at rest."""
     scene = bodies.scene
     other_bodies = [*map(wall_body, range(len(scene.walls))), *range(len(scene.discs))]
     other_bodies = [body for body in other_bodies if body not in row]
@@ -190,14 +190,14 @@ def _is_alone(row: list[int], bodies: BallBodies) -> bool:
 
 
 def _obstacle_body(body: int, bodies: BallBodies) -> int:
-    """Return the body number in `BallBodies`. For a wall, it is the number of the wall's first part."""
+    """Return the body number in `BallBodies`. For a wall, this is the number of the wall's first part."""
     if body >= 0:
         return body
     return wall_body(next(k for k, obstacle in enumerate(bodies.obstacles) if obstacle.wall == wall_index(body)))
 
 
 def _has_loss_or_slip(row: list[int], bodies: BallBodies) -> bool:
-    """Return whether discs of the row may rest on each other after energy loss, or friction changes a spin."""
+    """Return whether discs of the row may rest on each other after energy loss, or whether friction changes a spin."""
     scene, arrays = bodies.scene, bodies.scene.arrays
     walls = [wall_index(body) for body in row if body < 0]
     pairs = len(row) - 1 - len(walls)
@@ -241,7 +241,7 @@ def _find_obstacle(bodies: BallBodies, end: _Facing) -> Obstacle | None:
 
 
 def _find_line(row: list[int], obstacles: list[Obstacle | None], bodies: BallBodies) -> Exact | None:
-    """Return the exact direction of the line on which a row of discs stays; None if it is not exactly on a line."""
+    """Return the exact direction of the line on which a row of discs stays; None if the row is not exactly straight."""
     scene, start = bodies.scene, _compute_exact_centre(bodies, row[1])
     if obstacles[0] is None:
         line = subtract(start, _compute_exact_centre(bodies, row[0]))
@@ -275,7 +275,10 @@ def _find_line(row: list[int], obstacles: list[Obstacle | None], bodies: BallBod
 def _compute_surface_motion(
     end: _Facing, obstacle: Obstacle | None, line: Exact, bodies: BallBodies, now_s: float
 ) -> tuple[arb, arb, float]:
-    """Return the surface's position (extrapolated to time 0) at an end, its speed, and the end time of this speed."""
+    """Return the position at time 0 and the speed of an end's surface, and the time at which the speed changes.
+
+    The position is extrapolated from the present motion.
+    """
     dx, dy = map(ball, line)
     length = (dx * dx + dy * dy).sqrt()
     sign = 1 if dot(end.normal, line) > 0 else -1

@@ -45,7 +45,7 @@ class Goal(NamedTuple):
 
 
 class Stop(NamedTuple):
-    """Result of an attempt: how it ended, or the undecided event. Both are None if the intervals became too wide."""
+    """Result of an attempt: how it ended, or the undecided event. Both fields are None if intervals became too wide."""
 
     ending: Ending | None = None
     degeneracy: Degeneracy | None = None
@@ -176,7 +176,7 @@ class Attempt:
     def _carry_out(self, meeting: Meeting, goal: Goal) -> Stop | None:
         """Apply and record an event.
 
-        After every `_CHUNK` events, convert them to floats, lower the precision, and check whether to stop.
+        After every `_CHUNK` events, convert these events to floats, lower the precision, and check whether to stop.
         """
         self._add_event(apply_meeting(self.bodies, meeting), meeting[:3])
         if len(self.events) % _CHUNK:

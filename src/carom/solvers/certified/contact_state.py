@@ -91,8 +91,8 @@ class BallMode(NamedTuple):
 class End(NamedTuple):
     """End of sliding, rolling or rest without an impact: seconds until the end, the instant, and the cause.
 
-    The causes are: `slip`, the disc stops slipping; `rim`, the rim speed becomes 0; `over`, the disc's centre reaches
-    the end of its surface; `undecided`, the cause is unknown, and the run can only be certified up to this time.
+    The cause is `slip` if the disc stops slipping, `rim` if the rim speed becomes 0, and `over` if the disc's centre
+    reaches the end of its surface. If the cause is `undecided`, the run can only be certified up to this time.
     """
 
     wait: arb

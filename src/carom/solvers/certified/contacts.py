@@ -6,8 +6,8 @@ contact determines the disc's acceleration. Before an impact, a disc is released
 disc returns to the wall or stays free.
 
 Bounces are applied one by one until all remaining bounces take less time than the last requested digit. The remaining
-bounces are summed as a geometric series. This needs a disc that certainly slips in one direction in all of them, or
-certainly sticks in all of them.
+bounces are summed as a geometric series. For this sum, the disc must certainly slip in one direction in all remaining
+bounces, or certainly stick in all of them.
 """
 
 from __future__ import annotations
@@ -120,9 +120,9 @@ class BallContacts:
         return self.start_mode(i, gliding.ground, end.time, instant_s, state._replace(slip=slip, rim=rim))
 
     def release(self, i: int, time: arb, instant_s: float) -> None:
-        """Release disc `i` from its wall before an impact. The disc's new path is the tangent of the old path.
+        """Release disc `i` from its wall before an impact.
 
-        The tangent is meant in the reference frame that falls with gravity.
+        The disc's new path is the tangent of the old path, in the reference frame that falls with gravity.
         """
         bodies = self._bodies
         place, velocity, spin = bodies.centre_at(i, time), bodies.velocity(i, time, instant_s), bodies.spin_at(i, time)
@@ -174,7 +174,7 @@ class BallContacts:
         return (alike and theirs == ground.body) or ground.normal_part(*normal).is_zero()
 
     def release_struck(self, discs: list[int], time: arb, instant_s: float) -> dict[int, Gliding]:
-        """Release the discs of an impact from their walls. Return their contacts by disc number."""
+        """Release the discs of an impact from their walls. Return the contacts of these discs by disc number."""
         before = {i: gliding for i in discs if (gliding := self._states.gliding[i]) is not None}
         self._was_on = {i: gliding.ground.body for i, gliding in before.items()}
         for i in discs:

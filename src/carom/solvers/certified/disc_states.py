@@ -62,7 +62,7 @@ class BallBodies:
         laws: Constants of impacts, computed with the current precision.
         time: Instant for which the state of each disc is stored: an exact 64-bit float, in seconds.
         x: x coordinate of each centre at this instant. `y` is the other coordinate, and `vx` and `vy` are the velocity.
-            With gravity, all are relative to a reference frame that falls from rest at time 0.
+            With gravity, these numbers are relative to a reference frame that falls from rest at time 0.
         falls: Whether the scene has gravity.
         pulls: Sign of gravity's component along the normal of each straight obstacle; 0 for other obstacles.
         fastest_drive: A bound of the speeds of driven bodies, in m/s.
@@ -181,7 +181,7 @@ class BallBodies:
         return latest
 
     def find_last_impact_of_either(self, i: int, second: int, instant_s: float) -> arb | None:
-        """Return the time of the last impact that affects two bodies' next impact; None if before `instant_s`."""
+        """Return when the last impact that affects the next impact of two bodies was; None if before `instant_s`."""
         times = [
             self.find_last_impact(disc, second)
             for disc in (i, second)
@@ -192,7 +192,7 @@ class BallBodies:
     def are_orthogonal(self, one: int, other: int) -> bool:
         """Return whether two straight obstacles are exactly orthogonal and without friction.
 
-        Then an impact on one of them does not change impacts on the other.
+        If they are, an impact on one obstacle does not change impacts on the other obstacle.
         """
         orthogonal = self._orthogonal.get((one, other))
         if orthogonal is None:
@@ -268,7 +268,7 @@ class BallBodies:
         return self.x[i] + self.vx[i] * dt, self.y[i] + self.vy[i] * dt
 
     def centre_at(self, i: int, time: arb) -> tuple[arb, arb]:
-        """Return the centre of disc `i`, which must not be driven, at a time, relative to the walls."""
+        """Return the centre of disc `i` at a time, relative to the walls. The disc must not be driven."""
         if not self.movable[i]:
             return self.x[i], self.y[i]
         dt, pull = time - self.time[i], self.acceleration[i]
@@ -335,7 +335,7 @@ class BallBodies:
     def record_impact(self, i: int, other: int, instant_s: float, time: arb, latest: float) -> None:
         """Record an impact of disc `i` with another body at `time`, which is at most `latest`.
 
-        From now on, the disc's state is that at the instant `instant_s`.
+        From now on, the state of the disc is stored for the instant `instant_s`.
         """
         self.time[i] = instant_s
         self.last_met[i] = max(self.last_met[i], latest)

@@ -57,12 +57,12 @@ def do_graze(bodies: BallBodies, i: int, j: int) -> bool:
 def does_graze_wall(bodies: BallBodies, i: int, k: int) -> bool:
     """Return whether a disc on its initial path turns back under gravity exactly where it touches a half-plane.
 
-    With the normal n, the condition is ``s^2 = 2 a (P - r |n|)``. The components along n of velocity, gravity and the
-    centre's offset are s, a and P, and the radius is r.
+    With the normal n, the condition is ``s^2 = 2 a (P - r |n|)``. Here s, a and P are the components along n of the
+    velocity, gravity and the centre's offset, and r is the radius.
     """
     offset, rim2, toward = _find_root_form(bodies, i, wall_body(k))
     pull = dot(bodies.scene.gravity_m_s2, _plane_of(bodies, wall_body(k)).normal)
-    left = 2 * pull * offset - toward * toward  # is 2 a r |n| if the disc turns back where it touches
+    left = 2 * pull * offset - toward * toward  # 2 a r |n| if the disc turns back where it touches the half-plane
     return _sign(left) == _sign(pull) and left * left == 4 * pull * pull * rim2
 
 
@@ -78,7 +78,7 @@ def are_simultaneous(bodies: BallBodies, one: tuple[int, int], other: tuple[int,
         return False
     (p1, q1, a1), (p2, q2, a2) = _find_root_form(bodies, *one), _find_root_form(bodies, *other)
     k, c, b = p2 * a1 - p1 * a2, a2 * a2 * q1, a1 * a1 * q2
-    double_product = b - k * k - c  # is 2 k sqrt(C) if the instants are equal
+    double_product = b - k * k - c  # 2 k sqrt(C) if the instants are equal
     if _sign(double_product) != _sign(k) * _sign(c) or double_product**2 != 4 * k * k * c:
         return False
     return k >= 0 or k * k <= c  # sqrt(B) is not negative

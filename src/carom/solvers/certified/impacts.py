@@ -78,7 +78,7 @@ def apply_meeting(bodies: BallBodies, meeting: Meeting) -> BallEvent:
 
 
 def _replace_by_tangents(bodies: BallBodies, meeting: Meeting, near: PairApproach) -> PairApproach:
-    """Return two discs before their impact, where tangents at the impact replace curved paths."""
+    """Return the states of two discs before their impact, with tangents at the impact instead of curved paths."""
     wait, places, speeds = near.wait, [], []
     for i in meeting[:2]:
         u, v = bodies.velocity(i, meeting.time, meeting.at)
@@ -133,7 +133,8 @@ def _apply_impact(bodies: BallBodies, meeting: Meeting) -> BallImpact:
 def _apply_impact_at_joint(bodies: BallBodies, meeting: Meeting, seam: Seam) -> BallImpact:
     """Apply an impact near the smooth joint of two edges of a wall.
 
-    It is undecided which edge the disc meets. So the intervals of its new state include the results for both edges.
+    It is undecided which edge the disc meets. So the intervals of the disc's new state include the results for both
+    edges.
     """
     i, states = meeting.first, (bodies.x, bodies.y, bodies.vx, bodies.vy, bodies.spin)
     state_before, time = [state[i] for state in states], bodies.time[i]
@@ -155,7 +156,7 @@ def _apply_impact_at_joint(bodies: BallBodies, meeting: Meeting, seam: Seam) -> 
 def _find_edge(bodies: BallBodies, meeting: Meeting) -> tuple[int, int]:
     """Return the number and kind of the edge of a finite wall that the disc has hit.
 
-    A part of a wall can consist of several edges. Then the disc's position determines the edge.
+    If a part of a wall consists of several edges, the disc's position determines the edge.
     """
     obstacle = bodies.obstacles[wall_index(meeting.second)]
     if obstacle.kind is None:
@@ -253,7 +254,7 @@ def _bounce_off_straight(
 
 
 def _bounce_off_round(bodies: BallBodies, meeting: Meeting, near: RoundApproach) -> tuple[arb, arb, arb]:
-    """Apply the impact of a disc on a vertex or an arc. The disc approaches it with the speed ``root / reach``."""
+    """Apply the impact of a disc on a vertex or an arc. The speed of approach is ``root / reach``."""
     i = meeting.first
     x, y = bodies.centre_in_frame(i, meeting.at)
     change = near.law.change * near.root
@@ -290,7 +291,7 @@ def _rub_discs(bodies: BallBodies, meeting: Meeting, near: PairApproach, normal:
 def _rub_wall(
     bodies: BallBodies, meeting: Meeting, velocity: tuple[arb, arb], normal: tuple[arb, arb, arb]
 ) -> BallFrictions:
-    """Apply a wall's friction and rolling resistance to a disc. Return the slip and rim speed that they remove."""
+    """Apply a wall's friction and rolling resistance to a disc. Return the slip and rim speed removed."""
     i, near = meeting.first, meeting.near
     wall = bodies.obstacles[wall_index(meeting.second)].wall
     material = bodies.materials[wall]

@@ -22,7 +22,7 @@ from carom.solvers.certified.two_frictions import share_frictions, sign_of
 def sum_bounces(
     bodies: BallBodies, i: int, ground: BallGround, bounce: Bounce, hop: arb, tolerance: arb | None
 ) -> GlideState | None:
-    """Return the state of a disc after all remaining bounces; None if it may slip in some and stick in others.
+    """Return the state of a disc after all remaining bounces; None if it may slip in some bounces and stick in others.
 
     If friction can reverse the slip, the remaining slip may be uncertain by at most the fraction `tolerance`. None
     means no limit.
@@ -74,8 +74,8 @@ def _sum_reversing_bounces(
     go to 0 together, whether the disc slides or sticks. The speed u and the rim speed q follow from ``y u - q``, which
     friction does not change.
 
-    If r may be outside of this range, some slip remains if it is larger than the amount that all these impacts can
-    remove. The remaining slip is uncertain by this amount.
+    If r may be outside of this range, some slip remains if the slip is larger than the amount that all these impacts
+    can remove. The remaining slip is uncertain by this amount.
     """
     (place, speed, slip, rim), hop = state, 2 * bounce.leaves / ground.presses
     e, b = arb(material.restitution), arb(bodies.scene.wall_tangential_restitution)

@@ -67,7 +67,7 @@ class Laws:
 
     Attributes:
         of_straight: Function that returns the constants of the k-th obstacle, a half-plane or straight side, for discs
-            of a given radius (None for 0).
+            of a given radius; None means the radius 0.
         of_round: Function that returns the constants of the k-th obstacle, a vertex or an arc, for discs of a given
             radius.
     """

@@ -93,7 +93,7 @@ class Meeting(NamedTuple):
         decided: Whether the impact is certain.
         resting: Whether the impact is undecided because the bodies may already be in contact. With False, the
             bodies may only graze each other.
-        turning: Whether the impact is undecided because a driven body may change its velocity before.
+        turning: Whether the impact is undecided because a driven body may change its velocity before the impact.
         proven: Whether the bodies certainly touch, so that only the order of impacts is undecided.
         near: Relative motion just before the impact; None for a straight obstacle that the disc approaches at constant
             speed.

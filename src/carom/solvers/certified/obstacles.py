@@ -79,8 +79,8 @@ class Obstacle:
         half_width: The wall consists of all points within this distance of the line in its middle, in metres.
         kind: Kind of the part; None for a half-plane.
         edges: Numbers of the edges to which the part belongs. A vertex has only the lower number.
-        neighbours: Body numbers of the obstacles that follow at the beginning and at the end of this one. A number is
-            None if no obstacle follows.
+        neighbours: Body numbers of the obstacles that adjoin this one at its beginning and at its end; None where no
+            obstacle adjoins it.
     """
 
     wall: int
@@ -158,7 +158,7 @@ def _build_stop(side: Obstacle, arc: Round, offset: Exact) -> Obstacle:
 
 
 def _link_side(sides: list[Obstacle], number: int, run: JoinedEdges, end: int, body: int) -> None:
-    """Store the obstacle that follows at an end of a side. On a clockwise arc, beginning and end are exchanged."""
+    """Store the obstacle that adjoins a side at an end. On a clockwise arc, beginning and end are exchanged."""
     at_begin, at_end = sides[number].neighbours
     at_the_end = bool(end) == (run.turn >= 0)
     sides[number] = replace(sides[number], neighbours=(at_begin, body) if at_the_end else (body, at_end))

@@ -68,8 +68,8 @@ def to_vector(x: arb, y: arb) -> Vector:
 class Recording:
     """Log of those impacts of a run that are known to the requested digits.
 
-    All attempts of a run, each with a higher precision, use the same log. A new attempt does not record the impacts
-    again that the log already contains.
+    All attempts of a run, each with a higher precision, use the same log. A new attempt does not record again the
+    impacts that the log already contains.
 
     Attributes:
         digits: Requested decimal digits.
@@ -133,7 +133,7 @@ class Recording:
         self._skip = self.events
 
     def add(self, event: BallEvent) -> None:
-        """Append an event. A later call of `convert` converts it to floats."""
+        """Append an event. A later call of `convert` converts the event to floats."""
         if self._skip:
             self._skip -= 1
         else:
@@ -189,8 +189,8 @@ class Recording:
         time, *after = +impact.time, *(+v for v in impact.after)
         t, t_radius = round_to_float(time)
         velocities = [to_vector(*after[:2]), to_vector(*after[2:])]
-        # These error bounds include float rounding. Where error bounds exceed the limit, the widths of the intervals
-        # are compared with the limit instead.
+        # The radii are error bounds that include float rounding. Where error bounds exceed the limit, the widths of the
+        # intervals are compared with the limit instead.
         widest = max(velocities[0].radius + velocities[1].radius)
         if self._speed_tolerance < widest and not all(v.rad() <= self._speed_tolerance for v in after):
             return False

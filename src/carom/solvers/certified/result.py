@@ -15,7 +15,7 @@ from carom.support.equality import ByValue
 
 
 class Ending(Enum):
-    """How a certified run ended. Reports show the value."""
+    """How a certified run ended. Reports contain the text of a member."""
 
     COMPLETED = "certified to the end of the scene"
     MAX_IMPACTS = "stopped after the requested number of impacts"
@@ -26,7 +26,7 @@ class Ending(Enum):
 
 
 class Degenerate(Enum):
-    """Why an event has no certain result. Reports show the value."""
+    """Why an event has no certain result. Reports contain the text of a member."""
 
     SHARED_INSTANT = "a disc has two impacts at one instant, and their order may matter"
     TOUCHING_START = "two bodies touch exactly at the start and move towards each other"

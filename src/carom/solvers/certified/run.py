@@ -36,7 +36,7 @@ _FIRST_BITS = 160
 _MARGIN, _MOST_RISE, _LEAST_RISE = 1.125, 8.0, 1.5
 #: Outcomes of runs that end with infinitely many impacts: a collapse or a crush.
 _ENDLESS = {Degenerate.COLLAPSE: Outcome.STANDSTILL, Degenerate.CRUSH: Outcome.CRUSHED}
-#: Outcomes of runs that can be advanced further, by ending of the run.
+#: Outcomes of runs that can be advanced further. The keys are the endings of these runs.
 _GOES_ON = {
     None: Outcome.COMPLETED,
     Ending.COMPLETED: Outcome.COMPLETED,
@@ -149,7 +149,7 @@ class CertifiedRun:
         return np.bincount(np.array(bodies, np.int64), minlength=len(self.scene.discs)).astype(np.int64)
 
     def result(self) -> CertifiedTrace:
-        """Return the certified part of the run. Its final state is at the exact instant `time_s`."""
+        """Return the certified part of the run. The final state of this part is at the exact instant `time_s`."""
         attempt, impacts = self._attempt, len(self.log)
         # After an interrupt or an undecided contact, the last event may be applied only in part.
         if self.log.events < len(attempt.events) or attempt.is_cut or self.ending is Ending.INTERRUPTED:

@@ -8,7 +8,7 @@ undecided.
 
 The first bound of an event can be much earlier than the impact, for example the start of both paths. A solution that
 starts from an early bound is inaccurate, and is only used as a better bound. When the better bound is the smallest of
-all, the event's time is computed again from there.
+all, the event's time is computed again from this bound.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from carom.solvers.certified.meeting import Meeting
 from carom.solvers.certified.meeting_times import meet
 from carom.solvers.certified.result import Degeneracy, Degenerate, Undecided
 
-#: The clock is checked each time this number of times of impact has been computed.
+#: After this number of computed times of impact, the clock is checked again.
 _CHUNK = 1024
 
 
@@ -37,7 +37,7 @@ class OutOfTime(Exception):  # noqa: N818 - not an error: a signal to stop
 
 
 class Choice(NamedTuple):
-    """The next impact, and whether its order with the impact after it is unknown without an effect on the result."""
+    """The next impact, and whether its order with the following impact is unknown but does not affect the result."""
 
     meeting: Meeting
     commutes: bool
@@ -117,7 +117,7 @@ class Selection:
     def _solve(self, instant_s: float, disc: int, body: int) -> Meeting | None:
         """Compute the time of an impact as an interval, starting from its bound.
 
-        Return the impact if the bound was close to its time.
+        Return the impact if the bound was close to the time.
         """
         self.solved += 1
         if self.solved % _CHUNK == 0 and time.perf_counter() > self.deadline_s:
@@ -195,8 +195,8 @@ class Selection:
         fastest, speed_factor = fastest.sqrt().max(arb(bodies.fastest_drive)), 5
         if bodies.has_friction:
             fastest, speed_factor = max([fastest, *(abs(bodies.rim_speed(k)).upper() for k in range(len(bodies)))]), 13
-        # Each disc moves at most with 5 times the greatest speed (13 times with friction). The disc moves for at most
-        # twice the window plus the time from `instant_s`.
+        # The speed of each disc is at most 5 times the greatest speed (13 times with friction). The disc moves for at
+        # most twice the window plus the time from `instant_s`.
         length = 2 * (window.upper() - window.lower()) + abs(window - instant_s).upper()
         gained_speed = bodies.bound_acceleration() * (window.upper() + length)  # stored velocities are those at time 0
         reach = bodies.laws.of_discs(i, j).reach + 2 * speed_factor * (fastest + gained_speed) * length

@@ -1,9 +1,9 @@
 """Search for falls: times at which a polynomial with interval coefficients changes from positive to negative.
 
 The time axis is repeatedly divided into halves, until the sign of the polynomial or of its slope is certain on each
-piece. A Taylor expansion about the middle of the piece shows this. A fall is certain if the polynomial is
-positive, then has negative slope, and then is negative. If the polynomial comes too close to zero for the precision,
-the fall is uncertain.
+piece. The signs on a piece are found by a Taylor expansion about the middle of the piece. A fall is certain if the
+polynomial is positive, then has negative slope, and then is negative. If the polynomial comes too close to zero for the
+precision, the fall is uncertain.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from flint import arb, arb_poly, ctx
 
 from carom.solvers.certified.ball_arithmetic import ZERO
 
-#: Number of halvings before the search: the first pieces of the searched time end at its end, at half of it, at a
-#: quarter, and so on.
+#: Number of halvings before the search: the searched time T is first divided into pieces that end at T, T / 2, T / 4,
+#: and so on.
 _FIRST = 8
-#: A piece stays undecided after _HALVINGS + p / 2 halvings, where p is the precision in bits. This suffices to find a
-#: double zero. A piece also stays undecided if the polynomial changes on it by at most _BLUR times the uncertainty of
-#: its coefficients.
+#: A piece stays undecided after _HALVINGS + p / 2 halvings, where p is the precision in bits. This number of halvings
+#: suffices to find a double zero. A piece also stays undecided if the polynomial changes on it by at most _BLUR times
+#: the uncertainty of its coefficients.
 _HALVINGS, _BLUR = 60, 4
 _INFINITY = float("inf")
 
@@ -100,7 +100,7 @@ def _find_parabola_falls(c: arb, b: arb, a: arb = ZERO) -> tuple[Fall, ...] | No
 
 
 def _find_fall(polynomial: arb_poly, sign: int, pending: list[_Piece], at_end: int) -> Fall | None:
-    """Return the fall on consecutive pieces, or None. `sign` and `at_end` are the signs before and after them."""
+    """Return the fall on consecutive pieces, or None. The signs before and after are `sign` and `at_end`."""
     slopes = {piece.slope for piece in pending}
     if slopes <= {1} or (at_end > 0 and 0 not in slopes) or (sign < 0 and 0 not in slopes):
         return None

@@ -16,7 +16,10 @@ from carom.solvers.certified.ball_arithmetic import ZERO
 
 
 class BallFrictions(NamedTuple):
-    """Intervals of the struct `Frictions` of `core/wall_contact_law.h`. Undecided `sticks` and `blocks` are None."""
+    """The struct `Frictions` of `core/wall_contact_law.h`, with intervals.
+
+    `sticks` and `blocks` are None if they are undecided.
+    """
 
     friction: arb
     rolling: arb

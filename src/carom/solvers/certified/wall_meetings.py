@@ -50,7 +50,7 @@ def meet_straight(bodies: BallBodies, i: int, second: int, instant_s: float, leg
 
 
 def _glide_to_plane(bodies: BallBodies, i: int, second: int, instant_s: float, leg: BallLeg | None) -> Meeting | None:
-    """Return the impact of disc `i` on a half-plane or face while it slides, rolls or rests on another surface."""
+    """Return the impact of disc `i` on a half-plane or face while the disc slides, rolls or rests elsewhere."""
     law = bodies.laws.of_straight(wall_index(second), bodies.scene.discs[i].radius_m)
     x, y, vx, vy = bodies.relative_state(i, instant_s, leg)
     gap, speed = x * law.nx + y * law.ny - law.level, vx * law.nx + vy * law.ny
@@ -198,7 +198,7 @@ def _round_of(bodies: BallBodies, second: int) -> Round:
 
 
 def _passes_stop(bodies: BallBodies, i: int, k: int, shape: Round) -> bool:
-    """Return whether the part only stops discs that are too large for the inside of an arc, but disc `i` fits."""
+    """Return whether disc `i` fits inside the arc of a stop, which only stops larger discs."""
     return (Fraction(bodies.scene.discs[i].radius_m) + bodies.obstacles[k].half_width) ** 2 < shape.stops2
 
 
@@ -322,7 +322,7 @@ def find_finite_contact_at_start(scene: Scene, grounds: Mapping[int, int]) -> De
 
     Discs that start in lasting contact with a wall are ignored. `grounds` maps the numbers of these discs to walls.
 
-    The gap is an interval of many bits. If it contains positive and negative numbers, the result is marked as not
+    The gap is an interval of many bits. If the gap contains positive and negative numbers, the result is marked as not
     proven.
     """
     with ctx.workprec(_START_BITS):

@@ -23,7 +23,7 @@ NO_OBSTACLE = -1
 
 
 class Obstacles:
-    """Sides and vertices of walls, for scenes with finite walls, moving walls, conveyors, or walls of own materials.
+    """Sides and vertices of walls, for scenes in which a wall is finite, moves, is a conveyor, or has its own material.
 
     Attributes:
         rows: Data of each side or vertex, as returned by `carom.core.input_rows.build_feature_row`.
@@ -52,7 +52,7 @@ class Obstacles:
         return build_grounds(self._start, self._finite, self.rows[:, 1].astype(int).tolist())
 
     def format_names(self, one: int, other: int) -> str:
-        """Return the names of two obstacles. An obstacle is named by its wall, or by its edge of a finite wall."""
+        """Return the names of two obstacles, joined by "and"."""
         walls = [f"wall {int(self.rows[number, 1])}" for number in (one, other)]
         edges = [self._finite[number][1].edges[0] if number in self._finite else None for number in (one, other)]
         if walls[0] == walls[1] and None not in edges:
@@ -61,7 +61,7 @@ class Obstacles:
         return f"{self.format_name(one)} and {self.format_name(other)}"
 
     def format_name(self, number: int) -> str:
-        """Return the name of an obstacle: the name of its wall, or of its edge of a finite wall."""
+        """Return the name of an obstacle: "wall 1", or "edge 2 of wall 1" if the wall is finite."""
         wall = f"wall {int(self.rows[number, 1])}"
         return f"edge {self._finite[number][1].edges[0]} of {wall}" if number in self._finite else wall
 
@@ -163,7 +163,7 @@ class _Surroundings:
                     self._arcs[end].append(number)
 
     def find_face_surroundings(self, face: Face) -> tuple[tuple[int, int], list[int]]:
-        """Return the vertices at the ends of a straight side, and the parts of the wall that a disc on it never meets.
+        """Return the vertices at the ends of a straight side, and the parts of the wall that a disc there never meets.
 
         The parts never met are both sides of the edge, the vertices, and arcs that continue the wall smoothly. Rounding
         would decide whether a disc meets such an arc or the straight side first.

@@ -38,7 +38,7 @@ _SHOWN = ("impacts", "wall_impacts", "predictions", "stale", "crossings", "beyon
 
 
 class RunState(NamedTuple):
-    """State of a run, from which a run of the same discs and walls can be resumed, without the recorded impacts."""
+    """State of a run without the recorded impacts. A run of the same discs and walls can be resumed from this state."""
 
     kernel: Mapping[str, Any]  # see `Kernel.state` in pic.pyx
     time_s: float
@@ -66,8 +66,8 @@ class EventDrivenRun:
         cell_factor: Factor that multiplies the width of the cells in which near discs are searched, at least 1;
             infinity for a single cell. With the factor 1, a run with few discs uses no cells. The factor does not
             change results.
-        all_pairs: Whether to compute all pairs at each event, without cells, queue or stored predictions. This does not
-            change results.
+        all_pairs: Whether to compute all pairs at each event, without cells, queue or stored predictions. This choice
+            does not change results.
 
     Raises:
         InputError: The scene has damping. A contact time is given for a scene with gravity or with a table that slows
@@ -173,7 +173,8 @@ class EventDrivenRun:
 
         Returns:
             The number of states written, and whether they are all steps before the first impact. Some steps are missing
-            if the run ends in the next step, or if the next step is long. Then call `advance_to` for the next step.
+            if the run ends in the next step, or if the next step is long. In these cases, call `advance_to` for the
+            next step.
         """
         if self._ended is not None:
             return 0, False
@@ -273,8 +274,8 @@ def compute_standstill_limit(bodies: int) -> int:
     The limit must be larger than any finite number of impacts at one instant. For n equal discs that touch in a line,
     this number is at most ``n (n - 1) / 2``. Two discs in front of a wall have 31 impacts if their masses are 1:100,
     and 314 impacts if their masses are 1:10,000. For few bodies, the limit is a hundred times the square of their
-    number, so that a run ends within milliseconds. For many bodies, it is ten million more than for a line of discs, so
-    that a run ends within seconds.
+    number, so that a run ends within milliseconds. For many bodies, the limit is ten million more than half the square
+    of their number, so that a run ends within seconds.
     """
     return min(100 * bodies**2, 10_000_000 + bodies**2 // 2)
 

@@ -19,7 +19,7 @@ from carom.solvers.run import Progress, Start, build_trace
 from carom.solvers.units import RunInUnits, Units, run_in_ordinary_units
 
 #: PIT searches around each disc for frames at which no bodies can touch, and skips these frames. PIT stops skipping
-#: when the searches have cost more work than they saved, by the work of this many searches around all discs. The number
+#: when the work of the searches exceeds the saved work by the work of this many searches around all discs. The number
 #: is a guess that has not been tuned.
 MOST_WASTE = 2.0
 #: Number of overlap tests that one call of the compiled code makes, in some hundredths of a second. Between calls, the
@@ -96,7 +96,7 @@ class FrameRun:
     ) -> int:
         """Run frames until a frame has an impact, and write the state after each frame.
 
-        Return the number of states written. With damping it is 0, because states with damping are not written.
+        Return the number of states written. With damping, no states are written, and the number is 0.
         """
         if self._damping.per_s:
             return 0
@@ -148,7 +148,7 @@ def start_pit_run(scene: Scene, clock: FrameClock, *, skipping: bool = True) -> 
     Args:
         scene: The scene.
         clock: Times of the frames.
-        skipping: Whether to skip tests that can't find an impact. This does not change the result.
+        skipping: Whether to skip tests that can't find an impact. This choice does not change the result.
     """
 
     def make(start: Start, units: Units) -> FrameRun:
@@ -179,7 +179,7 @@ def solve_pit(scene: Scene | str, *, frame_rate_hz: float | None = None, skippin
     Args:
         scene: The scene, or its name in the catalogue.
         frame_rate_hz: Frames per second; None for the scene's frame rate.
-        skipping: Whether to skip tests that can't find an impact. Only `Trace.counts` depends on it.
+        skipping: Whether to skip tests that can't find an impact. Only `Trace.counts` depends on this choice.
 
     Raises:
         InputError: The frame rate is not a positive number, or leads to too many frames.
