@@ -19,8 +19,8 @@ def _parse_angle(text: str) -> float:
 
 
 _ANGLE_TEXT = "an angle such as 1deg or 0.02rad, above 0 and below 180 degrees"
-# `build_measure_kind` excludes the lower limit and includes the upper limit. With the next smaller float as a limit,
-# the lower limit is included and the upper limit is excluded.
+# `build_measure_kind` allows its upper limit, but not its lower limit. The next smaller float is used as a limit to
+# exclude pi and 1, and to allow 0.
 _ANGLE = build_measure_kind(_ANGLE_TEXT, "ANGLE", 0.0, math.nextafter(math.pi, 0.0), read=_parse_angle)
 _ABOVE, _UP_TO = math.nextafter(0.0, -1.0), math.nextafter(1.0, 0.0)
 _FRACTION = build_measure_kind("0 or more and below 1", "NUMBER", _ABOVE, _UP_TO, span="0 to below 1")

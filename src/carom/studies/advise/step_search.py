@@ -148,7 +148,7 @@ def generate_step_grid(scene: Scene, guess_s: float) -> Iterator[float]:
 def count_steps_per_frame(dt_s: float, frame_rate_hz: float) -> int | None:
     """Return the number of steps per frame; None if the number is not whole."""
     times = 1.0 / (dt_s * frame_rate_hz)
-    # `times` and `dt_s` have two rounding errors each.
+    # The computation of `times` rounds twice, and the computation of `dt_s` may have rounded twice.
     rounded = round(times)
     return rounded if rounded and abs(times - rounded) <= 8 * 2.0**-53 * rounded else None
 

@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from carom.comparator import Score
 
 #: Durations in seconds: the film without slow motion, the part before the first fault (at normal speed), and the pause
-#: at the fault. The page's replay has the same durations. The last constant is the frame rate. A frame of a GIF lasts a
-#: whole number of hundredths of a second, here 4.
+#: at the fault. The page's replay has the same durations. `FRAMES_PER_S` is the frame rate. A frame of a GIF lasts
+#: a whole number of hundredths of a second, here 4.
 _FILM_S, _LEAD_S, _HELD_S, FRAMES_PER_S = 6, 0.6, 1.5, 25
 #: Smallest speed of the slow motion, relative to normal speed.
 _SLOWEST = 1.0 / 8.0

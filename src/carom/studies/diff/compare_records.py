@@ -235,7 +235,7 @@ def _find_method(cells: Sequence[DiffCell], name: str, path: Path) -> list[DiffC
 def _select_pairs(cells: Sequence[DiffCell], match: Sequence[tuple[str, str]], side: int, path: Path) -> list[DiffCell]:
     """Return the runs of one report that `match` selects.
 
-    Each run stores the number of the pair of names that selects it.
+    Each run stores the number of the pair of names that selects the run.
 
     Args:
         cells: All runs of the report.

@@ -68,8 +68,8 @@ class Attack:
         axis: Description of the varied quantity, with its unit.
         harmless: The harmless end of the range. Every sound method should pass at this value.
         absurd: The extreme end of the range, which may be larger or smaller than `harmless`.
-        trials: Function that returns the trials for a value, which usually differ only in the phase of the impact. A
-            method must pass all trials.
+        trials: Function that returns the trials for a value. A method must pass all of these trials, which usually
+            differ only in the phase of the impact.
         truth: Explanation of how the correct result is known.
         gives_way: Explanation of when a method fails.
         quick_absurd: The extreme end of the range in a quick campaign; None for `absurd`.
@@ -229,7 +229,7 @@ def build_closed_form_check(
 
 @_require_end
 def check_energy(trace: Trace) -> CheckResult:
-    """Check a run of an elastic scene: kinetic energy must be constant to a tenth, and no overlap may be deep."""
+    """Check a run of an elastic scene: kinetic energy may change by at most a tenth, and no overlap may be deep."""
     start = kinetic_energy(trace.scene, trace.scene.arrays.velocity_m_s)
     gained = kinetic_energy(trace.scene, trace.final_velocity_m_s) / start - 1.0
     if not abs(gained) <= TOLERANCE:

@@ -15,8 +15,8 @@ from carom.report.impact_rows import build_impact_rows
 from carom.report.outcome_marks import RIGHT, Mark
 from carom.studies.cross_check.grid import RANKING_NOTE, Grid, GridCell, GridColumn, compute_standing
 
-#: Largest numbers: rows in the table of impacts, columns with impacts in the table of methods, and columns with methods
-#: on a terminal.
+#: Largest numbers of rows in the table of impacts, of impact columns in the table of methods, and of method columns on
+#: a terminal.
 MOST_IMPACTS, MOST_BESIDE, MOST_ACROSS = 40, 4, 3
 
 METHOD_NOTE = (
@@ -155,7 +155,7 @@ def _build_group_column(grid: Grid, name: str, scenes: Sequence[str]) -> Column:
 
 
 def _build_group_cell(grid: Grid, names: Sequence[str], method: GridColumn) -> Cell:
-    """Return a cell that counts the scenes of a group with grades exact and close, and links to the worst scene."""
+    """Return a cell that counts the scenes of a group graded "exact" or "close", and links to the worst scene."""
     cells = [cell for cell in grid.list_cells(method) if cell.scene in names]
     worst, graded = _find_worst(cells), [cell.mark for cell in cells if cell.mark.rank is not None]
     if worst is None:
