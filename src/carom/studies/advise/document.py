@@ -74,7 +74,7 @@ def build_advice_document(advice: Advice, scene_word: str = "") -> Document:
 
 
 def _list_questions(advice: Advice) -> Iterator[tuple[str, Callable[[StepAdvice], StepRange]]]:
-    """Yield the heading of each accuracy criterion, and a function that returns the step sizes that meet it."""
+    """Yield the heading of each accuracy criterion, and a function that returns which step sizes meet the criterion."""
     yield "no miss", lambda answer: answer.never_misses
     yield f"≤ {_format_target_angle(advice)}", lambda answer: answer.demand
 

@@ -135,7 +135,7 @@ def _find_circle_ray_points(centre: Vector, radius: float, heading: float) -> li
 
 @dataclass(frozen=True)
 class PairLimit:
-    """Largest step sizes with which checks for overlap once per step find one impact accurately enough.
+    """Largest step sizes with which a check for overlap once per step finds one impact accurately enough.
 
     Attributes:
         window: The two discs at contact; None for a wall.

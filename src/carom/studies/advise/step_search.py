@@ -278,7 +278,7 @@ class StepSearch:
         return [trial for trial in run if count_steps_per_frame(trial.dt_s, self._rate_hz)][:1]
 
     def _is_long_enough(self, run: Sequence[StepTrial]) -> bool:
-        """Whether enough smaller step sizes were tested to recommend the first step size of `run`."""
+        """Whether enough smaller step sizes were tested to recommend the largest step size in `run`."""
         falling = _is_constant([trial.direction_error_rad / trial.dt_s for trial in run])
         return _has_octaves(run, OCTAVES_BELOW if falling else LONGEST) and run[-1].dt_s <= self._coarsest_end_s
 

@@ -138,8 +138,8 @@ class GrowthPoint:
         memory_bytes: Peak memory of the process minus its memory before the world was built; NaN if the gas was not
             run.
         peak_bytes: Peak memory of the process; NaN if the gas was not run.
-        ratio: `advance_s` divided by PIT's with the same number of discs. NaN if the two run times were not measured
-            after the same start of the bench.
+        ratio: `advance_s` divided by PIT's with the same number of discs. NaN if the two run times were measured in
+            different sessions of the bench.
         reason: Reason why the gas was not run; empty if it was run.
         sitting: Start time (UTC) of the bench that ran the gas; empty if the gas was not run.
     """
@@ -272,7 +272,7 @@ def measure_growth(
 
 
 def _compute_time_left(curve: tuple[str, bool], shares_s: Mapping[tuple[str, bool], float], all_left_s: float) -> float:
-    """Return a run's time limit in seconds: its curve's share, or the time that the other curves' shares leave."""
+    """Return a run's time limit in seconds: its curve's share, or more if the other curves' shares leave more."""
     others_s = sum(share_s for key, share_s in shares_s.items() if key != curve)
     return min(all_left_s, max(shares_s.get(curve, 0.0), all_left_s - others_s))
 

@@ -181,7 +181,7 @@ def find_pareto_front(points: Sequence[Point]) -> tuple[Point, ...]:
     """
     front: list[Point] = []
     for point in sorted((p for p in points if p.is_sound and p.timing), key=lambda p: (read_run_time(p), p.error)):
-        # Differences within rounding do not count as more accurate.
+        # A point counts as more accurate only if its error is smaller by more than rounding.
         if not front or point.error < front[-1].error - THRESHOLDS.rounding:
             front.append(point)
     return tuple(front)

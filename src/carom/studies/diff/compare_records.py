@@ -117,7 +117,7 @@ class Change:
 
     @property
     def graded(self) -> bool:
-        """Whether both runs have a grade or failed, so that the change can be better or worse."""
+        """Whether each of the two runs has a grade or failed, so that the change can be better or worse."""
         return _are_graded(self.old, self.new)
 
     @property

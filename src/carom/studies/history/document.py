@@ -30,9 +30,9 @@ RULE = (
     "A change is attributed to the engine if the settings read back are equal and the motion differs. The motion is "
     "compared for the unshifted scene, and for the scene shifted to {phases} phases of the step. The motion differs if "
     "the ranges of one number (a final velocity error, a position error at one of eight instants, or one coordinate) "
-    "do not overlap. The gap between the ranges must exceed rounding. The gap must also exceed the distance between "
-    "the two outermost values of each range. Differences of reported contacts do not count. 'Same bits' means that "
-    "impacts and final states are bit-identical for the unshifted scene."
+    "do not overlap. The gap between the ranges must exceed rounding, even after each range is extended at both ends "
+    "by the distance between its two values nearest to that end. Differences of reported contacts do not count. 'Same "
+    "bits' means that impacts and final states are bit-identical for the unshifted scene."
 )
 
 

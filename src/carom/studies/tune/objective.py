@@ -3,7 +3,7 @@
 The following criteria are compared in order. A criterion is only used between settings that are equal by all earlier
 criteria:
 
-1. **wrong scenes**: the number of scenes that did not run or are graded "wrong", for example because of a missed
+1. **wrong scenes**: the number of scenes that did not run or are graded *wrong*, for example because of a missed
    impact. Small errors in other scenes can't compensate for a wrong scene;
 2. **scenes that are neither exact nor close**: a method that finds the instant of an impact is better than a method
    that is late by up to a step;
@@ -52,12 +52,12 @@ class SceneResult:
 
     @property
     def wrong(self) -> bool:
-        """Whether the scene is graded "wrong" or did not run."""
+        """Whether the scene is graded *wrong* or did not run."""
         return self.grade in {Grade.WRONG, None}
 
     @property
     def behind(self) -> bool:
-        """Whether the scene is graded neither "exact" nor "close"."""
+        """Whether the scene is graded neither *exact* nor *close*."""
         return self.grade not in {Grade.EXACT, Grade.CLOSE}
 
 
@@ -66,8 +66,8 @@ class Merit:
     """Rank of settings; smaller is better. The first field that differs between two settings decides.
 
     Attributes:
-        wrong: Number of scenes that are graded "wrong" or did not run.
-        behind: Number of scenes that are graded neither "exact" nor "close".
+        wrong: Number of scenes that are graded *wrong* or did not run.
+        behind: Number of scenes that are graded neither *exact* nor *close*.
         error: Mean error divided by PIT's on a logarithmic scale: 0 means rounding, and 50 an error as large as PIT's.
         cost: Median over scenes of the run time, divided by the first profile's run time; 1 without timing.
     """
@@ -96,7 +96,7 @@ class Merit:
 def compute_error_on_scale(result: SceneResult) -> float:
     """Return a scene's error divided by PIT's on a logarithmic scale: 0 is rounding, and 1/2 is PIT's error.
 
-    A scene that is graded "wrong" or did not run has the largest result, 1. If there is no error to measure, the result
+    A scene that is graded *wrong* or did not run has the largest result, 1. If there is no error to measure, the result
     is 0 for an exact or close scene, and 1 for any other scene.
     """
     if result.wrong or math.isnan(result.price):
