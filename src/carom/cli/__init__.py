@@ -105,7 +105,7 @@ def run_command_line() -> str | int | None:
     """Run the command and return its exit code, even if the output can't be written.
 
     Raises:
-        KeyboardInterrupt: A signal arrived before or after the command.
+        KeyboardInterrupt: A signal arrived before the command began or after it ended.
     """
     output = sys.stdout
     try:

@@ -30,7 +30,7 @@ def bench(
         Path | None,
         typer.Option(
             "--baseline",
-            help="Compare with an earlier bench on this machine (its folder or bench.json). Exit code 1 if a run time "
+            help="Compare with an earlier bench on this machine (folder or bench.json). Exit code 1 if a run time "
             "or an error became worse.",
         ),
     ] = None,

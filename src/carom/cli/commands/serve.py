@@ -22,7 +22,8 @@ def serve(
         ),
     ] = None,
     manifest: Annotated[
-        str | None, typer.Option("--manifest", metavar="NAME", help="Print an engine.toml with this name and exit.")
+        str | None,
+        typer.Option("--manifest", metavar="NAME", help="Print an engine.toml with the given name, and exit."),
     ] = None,
 ) -> None:
     """Serve a Python adapter over standard input/output using the engine protocol.

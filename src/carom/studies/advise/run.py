@@ -85,8 +85,10 @@ class Advice:
         unable: Engines and profiles that can't run the scene.
         phases: Number of evenly spread phases at which each step size was tested.
         budget_steps: Largest number of engine steps in each search.
-        swept: Methods with continuous collision detection, so that no fast body passes through another in a step.
-        located: Methods whose steps Carom shortens so that they end at impacts, which no setting of the engine does.
+        swept: Methods whose continuous collision detection keeps a fast body from passing through another within a
+            step.
+        located: Methods whose steps Carom shortens, so that a step ends at each impact. No setting of an engine does
+            this.
         code: For each method, the engine's code for one frame with the recommended step size, if the adapter can write
             code.
         environment: Description of the machine, and versions of packages.
@@ -218,8 +220,8 @@ def _cut_reference(scene: Scene) -> tuple[Trace, ReferenceCut | None]:
     if reliable == 0:
         why = f"because from its first impact on, {cut.value}"
         raise InputError(f"no step size can be recommended for {scene.name!r}, {why}")
-    # The shortened scene ends in the middle between its last impact and the next one. Therefore an engine that rounds
-    # the starting state still has the same impacts before the end.
+    # The shortened scene ends midway between its last impact and the next one. Therefore an engine that rounds the
+    # starting state still has the same impacts before the end.
     ended = solve_reference(Scene(**{**dict(scene), "duration_s": 0.5 * (times[reliable - 1] + times[reliable])}))
     if not isinstance(ended, Trace):
         raise InputError(f"there is no reference to compare with: {ended}")

@@ -67,7 +67,7 @@ class ContactWindow:
 
     @classmethod
     def of(cls, reach_m: float, normal: Vector, relative_m_s: Vector) -> ContactWindow:
-        """Build this description of two discs that touch along a normal."""
+        """Build the description of two discs at contact from their distance, normal and relative velocity."""
         (nx, ny), (ux, uy) = normal, relative_m_s
         speed = math.hypot(ux, uy)
         return cls(reach_m, speed, reach_m * (nx * uy - ny * ux) / speed, normal, relative_m_s)
@@ -76,17 +76,17 @@ class ContactWindow:
 def compute_direction_limit(
     window: ContactWindow, velocity_before: Vector, sign: float, push: float, angle_rad: float
 ) -> float:
-    """Return the largest delay of an impact at which a disc's direction after the impact is wrong by at most an angle.
+    """Return the largest delay of an impact with which a disc's direction afterwards has at most the allowed error.
 
     Args:
         window: The two discs at contact.
         velocity_before: Velocity of the disc before the impact, in metres per second.
         sign: 1 for the first disc, whose velocity changes by ``+push (u . n) n``; -1 for the second.
         push: ``(1 + e) mu / m`` of this disc; 0 for an immovable disc.
-        angle_rad: The angle, above 0 and below pi.
+        angle_rad: Largest allowed error of the direction, above 0 and below pi.
 
     Returns:
-        Delay in seconds; infinite if no delay makes the direction wrong by more than the angle.
+        Delay in seconds; infinite if no delay causes a larger error.
     """
     (ux, uy), speed = window.relative_m_s, window.speed_m_s
     radius = 0.5 * push * speed
@@ -116,7 +116,7 @@ def compute_direction_limit(
 
 
 def _delay_of_angle(window: ContactWindow, swept: float) -> float:
-    """Return the delay in seconds after which w has turned by an angle; see the module's docstring."""
+    """Return the delay in seconds after which w has turned by the given angle; see the module's docstring."""
     along = window.length_s * window.speed_m_s
     aside = abs(window.miss_m)
     # The line of centres turns by half of w's angle. The remaining distance to the closest approach is `aside` times
@@ -139,7 +139,7 @@ def _find_circle_ray_points(centre: Vector, radius: float, heading: float) -> li
 
 @dataclass(frozen=True)
 class PairLimit:
-    """Largest step sizes with which checks for overlap once per step find one impact accurately enough.
+    """Largest step sizes with which a check for overlap once per step finds one impact accurately enough.
 
     Attributes:
         window: The two discs at contact; None for a wall.

@@ -149,7 +149,7 @@ def generate_step_grid(scene: Scene, guess_s: float) -> Iterator[float]:
 def count_steps_per_frame(dt_s: float, frame_rate_hz: float) -> int | None:
     """Return the number of steps per frame; None if the number is not whole."""
     times = 1.0 / (dt_s * frame_rate_hz)
-    # `times` and `dt_s` have two rounding errors each.
+    # The computation of `times` rounds twice, and the computation of `dt_s` may have rounded twice.
     rounded = round(times)
     return rounded if rounded and abs(times - rounded) <= 8 * 2.0**-53 * rounded else None
 
@@ -279,7 +279,7 @@ class StepSearch:
         return [trial for trial in run if count_steps_per_frame(trial.dt_s, self._rate_hz)][:1]
 
     def _is_long_enough(self, run: Sequence[StepTrial]) -> bool:
-        """Whether enough smaller step sizes were tested to recommend the first step size of `run`."""
+        """Whether enough smaller step sizes were tested to recommend the largest step size in `run`."""
         falling = _is_constant([trial.direction_error_rad / trial.dt_s for trial in run])
         return _has_octaves(run, OCTAVES_BELOW if falling else LONGEST) and run[-1].dt_s <= self._coarsest_end_s
 

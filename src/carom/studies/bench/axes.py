@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from carom.execution.score_jobs import Measures
 
 
-#: Target errors. A bench reports the run time for each target that an engine reaches.
+#: Target errors. A bench reports the run time for each target error that an engine reaches.
 TARGETS = (0.1, 0.01, 1e-3, 1e-4, 1e-6)
 
 

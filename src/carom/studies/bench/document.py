@@ -57,7 +57,7 @@ def write_bench(bench: Bench, document: Document, folder: Path, axes: Sequence[D
         The page.
 
     Raises:
-        MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed.
+        MissingExtraError: jinja2 or matplotlib is not installed.
         InputError: The folder is not writable, or contains files that Carom did not write.
     """
     scenes = [{**fields_of(scene), "scene": scene.scene.name} for scene in bench.scenes]

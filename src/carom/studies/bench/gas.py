@@ -20,8 +20,8 @@ def build_hard_disc_gas(discs: int, packing: float, seed: int = 1) -> DiscArrays
     Args:
         discs: Number of discs.
         packing: Fraction of the box's area that the discs cover.
-        seed: Seed of the velocities, drawn from the Maxwell distribution and scaled to a kinetic energy of `discs`
-            joules.
+        seed: Seed of the random velocities. They have the Maxwell distribution, and a kinetic energy of `discs` joules
+            in total.
 
     Raises:
         InputError: The discs do not fit.

@@ -32,7 +32,7 @@ OWN_SIZES = (*SIZES, 30_000, 100_000)
 #: a second.
 PACKING = 0.3
 DT_S = 1 / 240
-#: Number of steps of a run, which take a simulated second. In less time, few of a hundred discs would meet.
+#: Number of steps of a run: one simulated second. In less time, few of a hundred discs would meet.
 STEPS = 240
 
 #: Smallest number of discs in a fit. With fewer discs, fixed costs hide the growth.
@@ -139,8 +139,8 @@ class GrowthPoint:
         memory_bytes: Peak memory of the process minus its memory before the world was built; NaN if the gas was not
             run.
         peak_bytes: Peak memory of the process; NaN if the gas was not run.
-        ratio: `advance_s` divided by PIT's with the same number of discs. NaN if the two run times were not measured
-            after the same start of the bench.
+        ratio: `advance_s` divided by PIT's with the same number of discs. NaN if the two run times were measured in
+            different sessions of the bench.
         reason: Reason why the gas was not run; empty if it was run.
         bench_start: Start time (UTC) of the bench that ran the gas; empty if the gas was not run.
     """

@@ -136,7 +136,7 @@ def _build_tables(growth: Growth) -> tuple[Table, ...]:
             title="All runs",
             note=f"The scene is a gas at packing {PACKING:g} in a square box, simulated for {STEPS} steps of "
             f"{formatting.format_step(DT_S)}. Each run has its own process, and only one process runs at a time. The "
-            "time per step excludes preparation. The column over PIT's contains the run time divided by PIT's run time "
+            "time per step excludes preparation. Column \"over PIT's\" shows the run time divided by PIT's run time "
             "with as many discs in the same session. Only this ratio can be compared between machines. Memory is the "
             "peak of the process minus its memory before the world was built.",
             only=Media.IN_FULL,
@@ -227,7 +227,7 @@ def write_growth(growth: Growth, document: Document, folder: Path) -> Path:
     """Write `growth.html`, `growth.json` and the diagrams as SVG and PNG, and return the path of the page.
 
     Raises:
-        MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed.
+        MissingExtraError: jinja2 or matplotlib is not installed.
         InputError: The folder is not writable, or contains files that Carom did not write.
     """
     foot = format_stamp_lines(growth.environment, growth.command)

@@ -31,7 +31,9 @@ TABLE_NOTE = (
     "miss an impact or reach rounding. Checking once per step has order 1. A method does not converge if the whole "
     "confidence interval of its order is below 1/2."
 )
-TABLE_SHORT = "ms is the run time, -n and +n are missed and spurious impacts, and the error grows as (step size)^order."
+TABLE_SHORT = (
+    "'ms' is the run time, -n and +n are missed and spurious impacts, and the error grows as (step size)^order."
+)
 EXACT = "exact"
 
 #: Smallest error that is shown in per cent. Smaller percentages, such as 0.0009 %, would be hard to read.
@@ -152,7 +154,7 @@ class _Method(NamedTuple):
         """Return the median run time for a target error, divided by PIC's run time; NaN if unknown."""
         cheap = [(scene, find_cheapest(curve.points, target)) for scene, curve in self.curves]
         cost_ratios = [read_run_time(point) / read_run_time(scene.exact) for scene, point in cheap]
-        known = [cost for cost in cost_ratios if 0 < cost < math.inf]  # omits points without a run time
+        known = [cost for cost in cost_ratios if 0 < cost < math.inf]  # points without a run time are omitted
         return statistics.median(known) if known else math.nan
 
     def build_sort_key(self, targets: Sequence[float]) -> tuple[list[int], list[float]]:

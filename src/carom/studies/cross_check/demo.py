@@ -20,7 +20,7 @@ from carom.web.page import add_gallery, render_page
 
 _SCENE, _PROFILE = "paper/missed", "default"
 
-#: The engine to try first, which has a wheel for every CPython and starts quickly.
+#: The engine to try first, which has wheels for every version of CPython and starts quickly.
 _FIRST = "pymunk"
 
 

@@ -119,7 +119,7 @@ def build_report(results: Results, fail_on: Grade | None = Grade.INACCURATE) -> 
         fail_on: In `junit.xml`, a run with this grade or a worse one is a failed test; None if no grade is a failure.
 
     Raises:
-        MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed.
+        MissingExtraError: jinja2 or matplotlib is not installed.
     """
     try:
         return _render_report(results, fail_on)

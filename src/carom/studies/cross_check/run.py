@@ -127,7 +127,8 @@ def cross_check(
 
     Raises:
         InputError: There are no scenes, two scenes have the same name, or a number is out of range.
-        UnknownNameError: An engine does not exist, no requested engine has a profile, or an engine lacks a setting.
+        UnknownNameError: An engine does not exist, no requested engine has a requested profile, or an engine lacks a
+            setting.
 
     Examples:
         >>> results = carom.cross_check(["paper/missed"], ["pit"], dts=[1 / 24], timing=False)
@@ -175,8 +176,8 @@ def execute(
         if isinstance(reason := references[job.scene.name], str):
             rows[_build_key(job)] = Row(job, Status.UNSUPPORTED, reason)
     skipped = {}
-    if options.samples:  # needed for a report only
-        steps = {job.scene.name: job.dt_s for job in timed}  # each scene once, although several of its jobs are timed
+    if options.samples:  # only a report shows the skipped work
+        steps = {job.scene.name: job.dt_s for job in timed}  # several timed jobs can have the same scene
         skipped = {name: measure_skips(usable[name].trace, dt_s) for name, dt_s in steps.items()}
     return Results(
         rows=tuple(rows[_build_key(job)] for job in plan.jobs),

@@ -117,7 +117,7 @@ class Change:
 
     @property
     def graded(self) -> bool:
-        """Whether both runs have a grade or failed, so that the change can be better or worse."""
+        """Whether each of the two runs has a grade or failed, so that the change can be better or worse."""
         return _are_graded(self.old, self.new)
 
     @property
@@ -235,7 +235,7 @@ def _find_method(cells: Sequence[DiffCell], name: str, path: Path) -> list[DiffC
 def _select_pairs(cells: Sequence[DiffCell], match: Sequence[tuple[str, str]], side: int, path: Path) -> list[DiffCell]:
     """Return the runs of one report that `match` selects.
 
-    Each run stores the number of the pair of names that selects it.
+    Each run stores the number of the pair of names that selects the run.
 
     Args:
         cells: All runs of the report.

@@ -340,7 +340,7 @@ def _find_separated_measures(
 
 
 def _compute_range_gaps(before: NDArray[np.float64], after: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return by how much the range of new values is above the range of old values, and by how much it is below.
+    """Return by how much the range of new values is above the range of old values, and by how much below.
 
     The first axis of the arrays is the run.
 

@@ -81,7 +81,7 @@ class Pip:
         resolved = [f"{_check_name(name)}=={require_version(one)}" for name, one in found]
         needed = (one for one in resolved if _normalize_name(one) != _normalize_name(requirement))
         needs = tuple(dict.fromkeys((requirement, *needed)))
-        # `--no-deps`, because the list of packages already includes all requirements that are not installed.
+        # `--no-deps` is correct, because the list of packages already includes all requirements that are not installed.
         into = ["--no-deps", "--target", str(folder)]
         _run([*_PIP, "install", "--quiet", *_LIMITS, *_WHEELS, *into, *needs], INSTALLING_S)
         return needs

@@ -66,7 +66,7 @@ def list_releases(engine: str, options: HistoryOptions, cache: ReleaseCache) -> 
 
 
 def _find_origin(engine: str, pool: Pool) -> Origin:
-    describe_engines([engine], pool)  # raises an error for an unknown name
+    describe_engines([engine], pool)  # an unknown name raises an error
     answer = pool.run(OriginTask(engine))
     if answer.value is None:
         raise AdapterError(f"{engine} could not return its origin: {answer.problem}")

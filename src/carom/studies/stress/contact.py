@@ -31,8 +31,8 @@ _G, _K = 10.0, 0.5
 _LASTS_S = 0.5
 
 #: Coefficient of friction of all slopes and of the floor with rolling resistance, and the tangents of critical slopes.
-#: Up to these slopes, in turn: a block stays at rest, a disc rolls without slipping, rolling resistance holds a disc,
-#: and a disc that bounces with e = 1/2 stops sliding.
+#: These are, in order, the steepest slopes on which a block stays at rest, a disc rolls without slipping, rolling
+#: resistance holds a disc, and a disc that bounces with restitution 1/2 stops sliding.
 _FRICTION = 0.3
 _STEEPEST = {
     "sliding-slope": _FRICTION,
@@ -113,8 +113,8 @@ def _build_slope_trial(kind: str, value: float, side: float) -> Trial:
     elif kind == "bouncing-slope":
         # If the first bounce has this speed, the bounces last until the end of the scene. Between two bounces, the disc
         # flies with take-off speed w, and gravity adds `2 w tan(slope)` to the speed at which the disc slides. The next
-        # bounce reduces this speed by `f (1 + e)(1 + 1/k) w`. Both changes are equal at the critical slope. In total,
-        # bounces change the speed as much as lasting contact would.
+        # bounce reduces this speed by `f (1 + e)(1 + 1/k) w`, with friction f, restitution e and inertia factor k. Both
+        # changes are equal at the critical slope. In total, bounces change the speed as much as lasting contact would.
         hits = 0.5 * _LASTS_S * normal_pull * (1.0 - e) / e
         fields = {"velocity": complex(0.0, -hits), "wall_restitution": e}
     check = _build_contact_check(along, rim, pull * _LASTS_S)
@@ -127,9 +127,9 @@ def _build_slope_trials(kind: str, value: float) -> Sequence[Trial]:
 
 @stress_test
 def _slide_friction(value: float) -> Iterator[Trial]:
-    """Make trials of a disc that is thrown along a floor with a backspin of equal speed.
+    """Make trials of a disc that is thrown along a floor with backspin, and slides, then rolls.
 
-    The disc slides, then rolls.
+    The rim speed of the spin is equal to the speed of the throw.
     """
     for friction in _list_with_reciprocal(value):
         description = f"A disc with backspin is thrown along a floor with friction of {format_number(friction, 3)}."
@@ -143,7 +143,8 @@ def _slide_friction(value: float) -> Iterator[Trial]:
 def _rolling_resistance(value: float) -> Iterator[Trial]:
     """Make trials of a disc that rolls along a floor.
 
-    A rolling resistance c slows the disc by c g/(1 + k), but not by more than friction allows.
+    With rolling resistance c, inertia factor k and gravity g, the disc decelerates by c g/(1 + k), but not by more than
+    friction allows.
     """
     for resists in _list_with_reciprocal(value):
         description = f"A disc rolls along a floor with rolling resistance of {format_number(resists, 3)}."

@@ -71,7 +71,7 @@ def write_stress(results: StressResults, document: Document, folder: Path) -> Pa
     """Write `stress.html`, `stress.md` and `stress.json` into a folder, and return the path of the page.
 
     Raises:
-        MissingExtraError: jinja2, of the extra `report`, is not installed.
+        MissingExtraError: jinja2 is not installed.
         InputError: The folder is not writable, or contains files that Carom did not write.
     """
     pages = {"stress.html": render_html(document), "stress.md": render_markdown(document)}

@@ -24,7 +24,7 @@ _GRIP = 10.0
 def _compute_tangential_impulse(
     friction: float, normal_impulse: float, slip: float, inverse_effective_mass: float
 ) -> float:
-    """Return the smaller of the tangential impulses that make a disc of unit mass stick or slide."""
+    """Return the impulse that stops the slip of a disc of unit mass, or of sliding friction, whichever is smaller."""
     return math.copysign(min(abs(slip) / inverse_effective_mass, friction * normal_impulse), slip)
 
 
@@ -90,8 +90,8 @@ def _grip_chain(value: float) -> Iterator[Trial]:
     discs = [build_disc(complex(0.0, RADIUS_M + height / 2), 1 - 1j, RADIUS_M)]
     walls = [FLOOR, Wall(point_m=(0.0, 2.0 * RADIUS_M + height), normal=(0.0, -1.0))]
     laws = {"wall_friction": 1e3, "wall_tangential_restitution": 1.0}
-    # A bounce on the floor and a bounce on the ceiling rotate the vector `(v, sqrt(k) R w)` by an angle with the cosine
-    # `((1 - k)^2 - 4 k)/(1 + k)^2`.
+    # For a ball of radius R, inertia factor k, velocity v along the plates and spin w, let `(v, sqrt(k) R w)` be a
+    # vector. A bounce on each plate rotates this vector by an angle with the cosine `((1 - k)^2 - 4 k)/(1 + k)^2`.
     angle = rounds * math.acos(-7.0 / 9.0)
     final, rim = [(math.cos(angle), -1.0)], [math.sin(angle) * math.sqrt(2.0)]
     check = build_closed_form_check(final, 2 * rounds, [2.0], final_rim_m_s=rim)
@@ -103,8 +103,8 @@ def _rolling(value: float) -> Iterator[Trial]:
     """Make a trial of a disc that is thrown along a floor and bounces until it rolls."""
     speed, pull, drop_s, k = 1.0, 10.0, 0.1, 0.5
     fall = pull * drop_s
-    # All bounces together have a normal impulse of (1 + e)/(1 - e) times the momentum before the first bounce. The
-    # coefficient of friction is a fifth larger than necessary for the disc to roll in the end.
+    # With restitution e, all bounces together have a normal impulse of (1 + e)/(1 - e) times the momentum before the
+    # first bounce. The coefficient of friction is a fifth larger than necessary for the disc to roll in the end.
     needed = speed / (1.0 + 1.0 / k)
     friction = 1.2 * needed / fall * (1.0 - value) / (1.0 + value)
     bounces_s = 2.0 * drop_s * value / (1.0 - value)

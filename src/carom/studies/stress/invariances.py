@@ -336,7 +336,7 @@ class _StoppedError(Exception):
 def _build_named_scenes(invariance: Invariance, method: Method, used: list[Scene]) -> tuple[Scene, ...]:
     """Return the scenes of an invariance under unique names.
 
-    A scene that is the same for all methods has the same name.
+    A scene that does not depend on the method has the same name for all methods.
     """
     renamed = []
     for k, scene in enumerate(used):

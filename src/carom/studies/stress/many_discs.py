@@ -170,7 +170,7 @@ def _galperin(mass_ratio: float) -> Iterator[Trial]:
     root = math.sqrt(mass_ratio)
     angle = math.atan2(1.0, root)
     count = math.ceil(math.pi / angle) - 1
-    # The velocities V (heavy disc) and v (light disc) form the vector `(root V, v)` with the initial angle pi. Each
+    # The velocities V (heavy disc) and v (light disc) form the vector `(root * V, v)` with the initial angle pi. Each
     # impact mirrors this vector. After an even number of impacts, the vector's angle is `pi - count * angle`. After an
     # odd number of impacts, this angle is mirrored.
     final_angle = math.pi - count * angle if count % 2 == 0 else (count + 1) * angle - math.pi

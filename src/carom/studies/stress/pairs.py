@@ -24,7 +24,7 @@ RATE_HZ = 240.0
 DT_S = 1.0 / RATE_HZ
 
 #: Numbers of steps before and after the impact. If an engine models a contact by a spring, the contact lasts several
-#: steps. At MuJoCo's usual stiffness of 1000 /s², these are 24 steps.
+#: steps. At MuJoCo's usual stiffness of 1000 /s², a contact lasts 24 steps.
 STEPS_BEFORE, STEPS_AFTER = 4, 40
 MEETING_S = (STEPS_BEFORE + STEPS_AFTER) * DT_S
 

@@ -42,7 +42,7 @@ class CellEnding(StrEnum):
 
     @property
     def in_files(self) -> str:
-        """Name in ``stress.json``. This name stays the same when a member of this class is renamed."""
+        """Name of the outcome in ``stress.json``, which stays the same when a member of this class is renamed."""
         return _NAMES_IN_FILES[self]
 
     @classmethod

@@ -231,7 +231,7 @@ def build_closed_form_check(
 
 @_require_end
 def check_energy(trace: Trace) -> CheckResult:
-    """Check a run of an elastic scene: kinetic energy must be constant to a tenth, and no overlap may be deep."""
+    """Check a run of an elastic scene: kinetic energy may change by at most a tenth, and no overlap may be deep."""
     start = kinetic_energy(trace.scene, trace.scene.arrays.velocity_m_s)
     gained = kinetic_energy(trace.scene, trace.final_velocity_m_s) / start - 1.0
     if not abs(gained) <= TOLERANCE:

@@ -3,8 +3,8 @@
 The following criteria are compared in order. A criterion is only used between settings that are equal by all earlier
 criteria:
 
-1. **wrong scenes**: the number of scenes with missed or invented impacts, for which small errors in other scenes can't
-   compensate;
+1. **wrong scenes**: the number of scenes that did not run or are graded *wrong*, for example because of a missed
+   impact. Small errors in other scenes can't compensate for a wrong scene;
 2. **scenes that are neither exact nor close**: a method that finds the instant of an impact is better than a method
    that is late by up to a step;
 3. **the error divided by PIT's**, as the mean over scenes on a logarithmic scale. On a linear scale, only the worst
@@ -97,8 +97,8 @@ class Merit:
 def compute_error_on_scale(result: SceneResult) -> float:
     """Return a scene's error divided by PIT's on a logarithmic scale: 0 is rounding, and 1/2 is PIT's error.
 
-    A wrong scene has the largest result, 1. If there is no error to measure, the result is 0 for an exact or close
-    scene, and 1 for any other scene.
+    A scene that is graded *wrong* or did not run has the largest result, 1. If there is no error to measure, the result
+    is 0 for an exact or close scene, and 1 for any other scene.
     """
     if result.is_wrong or math.isnan(result.error_ratio):
         return 1.0 if result.is_imprecise else 0.0

@@ -5,8 +5,9 @@
    each setting has its default or another value.
 3. Starting from the best trial, one setting at a time is set back to its default or to another value, until nothing
    improves. Therefore every setting of the result has an effect.
-4. Step 3 is repeated from other trials, except trials that another trial *dominates*. A trial dominates another trial
-   if it is better in one criterion and worse in none. This step finds some pairs of settings that only help together.
+4. Settings are changed as in step 3, starting from other trials that no trial *dominates*. A trial dominates another
+   trial if it is better in one criterion and worse in none. This step finds some pairs of settings that only help
+   together.
 """
 
 from __future__ import annotations

@@ -158,7 +158,7 @@ def _build_group_column(grid: Grid, name: str, scenes: Sequence[str]) -> Column:
 
 
 def _build_group_cell(grid: Grid, names: Sequence[str], method: GridColumn) -> Cell:
-    """Return a cell that counts the scenes of a group with grades exact and close, and links to the worst scene."""
+    """Return a cell that counts the scenes of a group graded *exact* or *close*, and links to the worst scene."""
     cells = [cell for cell in grid.list_cells(method) if cell.scene in names]
     worst, graded = _find_worst(cells), [cell.mark for cell in cells if cell.mark.rank is not None]
     if worst is None:
@@ -311,7 +311,7 @@ def _format_verdict_lines(runs: Sequence[GridCell]) -> tuple[str, ...]:
 
 
 def _format_short_verdict_lines(runs: Sequence[GridCell]) -> tuple[str, ...]:
-    """Return the verdicts of the scored runs at the largest step size that are not exact, without numbers.
+    """Return the verdicts, without numbers, of those runs at the largest step size that are scored but not exact.
 
     Methods with the same verdicts share a line.
     """

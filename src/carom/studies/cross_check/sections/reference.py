@@ -15,9 +15,9 @@ from carom.studies.cross_check.grid import Grid
 MOST_LISTED = 3
 
 REFERENCE_NOTE = (
-    "Beyond its horizon, a reference is unreliable because of rounding, so impacts are only scored from the "
-    "engine's own state. A certified run, in which every digit is proven, yields the horizon. Without a certified "
-    "run, the horizon is an estimate."
+    "Beyond its horizon, a reference is unreliable because of rounding. Later impacts are only compared "
+    "with impacts that PIC computes from the engine's own state. A certified run, in which every digit is proven, "
+    "yields the horizon. Without a certified run, the horizon is an estimate."
 )
 ESTIMATE_NOTE = "The estimate compares PIC with a run whose initial numbers are moved by one unit in the last place."
 REST_NOTE = (

@@ -15,7 +15,7 @@ from carom.report.document import Cell, Column, Media, Section, Table, Text
 from carom.report.results_file.line_types import RowLine
 from carom.studies.cross_check.grid import Grid, GridCell, GridColumn, build_omission_note, select_worst
 
-#: Largest number of rows in the table of all runs. A browser takes seconds to show them.
+#: Largest number of rows in the table of all runs. A browser takes seconds to show a table of this length.
 MOST_CELLS = 10_000
 
 SPREAD_NOTE = (
@@ -63,7 +63,7 @@ def build_spread_section(grid: Grid) -> Section:
 
 
 class _RunTimes(NamedTuple):
-    """A method's run times divided by PIT's, and numbers of different final states of repeated runs, for each scene."""
+    """For each scene, a method's run time divided by PIT's, and how many different final states its repeats have."""
 
     column: GridColumn
     ratios: list[float]

@@ -28,10 +28,10 @@ NOTE = (
 DETAIL_NOTE = (
     "The error is the largest velocity error, divided by PIT's largest velocity error over the phases of the step. If "
     "the same ratio of spin errors is larger, the error is this ratio. For a missed impact, the error is the whole "
-    "change of velocity. The error not from sampling is the smaller of the velocity errors relative to PIT and to PIC, "
-    "divided by the greatest speed. For single impacts, this error is measured from the engine's own state before the "
-    "impact. Time errors do not count, because checking once per step is late by up to a step. Scenes without a unique "
-    "answer are omitted."
+    "change of velocity. The 'velocity error not from sampling' is the deviation from PIT or from PIC, whichever "
+    "is smaller, divided by the greatest speed. For single impacts, this error is measured from the engine's own "
+    "state before the impact. Time errors do not count, because checking once per step is late by up to a step. Scenes "
+    "without a unique answer are omitted."
 )
 SHORT_NOTE = "error / PIT's: largest velocity or spin error, divided by PIT's largest error at any phase of the step"
 
@@ -74,9 +74,9 @@ class EngineCost(NamedTuple):
 
     @property
     def local_own_errors(self) -> list[float]:
-        """The velocity error of each impact that checking once per step does not explain, in scenes with a horizon.
+        """For each impact in scenes with a horizon, the velocity error that checking once per step does not explain.
 
-        Each error is measured from the engine's own state before this impact.
+        Each error is measured from the engine's own state before the impact.
         """
         scores = [cell.row.score for cell in self.cells if cell.row and cell.row.score]
         return [

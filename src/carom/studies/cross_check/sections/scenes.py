@@ -97,7 +97,7 @@ def build_unscored_section(grid: Grid) -> Section:
     important = tuple(reason for reason, is_important in reasons if is_important)
     run = {column.engine for column in grid.columns.values()}
     missing = [info for info in grid.results.engines if info.missing and info.name not in run]
-    folder_prefix = f"{Path.cwd()}{os.sep}"  # shorten paths in the working folder, because reports are shared
+    folder_prefix = f"{Path.cwd()}{os.sep}"  # reports are shared, so paths are made relative
     unavailable = tuple(f"{one.name} is not run: {one.unavailable.replace(folder_prefix, '')}" for one in missing)
     names = formatting.join_words([info.name for info in missing])
     folded = formatting.format_count(len(reasons), "reason")

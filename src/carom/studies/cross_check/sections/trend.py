@@ -131,7 +131,7 @@ def _build_point(cells: Sequence[GridCell], chosen: Sequence[str]) -> TrendPoint
 
 
 def build_trend_section(grid: Grid) -> Section:
-    """Return a section with a table, and charts of error and number of wrong scenes against step size."""
+    """Return a section with a table, and charts of error and number of scenes graded *wrong* against step size."""
     trend = build_trend(grid)
     if not any(point.graded for series in trend.series for point in series.points):
         return Section("", ())
