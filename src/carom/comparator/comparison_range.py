@@ -172,7 +172,7 @@ def comparison_range(reference: Trace, horizon: float | None) -> ComparisonRange
     """
     times, count = reference.impacts["time_s"], len(reference.impacts)
     if horizon is not None and (isinstance(horizon, bool) or not horizon >= 0):
-        raise InputError(f"horizon must be a number of impacts (int) or a time in seconds (float), got {horizon!r}")
+        raise InputError(f"the horizon must be a number of impacts (int) or a time in seconds (float), got {horizon!r}")
     if horizon is None or horizon >= (count if isinstance(horizon, int) else reference.scene.duration_s):
         return ComparisonRange(count, math.inf)
     if isinstance(horizon, int):  # the range ends just before the first unreliable impact
@@ -199,7 +199,7 @@ def clip_before_rest(
         closing = np.sum(change * impacts["normal"], axis=1)
         weak = closing <= RESTING_STEPS * math.hypot(*reference.scene.gravity_m_s2) * dt_s
         bounces = _find_last_bounces(reference)
-        if reference.contact_s == math.inf or reference.outcome is Outcome.GLIDES:  # gliding is not rest
+        if reference.contact_s == math.inf or reference.outcome is Outcome.GLIDES:  # a gliding disc does not rest
             weak &= np.isin(np.arange(len(impacts)), [row for rows in bounces.values() for row in rows])
         ends_s = [reference.contact_s, *np.nextafter(times[weak][:1], -math.inf).tolist()]
         if pit is not None and bounces:
@@ -211,7 +211,7 @@ def clip_before_rest(
 
 
 def _find_crush_limit(reference: Trace, dt_s: float, pit: Trace | None) -> float:
-    """Return the time after which a disc between two closing walls has impacts too often for steps of this size.
+    """Return the time after which the impacts of a disc between two closing walls are too frequent for this step size.
 
     As the walls crush the disc, the times between its impacts become ever shorter. The result is the time after which
     all impacts follow each other within two steps, because a method that checks once per step then misses impacts. If

@@ -62,7 +62,7 @@ def grade_trajectory(judged: JudgedRun) -> Grade:
 
 
 def _add_phase_dependence(found: tuple[Finding, ...], as_right: int, phases: int) -> tuple[Finding, ...]:
-    """Report that the run equals PIT, and that PIT is this accurate only at some phases of the step.
+    """Report that the run equals PIT, and that PIT is less accurate at other phases of the step.
 
     If nothing is wrong with the run, the note is added to the reason of its verdict CONFORMS.
     """

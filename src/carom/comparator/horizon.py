@@ -123,7 +123,7 @@ def compute_horizon(certified: CertifiedTrace, trace: Trace, *, tolerance: float
     if certified.trace.scene != trace.scene:
         raise InputError(f"the certified run is of scene {certified.trace.scene.name!r}, but the trace is not")
     if not 0 < tolerance < math.inf:
-        raise InputError(f"tolerance must be above 0, got {tolerance}")
+        raise InputError(f"the tolerance must be above 0, got {tolerance}")
     scene, truth = trace.scene, certified.trace.impacts
     order = _sort_as_certified(certified, trace, tolerance * scene.duration_s)
     found = trace.impacts[order]
@@ -188,7 +188,7 @@ def _sort_as_certified(certified: CertifiedTrace, trace: Trace, alike_s: float) 
 
 
 def _find_landing_bounces(certified: Trace, trace: Trace, alike_s: float) -> NDArray[np.bool_]:
-    """Find the bounces of a trace with which a disc lands and stays on a wall in the certified run."""
+    """Find a trace's bounces on walls on which the disc lands and stays in the certified run."""
     parts = np.zeros(len(trace.impacts), bool)
     for mode in () if certified.modes is None else certified.modes[certified.modes["before"] == Mode.FLIGHT]:
         theirs, ours = (

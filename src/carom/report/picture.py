@@ -157,7 +157,7 @@ def _colour_of(disc: int) -> str:
 def _render_in_plane(
     scene: Scene, sides: Sequence[tuple[Paths, _Misses]], limits: Limits, labels: Sequence[str], *, dotted: bool
 ) -> tuple[str, ...]:
-    """Return a picture of each side. All pictures share their axes, because creating axes takes longer than drawing."""
+    """Return a picture of each of `sides`. All share the same axes, because creating axes takes longer than drawing."""
     drawings: list[str] = []
     low, high = limits
     width, height = high - low

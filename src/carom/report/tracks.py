@@ -74,7 +74,7 @@ def _compute_flight(
     ends_m: tuple[Array, Array],
     pull_m_s2: Array,
 ) -> Array:
-    """Return the positions at times in flights, which have given ends and a given acceleration, shape ``(k, 2)``."""
+    """Return positions at times in flights with the given ends and acceleration, shape ``(k, 2)``."""
     (begin, end), (first, last) = ends_s, ends_m
     with np.errstate(invalid="ignore", divide="ignore"):  # a flight without a duration ends where it begins
         part = np.where(end > begin, (time_s - begin) / (end - begin), 0.0)[:, None]

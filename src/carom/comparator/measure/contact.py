@@ -1,10 +1,10 @@
 """Errors of discs that slide, roll or rest, relative to the exact solution of Coulomb's law.
 
 The run's states are compared with the reference's states at the same instants. PIT has no lasting contact: its discs
-bounce at each check for overlap. Errors up to PIT's are allowed, and three other errors. First, an integrator may move
-a disc at a constant speed for a whole step. The disc then has a position error of ``dt / 2`` times the change of its
-speed in the step. Second, velocities may be wrong by ``g dt (1 + f)``, the change that gravity g and the coefficient of
-friction f (at most 1) cause in a step. Third, an impact may be a step late.
+bounce at each check for overlap. Errors up to PIT's are allowed. Three other kinds of error are also allowed. First, an
+integrator may move a disc at a constant speed for a whole step. The disc then has a position error of ``dt / 2`` times
+the change of its speed in the step. Second, velocities may be wrong by ``g dt (1 + f)``, the change that gravity g and
+the coefficient of friction f (at most 1) cause in a step. Third, an impact may be a step late.
 """
 
 from __future__ import annotations

@@ -198,8 +198,8 @@ class StepWatch:
     def _record_found_by_pit(self, block: Block, chain: StepChain) -> dict[Pair, bool]:
         """For the rest of a cut chain, return whether PIT finds each pair from the first state of the whole chain.
 
-        For another chain, return an empty dictionary. If the chain is cut at its end, store the result for the next
-        part.
+        For a chain that is not such a rest, return an empty dictionary. If the chain is cut at its end, store the
+        result for the next part.
 
         PIT always starts at the beginning of the whole chain. In later states the bodies overlap, so PIT would always
         find their impact.
