@@ -94,7 +94,7 @@ def _run_stages(baseline: Baseline, observed: Trace, horizon: float | None) -> S
 
 
 def _grade_before_tie(compared: ComparedRun) -> Grade | None:
-    """Return the run's grade before the first simultaneous impacts that have no unique result."""
+    """Grade the part of the run before the first simultaneous impacts that have no unique result."""
     if compared.before_tie_s is None:
         return None
     before = find_range(compared.baseline.unique, compared.observed, compared.before_tie_s)

@@ -214,8 +214,9 @@ def _find_crush_limit(reference: Trace, dt_s: float, pit: Trace | None) -> float
     """Return the time after which the impacts of a disc between two closing walls are too frequent for this step size.
 
     As the walls crush the disc, the times between its impacts become ever shorter. The result is the time after which
-    all impacts follow each other within two steps, because a method that checks once per step then misses impacts. If
-    PIT's run is given and misses or invents an earlier impact of the disc, the result is one step before that impact.
+    each impact follows the previous one within two steps, because a method that checks once per step then misses
+    impacts. If PIT's run is given and misses or invents an earlier impact of the disc, the result is one step before
+    that impact.
     """
     impacts, times = reference.impacts, reference.impacts["time_s"]
     disc = int(impacts["first"][-1])
@@ -268,7 +269,7 @@ def _find_end_of_pit_bounces(reference: Trace, pair: Pair, first_row: int, pit: 
         if k in alignment.spurious:
             return float(found_s[k]) - pit.dt_s
         if stuck[nth] and nth + 1 < len(expected):
-            # If PIT missed or invented an earlier impact, the present impact also counts as not found.
+            # If PIT missed or invented an earlier impact, this impact also counts as not found.
             is_matched = reference_of.get(k) == expected[nth] and expected_s[expected[nth]] <= found_s[k]
             is_before_next = found_s[k] < expected_s[expected[nth + 1]]
             return float(found_s[k]) - (0.0 if is_matched and is_before_next else pit.dt_s)

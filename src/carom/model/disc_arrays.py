@@ -310,7 +310,7 @@ class DiscArrays:
         return planes
 
     def overlaps(self, disc_name: str, wall_name: str) -> tuple[list[Overlap], bool]:
-        """Return the first overlaps, and whether there are more. `overlap.find_overlaps` describes the names."""
+        """Return the first overlaps, and whether there are more. `overlap.find_overlaps` describes the arguments."""
         return find_overlaps(self.position_m, self.radius_m, self.movable, self.walls, disc_name, wall_name)
 
     def require_apart(self) -> None:

@@ -82,7 +82,7 @@ def _build_ending_problem(path: Path) -> Problem:
 
 
 def _limit_problems(content: dict[str, Any]) -> dict[str, Any]:
-    """Return the content of a file without the invalid entries that are too many for a message.
+    """Shorten the content of a file that has many problems, so that validation finds only some of them.
 
     Each problem takes a kilobyte of memory, and a file can have millions of problems.
     """

@@ -42,8 +42,8 @@ _MOST_IMPACT_POSITIONS = 8
 #: Largest number of steps whose states are drawn as dots. More dots would merge into a line.
 _MOST_FRAMES = 40
 _MOST_MISSES = 4
-#: Number of straight lines with which a whole circle is drawn. The lines differ from the circle by 1/2000 of its
-#: radius.
+#: Number of straight lines with which a whole circle is drawn. The lines differ from the circle by less than 1/2000 of
+#: its radius.
 ARC_PARTS = 100
 
 #: Opacity with which a body with a prescribed motion is drawn at its final position.

@@ -1,7 +1,7 @@
 """Consistency of a run: contradictions between its reported impacts and its own states.
 
-Section 5 of `docs/theory/scoring.md` lists the checks, and the deviations that are allowed. The checks need no
-reference, so they also apply beyond a horizon.
+Section 5 of `docs/theory/scoring.md` lists the checks and the allowed deviations. The checks need no reference, so they
+also apply beyond a horizon.
 """
 
 from __future__ import annotations

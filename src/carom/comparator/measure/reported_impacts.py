@@ -30,7 +30,7 @@ class ReportComparison(NamedTuple):
         unshown: Number of reported impacts without a matching change of velocity in the states.
         unreported: Number of impacts that the states show, but the run does not report. Only windows (successive steps
             in which bodies collide or overlap) with a single impact are counted.
-        first_unshown: Time and bodies of the first impact that only the reports contain; empty if there is none.
+        first_unshown: Time and bodies of the first impact that is only reported; empty if there is none.
         first_unreported: Time and bodies of the first impact that only the states show; empty if there is none.
     """
 

@@ -36,7 +36,7 @@ class LocalScore:
         first_missed: Description of the first missed pair; empty if there is none.
         first_missed_s: Time of the first missed pair, in seconds; NaN if there is none.
         invented: Number of steps, summed over all discs, in which a disc's motion changed without a cause. A change
-            counts if it exceeds 1 % of the disc's speed, although the disc's path reaches no body within two steps.
+            counts if it exceeds 1 % of the disc's speed, and the disc's path reaches no body within two steps.
         first_invented: Description of the first step that `invented` counts; empty if there is none.
         early: Number of windows in which the impact is earlier than in PIC.
         ahead: Number of velocity changes that come more than two steps before their impact. The cause is an engine that
