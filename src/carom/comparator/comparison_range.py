@@ -256,7 +256,7 @@ def _find_end_of_pit_bounces(reference: Trace, pair: Pair, first_row: int, pit: 
 
     PIT finds each bounce late, so the disc flies slightly too long or too short until the next bounce. When these
     differences add up to the time between two bounces, PIT has a spurious impact. PIT may also find the disc so deep in
-    the body that gravity pulls it back before it has left the body.
+    the body that gravity pulls the disc back before the disc has left the body.
     """
     expected_s, found_s = reference.impacts["time_s"], pit.impacts["time_s"]
     expected = group_by_pair(reference.impacts)[pair]

@@ -231,12 +231,12 @@ def estimate_horizon(reference: Trace) -> float | None:
     # An impact at the end of the scene may be missing from one run because of rounding.
     last = times > scene.duration_s * (1.0 - RELIABLE_ERROR)
     speed = float(np.max(np.abs([velocities(one, "before"), velocities(one, "after")])))
-    # NaN counts as a difference.
     matched = np.maximum(matching_rows, 0)
     rims = rim_speeds(reference, "after"), rim_speeds(other, "after")[:, matched]
     speed = max(speed, float(np.max(np.abs(rims))))
     error = _compute_largest_differences(one, other.impacts[matched], scene.duration_s, speed)
     error = np.maximum(error, np.max(np.abs(rims[0] - rims[1]), axis=0) / speed)
+    # A NaN counts as a difference between the runs.
     differs = ~(error <= RELIABLE_ERROR)
     diverged = np.where(matching_rows < 0, ~last, differs)
     if not diverged.any():

@@ -246,7 +246,7 @@ class DiscArrays:
 
     @cached_property  # computing this property takes a quarter of the time for solving two discs
     def turns(self) -> bool:
-        """Whether discs spin, or friction can make them spin. In other cases, a run stores no spins."""
+        """Whether discs spin, or friction can make them spin. If no disc can spin, a run stores no spins."""
         return self.rubs or bool(self.spins.any())
 
     @cached_property

@@ -18,7 +18,7 @@ MOST_BODIES = {"discs": MOST_DISCS, "walls": MOST_WALLS}
 
 
 def build_scene_schema() -> dict[str, Any]:
-    """Return the JSON Schema of scene files. The package contains it as ``carom/scene.schema.json``."""
+    """Return the JSON Schema of scene files. The package contains this schema as ``carom/scene.schema.json``."""
     schema = Scene.model_json_schema()
     for name, limit in MOST_BODIES.items():
         schema["properties"][name]["maxItems"] = limit

@@ -293,14 +293,14 @@ class Trace(ByValue, Tabular):
         float_bits: Number of bits of the floats in which the method declares to compute, 32 or 64.
         counts: Numbers of operations of the method, such as steps, tests of pairs and predictions.
         impacts_per_disc: Number of impacts of each disc, shape ``(n,)``. Impacts are counted even if `impacts` is not
-            stored. None if the method does not count them.
+            stored. None if the method does not count impacts.
         notes: Warnings of the method.
         spins: Structured array of `SPIN_DTYPE`, one entry per impact. None if no disc turns in the scene (see
             `carom.DiscArrays.turns`), or if the method does not report spins.
         edges: Structured array of `EDGE_DTYPE`, one entry per impact: the edge of a finite wall that was hit. None in a
             scene without finite walls, or if the method does not report edges.
         modes: Structured array of `MODE_DTYPE`, in order of time: the instants at which discs begin to slide, roll or
-            rest on a wall, or leave the wall. None if there is no contact, or if the method does not report it.
+            rest on a wall, or leave the wall. None if there is no contact, or if the method does not report contacts.
         final_spin_rad_s: Spins at `end_time_s`, shape ``(n,)``; None if `spins` is None.
         local_truth: Comparison of every step with PIC, which starts from the method's own state before the step. None
             if no comparison was requested.

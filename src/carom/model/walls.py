@@ -224,7 +224,7 @@ _TELLING: Mapping[str, type[Chain | Ring]] = {"points_m": Chain, "centre_m": Rin
 
 
 def kind_of_wall(fields: Iterable[str]) -> type[Wall | Chain | Ring]:
-    """Return the class of walls that has one of these fields, or else the class of half-planes."""
+    """Return the class of walls that has one of the given fields; `Wall` if there is no such class."""
     return next((kind for name, kind in _TELLING.items() if name in fields), Wall)
 
 

@@ -223,8 +223,8 @@ def _compute_path_errors(place: Array, displacement: Array) -> Array:
 
     Args:
         place: Positions of the disc at the start, at each impact and at the end, shape ``(k + 1, 2)``; NaN if unknown.
-        displacement: Displacements between these positions that the disc's own velocities imply, shape ``(k, 2)``; NaN
-            if unknown.
+        displacement: Displacements between successive positions that the disc's own velocities imply, shape ``(k, 2)``;
+            NaN if unknown.
     """
     unknown = np.asarray(np.isnan(displacement).any(axis=1))
     gaps = np.concatenate([[0], np.cumsum(unknown)])

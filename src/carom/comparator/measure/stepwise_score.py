@@ -63,8 +63,8 @@ class LocalScore:
             disc's velocity.
         drift: Largest change of a disc's position that did not follow from its velocity, divided by the largest radius.
         resting_steps: Number of steps, summed over all discs, in which a disc rested on another body.
-        sunk_radii: The largest depth to which a resting disc sank into another body, divided by the distance of their
-            centres in contact (for a wall, of centre and wall).
+        sunk_radii: The largest depth to which a resting disc sank into another body, divided by the contact distance:
+            from centre to centre, or from centre to wall.
         sinks: Whether a disc sank deeper into another body than it would by falling from rest in each step.
         polygon: Whether falling discs move along polygons instead of parabolas.
         agrees: Whether all windows agree with PIC except for rounding.
