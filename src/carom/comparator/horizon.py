@@ -188,7 +188,7 @@ def _sort_as_certified(certified: CertifiedTrace, trace: Trace, alike_s: float) 
 
 
 def _find_landing_bounces(certified: Trace, trace: Trace, alike_s: float) -> NDArray[np.bool_]:
-    """Find a trace's bounces on walls on which the disc lands and stays in the certified run."""
+    """Find a trace's additional bounces where a disc lands and stays on a wall in the certified run."""
     parts = np.zeros(len(trace.impacts), bool)
     for mode in () if certified.modes is None else certified.modes[certified.modes["before"] == Mode.FLIGHT]:
         theirs, ours = (

@@ -103,7 +103,7 @@ class Turning:
 def compute_turnings(trace: Trace) -> tuple[Turning, ...]:
     """Compute the angle of each disc over time from the trace's own spins; empty if no disc turns.
 
-    From the time when a disc's spin is NaN, its angle is constant.
+    While the spin of a disc is unknown (NaN), the disc's angle is constant.
     """
     if trace.spins is None:
         return ()
