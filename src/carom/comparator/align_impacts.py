@@ -199,7 +199,7 @@ def compute_edit_distance(a: Sequence[Pair], b: Sequence[Pair]) -> int:
 
 
 def _compute_edit_distance_within(a: Sequence[Pair], b: Sequence[Pair], band: int) -> int:
-    """Return the edit distance if it is at most `band`; otherwise return any number above `band`."""
+    """Return the edit distance if it is at most `band`; otherwise return a number above `band`."""
     beyond = band + 1
     width = 2 * band + 1
     # Entry k of row r is the distance between the first r items of a and the first r + k - 1 - band items of b.

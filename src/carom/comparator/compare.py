@@ -30,8 +30,8 @@ def compare(reference: Trace, observed: Trace, *, sampling: Trace | None = None,
         sampling: The trace of PIT with the same step size. With this trace, the score separates the errors of checking
             once per step from other errors.
         horizon: The part of the reference that is reliable: a number of impacts (an int) or a time in seconds (a
-            float). Each later step is compared with a PIC run that starts from the observed trace's own state before
-            this step. None if the whole reference is reliable.
+            float). Each step after this part is compared with a PIC run that starts from the observed trace's own state
+            before the step. None if the whole reference is reliable.
 
     Raises:
         InputError: The traces are of different scenes. A trace is impossible in its scene (see
@@ -71,7 +71,7 @@ class Scorer:
         require_possible_trace(observed)
         if 0.0 < step_s < math.inf and pit_s and abs(step_s - pit_s) > THRESHOLDS.rounding * pit_s:
             raise InputError(
-                f"the step size of the observed trace is {step_s:g} s, but that of sampling is {pit_s:g} s: run PIT "
+                f"the step size of the observed trace is {step_s:g} s, but that of `sampling` is {pit_s:g} s: run PIT "
                 "with the step size of the observed trace"
             )
         # NumPy's warnings are not needed, because a verdict reports NaN and infinite numbers.
@@ -94,7 +94,7 @@ def _run_stages(baseline: Baseline, observed: Trace, horizon: float | None) -> S
 
 
 def _grade_before_tie(compared: ComparedRun) -> Grade | None:
-    """Return the run's grade before the first simultaneous impacts that have no unique result."""
+    """Grade the part of the run before the first simultaneous impacts that have no unique result."""
     if compared.before_tie_s is None:
         return None
     before = find_range(compared.baseline.unique, compared.observed, compared.before_tie_s)

@@ -172,7 +172,7 @@ def comparison_range(reference: Trace, horizon: float | None) -> ComparisonRange
     """
     times, count = reference.impacts["time_s"], len(reference.impacts)
     if horizon is not None and (isinstance(horizon, bool) or not horizon >= 0):
-        raise InputError(f"horizon must be a number of impacts (int) or a time in seconds (float), got {horizon!r}")
+        raise InputError(f"the horizon must be a number of impacts (int) or a time in seconds (float), got {horizon!r}")
     if horizon is None or horizon >= (count if isinstance(horizon, int) else reference.scene.duration_s):
         return ComparisonRange(count, math.inf)
     if isinstance(horizon, int):  # the range ends just before the first unreliable impact
@@ -199,7 +199,7 @@ def clip_before_rest(
         closing = np.sum(change * impacts["normal"], axis=1)
         weak = closing <= RESTING_STEPS * math.hypot(*reference.scene.gravity_m_s2) * dt_s
         bounces = _find_last_bounces(reference)
-        if reference.contact_s == math.inf or reference.outcome is Outcome.GLIDES:  # gliding is not rest
+        if reference.contact_s == math.inf or reference.outcome is Outcome.GLIDES:  # a gliding disc does not rest
             weak &= np.isin(np.arange(len(impacts)), [row for rows in bounces.values() for row in rows])
         ends_s = [reference.contact_s, *np.nextafter(times[weak][:1], -math.inf).tolist()]
         if pit is not None and bounces:
@@ -211,11 +211,12 @@ def clip_before_rest(
 
 
 def _find_crush_limit(reference: Trace, dt_s: float, pit: Trace | None) -> float:
-    """Return the time after which a disc between two closing walls has impacts too often for steps of this size.
+    """Return the time after which the impacts of a disc between two closing walls are too frequent for this step size.
 
     As the walls crush the disc, the times between its impacts become ever shorter. The result is the time after which
-    all impacts follow each other within two steps, because a method that checks once per step then misses impacts. If
-    PIT's run is given and misses or invents an earlier impact of the disc, the result is one step before that impact.
+    each impact follows the previous one within two steps, because a method that checks once per step then misses
+    impacts. If PIT's run is given and misses or invents an earlier impact of the disc, the result is one step before
+    that impact.
     """
     impacts, times = reference.impacts, reference.impacts["time_s"]
     disc = int(impacts["first"][-1])
@@ -255,7 +256,7 @@ def _find_end_of_pit_bounces(reference: Trace, pair: Pair, first_row: int, pit: 
 
     PIT finds each bounce late, so the disc flies slightly too long or too short until the next bounce. When these
     differences add up to the time between two bounces, PIT has a spurious impact. PIT may also find the disc so deep in
-    the body that gravity pulls it back before it has left the body.
+    the body that gravity pulls the disc back before the disc has left the body.
     """
     expected_s, found_s = reference.impacts["time_s"], pit.impacts["time_s"]
     expected = group_by_pair(reference.impacts)[pair]
@@ -268,7 +269,7 @@ def _find_end_of_pit_bounces(reference: Trace, pair: Pair, first_row: int, pit: 
         if k in alignment.spurious:
             return float(found_s[k]) - pit.dt_s
         if stuck[nth] and nth + 1 < len(expected):
-            # If PIT missed or invented an earlier impact, the present impact also counts as not found.
+            # If PIT missed or invented an earlier impact, this impact also counts as not found.
             is_matched = reference_of.get(k) == expected[nth] and expected_s[expected[nth]] <= found_s[k]
             is_before_next = found_s[k] < expected_s[expected[nth + 1]]
             return float(found_s[k]) - (0.0 if is_matched and is_before_next else pit.dt_s)

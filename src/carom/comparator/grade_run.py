@@ -62,7 +62,7 @@ def grade_trajectory(judged: JudgedRun) -> Grade:
 
 
 def _add_phase_dependence(found: tuple[Finding, ...], as_right: int, phases: int) -> tuple[Finding, ...]:
-    """Report that the run equals PIT, and that PIT is this accurate only at some phases of the step.
+    """Report that the run equals PIT, and that PIT is less accurate at other phases of the step.
 
     If nothing is wrong with the run, the note is added to the reason of its verdict CONFORMS.
     """
@@ -79,8 +79,8 @@ def _grade_flight_and_contact(judged: JudgedRun) -> Grade:
     """Grade the impacts of a run and the contacts in which its discs slide, roll and rest. Return the worse grade.
 
     If the impacts can't be graded, the grade of the contacts is returned. If the trajectory diverged, contacts are
-    ignored, because other bounces lead to other contacts. But a single disc on a single wall has the same final motion
-    after other bounces, so its wrong contacts count.
+    ignored, because different bounces lead to different contacts. But the final motion of a single disc on a single
+    wall does not depend on the bounces, so wrong contacts of such a disc count.
     """
     flight_grade, contact = _grade_flight(judged), judged.contact
     if contact is None:
@@ -252,9 +252,9 @@ def _has_sampled_impacts(judged: JudgedRun, sampling: Measured, cost: SamplingCo
         if not (error.velocity <= velocity and error.time_s <= latest_s + rounding_s) or error.spin > spin:
             return False
         if error.time_s < -rounding_s:
-            # A method that checks once per step never finds an impact before its own discs touch. But its discs may
-            # touch earlier than the reference's, because previous impacts were late. The impact is then early by at
-            # most the lateness of the previous impacts.
+            # A method that checks once per step never finds an impact before the discs touch in its own run. But discs
+            # may touch earlier in the run than in the reference, because previous impacts were late. The impact is then
+            # early by at most the lateness of the previous impacts.
             forward_s = earliest_s if math.isnan(local_s) else max(latest_s, earliest_s)
             if local_s < -rounding_s or not -error.time_s <= forward_s + rounding_s:
                 return False

@@ -123,7 +123,7 @@ def compute_horizon(certified: CertifiedTrace, trace: Trace, *, tolerance: float
     if certified.trace.scene != trace.scene:
         raise InputError(f"the certified run is of scene {certified.trace.scene.name!r}, but the trace is not")
     if not 0 < tolerance < math.inf:
-        raise InputError(f"tolerance must be above 0, got {tolerance}")
+        raise InputError(f"the tolerance must be above 0, got {tolerance}")
     scene, truth = trace.scene, certified.trace.impacts
     order = _sort_as_certified(certified, trace, tolerance * scene.duration_s)
     found = trace.impacts[order]
@@ -188,7 +188,7 @@ def _sort_as_certified(certified: CertifiedTrace, trace: Trace, alike_s: float) 
 
 
 def _find_landing_bounces(certified: Trace, trace: Trace, alike_s: float) -> NDArray[np.bool_]:
-    """Find the bounces of a trace with which a disc lands and stays on a wall in the certified run."""
+    """Find a trace's additional bounces where a disc lands and stays on a wall in the certified run."""
     parts = np.zeros(len(trace.impacts), bool)
     for mode in () if certified.modes is None else certified.modes[certified.modes["before"] == Mode.FLIGHT]:
         theirs, ours = (
@@ -231,12 +231,12 @@ def estimate_horizon(reference: Trace) -> float | None:
     # An impact at the end of the scene may be missing from one run because of rounding.
     last = times > scene.duration_s * (1.0 - RELIABLE_ERROR)
     speed = float(np.max(np.abs([velocities(one, "before"), velocities(one, "after")])))
-    # NaN counts as a difference.
     matched = np.maximum(matching_rows, 0)
     rims = rim_speeds(reference, "after"), rim_speeds(other, "after")[:, matched]
     speed = max(speed, float(np.max(np.abs(rims))))
     error = _compute_largest_differences(one, other.impacts[matched], scene.duration_s, speed)
     error = np.maximum(error, np.max(np.abs(rims[0] - rims[1]), axis=0) / speed)
+    # A NaN counts as a difference between the runs.
     differs = ~(error <= RELIABLE_ERROR)
     diverged = np.where(matching_rows < 0, ~last, differs)
     if not diverged.any():

@@ -146,9 +146,9 @@ def _align_pair(
 ) -> list[tuple[int, int]]:
     """Match one pair's impacts in order by dynamic programming.
 
-    A cost is two numbers: unmatched impacts, and the sum of time errors. ``cost(r, c)`` is the smallest cost for the
-    reference's impacts from r on and the observed impacts from c on. Later impacts have later windows. So each row of
-    the cost table is computed only for the columns in its window.
+    A cost is two numbers: the number of unmatched impacts, and the sum of time errors. ``cost(r, c)`` is the smallest
+    cost for the reference's impacts from r on and the observed impacts from c on. Later impacts have later windows. So
+    each row of the cost table is computed only for the columns in its window.
     """
     rows, columns = len(expected), len(found)
     stamps = [observed_time[o] for o in found]

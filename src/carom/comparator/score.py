@@ -60,12 +60,12 @@ class Score(Shown):
         branches: The impacts in which bodies stuck instead of sliding, or slid instead of sticking.
         local_truth: Score of the single steps, each compared with PIC from the run's own state; None if states were not
             stored.
-        diverged_s: Time in seconds at which the trajectory diverged from the reference's. None if it did not diverge,
-            or if a single step missed or invented an impact before.
+        diverged_s: Time in seconds at which the trajectory diverged from the reference's. None if the trajectory did
+            not diverge, or if a single step missed or invented an impact before.
         pit_diverged_s: Time in seconds at which PIT's trajectory diverged; None if it did not diverge, or without a PIT
             run.
-        contact: Score of the time in which discs slide, roll or rest. None if no disc does, or if states were not
-            stored.
+        contact: Score of the time in which discs slide, roll or rest. None if there is no such time, or if states were
+            not stored.
         lucky_phase: Number of phases of the step at which PIT is as accurate as the run, and number of phases that were
             tried. Only given if an exact or close run equals PIT, but PIT is less accurate at some phases. Else None.
 

@@ -16,7 +16,7 @@ class Thresholds:
         rounding: Relative rounding error. Errors of times are divided by the scene's duration, errors of velocities by
             its greatest speed, and errors of positions by its largest coordinate. Carom's solvers reproduce known
             results with at most this error.
-        rounding_32: Relative rounding error for a method with 32-bit floats: a hundred units in the last place.
+        rounding_32: Relative rounding error for a method with 32-bit floats: about a hundred units in the last place.
         close: Largest relative error of grade *close*. Time errors are divided by a step, and velocity errors by PIT's
             velocity error. A method that only checks for overlap would need a hundred checks per step to be this
             accurate. So a close method computes the instant of impact, or shortens its steps.
@@ -24,7 +24,7 @@ class Thresholds:
             within a sixteenth of a step of its largest possible lateness. If PIT misses an impact at more than a
             sixteenth of all phases, PIT also misses the impact at one of these 16.
         ratio_known: Rounding error of the quotient of an error and PIT's error; in 64-bit floats, 1e-13 was observed.
-        ratio_known_32: The same as `ratio_known` in 32-bit floats; 5e-4 was observed.
+        ratio_known_32: The value of `ratio_known` for 32-bit floats; 5e-4 was observed.
         direction_rad: Largest error of a direction that is ignored: a degree, which is just visible in a picture.
         energy: Largest energy error that is ignored, divided by the scene's energy. Rounding causes 1e-13 in
             float64 engines and 1e-7 in float32 engines, both far below a millionth.

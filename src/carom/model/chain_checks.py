@@ -124,7 +124,7 @@ def _build_place(point: tuple[Number, Number]) -> Place:
 
 
 def _find_shared_points(one: _Line, other: _Line) -> Iterator[Place]:
-    """Yield points that two edges share. If the edges share a part of a line or circle, its ends are included."""
+    """Yield points that two edges share. The points include the ends of a shared part of a line or circle."""
     if one.circle is None and other.circle is not None:
         one, other = other, one
     if one.circle is None:

@@ -40,7 +40,7 @@ class Foot(NamedTuple):
     Attributes:
         x: x coordinate of the point, in metres.
         y: y coordinate of the point, in metres.
-        edge: Number of the edge that contains the point. A joint of two edges has the lower number.
+        edge: Number of the edge that contains the point. At a joint of two edges, the lower of their numbers.
         inner: Whether the point is not an end of the edge.
     """
 
@@ -104,7 +104,7 @@ class Stretch(NamedTuple):
         """Return the power of the point (x, y): its squared distance from an arc's centre minus the squared radius.
 
         The power is computed from the arc's ends a and b, so that a huge radius does not reduce accuracy. With p = (x,
-        y) and k = bulge, it is ``(p - a).(p - b) - cross(b - a, p - a) (1 / k - k) / 2``.
+        y) and k = bulge, the power is ``(p - a).(p - b) - cross(b - a, p - a) (1 / k - k) / 2``.
         """
         (ax, ay), (bx, by), bulge = self.edge
         across = (bx - ax) * (y - ay) - (by - ay) * (x - ax)
@@ -150,7 +150,7 @@ class Outline:
 
     @cached_property
     def edges(self) -> tuple[Edge, ...]:
-        """The edges of a chain, in order. A circle has none."""
+        """The edges of a chain, in order; empty for a circle."""
         ends = (*self.points[1:], *self.points[:1]) if self.closed else self.points[1:]
         return tuple(map(Edge, self.points, ends, self.bulges))
 
@@ -200,7 +200,7 @@ class Outline:
                 yield Foot(*place, k, inner)
 
     def find_edge(self, x: float, y: float, among: tuple[int, ...]) -> int:
-        """Return the number of the edge nearest to a point, among the edges `among`; the lowest of several numbers."""
+        """Return the number of the edge in `among` that is nearest to a point; of several, the lowest number."""
         places = [(self.stretches[k].find_nearest(x, y)[0], k) for k in among]
         return min((_compute_square(px - x, py - y), k) for (px, py), k in places)[1]
 
@@ -246,7 +246,7 @@ class Outline:
 def _compute_square(x: float, y: float) -> float:
     """Return the squared length of a vector.
 
-    Multiplication gives the same bits on every machine. The power function does not.
+    Multiplication gives the same bits on every machine, but the power function does not.
     """
     return x * x + y * y
 

@@ -38,7 +38,7 @@ class Damping:
         return damped_time.undamped(self.per_s, seconds)
 
     def to_damped(self, undamped_s: float) -> float:
-        """Return the time in which a damped disc moves as far as an undamped disc in `undamped_s`, or infinity."""
+        """Return the time in which a damped disc moves as far as an undamped disc in `undamped_s`; infinity: never."""
         return damped_time.damped(self.per_s, undamped_s)
 
     def to_undamped_array(self, seconds: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -57,8 +57,8 @@ class Damping:
     def find_latest_undamped(self, seconds: float) -> float:
         """Return the greatest undamped time that `to_damped` converts to at most `seconds`, which must be 0 or more.
 
-        `to_undamped` rounds, so `to_damped` could convert its result to a time after `seconds`. This function returns a
-        time that differs from that result by a few units in the last place.
+        `to_undamped` rounds, so `to_damped` may convert the result of `to_undamped` to a time after `seconds`. The
+        result of this function differs from that of `to_undamped` by a few units in the last place.
         """
         return damped_time.latest_undamped(self.per_s, seconds)
 

@@ -244,7 +244,7 @@ class DiscArrays:
         """Whether friction can act between any two bodies."""
         return self.has_disc_friction or self.has_wall_friction
 
-    @cached_property  # computing it takes a quarter of the time for solving two discs
+    @cached_property  # computing this property takes a quarter of the time for solving two discs
     def turns(self) -> bool:
         """Whether discs spin, or friction can make them spin. In other cases, a run stores no spins."""
         return self.has_friction or bool(self.spins.any())
@@ -276,12 +276,12 @@ class DiscArrays:
         return (Material(self.wall_restitution, self.wall_friction),) * len(self.walls)
 
     def restitution_of(self, second: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the coefficient of restitution of each impact. `second` has the number of its second body."""
+        """Return the coefficient of restitution of each impact. `second` contains the numbers of the second bodies."""
         walls = np.array([material.restitution for material in self.materials] or [math.nan])
         return np.where(second < 0, walls[np.maximum(-1 - second, 0)], self.restitution)
 
     def friction_of(self, second: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the coefficient of friction of each impact. `second` has the number of its second body."""
+        """Return the coefficient of friction of each impact. `second` contains the numbers of the second bodies."""
         walls = np.array([material.friction for material in self.materials] or [math.nan])
         return np.where(second < 0, walls[np.maximum(-1 - second, 0)], self.friction)
 
@@ -310,7 +310,7 @@ class DiscArrays:
         return planes
 
     def overlaps(self, disc_name: str, wall_name: str) -> tuple[list[Overlap], bool]:
-        """Return the first overlaps, and whether there are more. `overlap.find_overlaps` describes the names."""
+        """Return the first overlaps, and whether there are more. `overlap.find_overlaps` describes the arguments."""
         return find_overlaps(self.position_m, self.radius_m, self.movable, self.walls, disc_name, wall_name)
 
     def require_apart(self) -> None:

@@ -85,8 +85,8 @@ def find_overlaps(
         wall_name: Text that names the wall in a message, with ``{}`` for its number.
 
     Returns:
-        First, a list of overlaps between discs and then of overlaps with walls, each ordered by disc and then by the
-        other body. Second, whether there are more overlaps.
+        A list of overlaps between discs and then of overlaps with walls, and whether there are more overlaps. Both
+        parts of the list are ordered by disc and then by the other body.
     """
     discs = _Discs(position_m, radius_m, movable, np.maximum(np.abs(position_m).max(axis=1), radius_m))
     planes = {k: wall for k, wall in enumerate(walls) if isinstance(wall, tuple)}
@@ -110,7 +110,7 @@ def _find_disc_overlaps(discs: _Discs, name: str) -> Iterator[Overlap]:
     # reduce the radius of each disc by half of this value.
     reach = radius * _ROUNDED_UP - compute_input_rounding(size) / 2.0
     for first, second in find_near_pairs(position, reach, movable):
-        if not len(first):  # usually true, and the next steps take longer than the search
+        if not len(first):  # usually no pair is near, and the next lines take longer than the search
             continue
         offset = position[second] - position[first]
         gap = np.hypot(offset[:, 0], offset[:, 1]) - (radius[first] + radius[second])

@@ -269,8 +269,8 @@ class Scene(Drawn, Model):
         )
         return materials if any(material != scene for material in materials) else None
 
-    # The cached arrays are not copied, because a copy may get other discs. The arrays are not pickled, because another
-    # process builds its own arrays.
+    # The cached arrays are not copied, because a copy of a scene may get other discs. The arrays are not pickled,
+    # because another process builds its own arrays.
 
     def __iter__(self) -> Generator[tuple[str, Any], None, None]:
         return ((name, value) for name, value in super().__iter__() if name != "arrays")
@@ -349,8 +349,8 @@ class Scene(Drawn, Model):
         """Return the number of steps of length `dt_s` that cover the scene's duration, as `count_steps` does.
 
         Raises:
-            InputError: `dt_s` is not a finite number above 0, or it gives more than `carom.support.limits.MOST_STEPS`
-                steps.
+            InputError: `dt_s` is not a finite number above 0, or more than `carom.support.limits.MOST_STEPS` steps are
+                needed.
         """
         return count_steps(self.duration_s, dt_s)
 

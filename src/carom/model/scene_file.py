@@ -18,7 +18,7 @@ MOST_BODIES = {"discs": MOST_DISCS, "walls": MOST_WALLS}
 
 
 def build_scene_schema() -> dict[str, Any]:
-    """Return the JSON Schema of scene files. The package contains it as ``carom/scene.schema.json``."""
+    """Return the JSON Schema of scene files. The package contains this schema as ``carom/scene.schema.json``."""
     schema = Scene.model_json_schema()
     for name, limit in MOST_BODIES.items():
         schema["properties"][name]["maxItems"] = limit
@@ -82,7 +82,7 @@ def _build_ending_problem(path: Path) -> Problem:
 
 
 def _limit_problems(content: dict[str, Any]) -> dict[str, Any]:
-    """Return the content of a file without the invalid entries that are too many for a message.
+    """Shorten the content of a file that has many problems, so that validation finds only some of them.
 
     Each problem takes a kilobyte of memory, and a file can have millions of problems.
     """

@@ -38,9 +38,10 @@ class WindowRow:
         late_known: Uncertainty of `late_steps`.
         late_allowed: Greatest delay that checking once per step can cause, in steps.
         velocity: Largest difference of a velocity from PIC's velocity when the window ends.
-        speed: Greatest speed of the window's bodies. Rounding errors of velocities are proportional to it.
+        speed: Greatest speed of the window's bodies. Rounding errors of velocities are proportional to this speed.
         spin: Largest difference of a rim speed from PIC's rim speed when the window ends.
-        rim: Greatest speed or rim speed of the window's bodies. Rounding errors of rim speeds are proportional to it.
+        rim: Greatest speed or rim speed of the window's bodies. Rounding errors of rim speeds are proportional to this
+            value.
         place_m: Largest difference of a position from PIC's position when the window ends.
         place_known_m: Uncertainty of `place_m` because positions are rounded.
         price_velocity: Largest velocity error of PIT, which starts from the same state.
@@ -78,8 +79,8 @@ class WindowRow:
 WINDOW_DTYPE = build_dtype(WindowRow)
 
 #: One pair of bodies that meet in a window: the window's index, the numbers of the bodies, and the times of the first
-#: and last state of the steps in which they meet. Then follow the time of PIC's impact (NaN if PIC finds none), whether
-#: the run missed it, and whether PIT missed it from the same state.
+#: and last state of the steps in which they meet. The last fields are the time of PIC's impact (NaN if PIC finds none),
+#: whether the run missed the impact, and whether PIT missed the impact from the same state.
 MEETING_DTYPE = np.dtype(
     [
         ("window", "i8"),
@@ -115,7 +116,7 @@ REST_DTYPE = np.dtype([("first", "i8"), ("second", "i8"), ("begin_s", "f8"), ("e
 
 @dataclass(frozen=True, eq=False)
 class States:
-    """States of a run at the ends of steps. With the profile `located`, they are at the ends of parts of steps.
+    """States of a run at the ends of steps. With the profile `located`, the states are at the ends of parts of steps.
 
     Attributes:
         time_s: Shape ``(k,)``, in seconds, increasing.
@@ -152,7 +153,7 @@ class LocalTruth:
 
     Attributes:
         until_s: Time of the last state that was compared.
-        steps: Number of compared steps. With the profile `located`, it is the number of compared parts of steps.
+        steps: Number of compared steps. With the profile `located`, parts of steps are counted.
         windows: Structured array of `WINDOW_DTYPE`, in order of start times.
         meetings: Structured array of `MEETING_DTYPE`, the pairs that meet in the windows.
         slips: Structured array of `SLIP_DTYPE`: for each disc, the largest unexplained changes of velocity, spin and
@@ -167,8 +168,8 @@ class LocalTruth:
         sinks_s: First time at which a step increased the overlap of a pair by more than free fall does. NaN if free
             fall explains all overlaps.
         polygon: Whether the method moves discs straight in each step, so that curved paths become polygons. The error
-            of a position is then up to half of the fall in a step. With damping, it is up to half of the speed lost in
-            a step times the step size.
+            of a position is then up to half of the fall in a step. With damping, the error is up to half of the speed
+            lost in a step times the step size.
         rests: Structured array of `REST_DTYPE`: steps outside of windows in which a pair rests, and the contact changes
             velocities.
         invented: Number of steps, summed over all discs, in which a velocity or rim speed changed by more than 1 % of

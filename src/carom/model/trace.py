@@ -293,7 +293,7 @@ class Trace(ByValue, Tabular):
         float_bits: Number of bits of the floats in which the method declares to compute, 32 or 64.
         counts: Numbers of operations of the method, such as steps, tests of pairs and predictions.
         impacts_per_disc: Number of impacts of each disc, shape ``(n,)``. Impacts are counted even if `impacts` is not
-            stored. None if the method does not count them.
+            stored. None if the method does not count impacts.
         notes: Warnings of the method.
         spins: Structured array of `SPIN_DTYPE`, one entry per impact. None if no disc turns in the scene (see
             `carom.DiscArrays.turns`), or if the method does not report spins.

@@ -51,7 +51,7 @@ class Leg(Model):
 
 
 def find_leg_problems(legs: tuple[Leg, ...], velocity: Point) -> Iterator[Problem]:
-    """Yield the problems of a driven body's legs. `velocity` is the body's own velocity, which must then be (0, 0)."""
+    """Yield the problems of a driven body's legs. A body with legs must have the `velocity` (0, 0)."""
     if velocity != (0.0, 0.0):
         yield Problem(("velocity_m_s",), f"must be left out if legs contain velocities, got {velocity}")
     if len(legs) > MOST_LEGS:
@@ -86,8 +86,8 @@ class _Common(Model):
         """Refuse invalid legs.
 
         Raises:
-            SceneError: The first leg does not begin at 0, a leg does not begin after the previous leg, or there are too
-                many legs. Or the wall has both legs and a velocity.
+            SceneError: The first leg does not begin at 0, a leg does not begin after the previous leg, there are too
+                many legs, or the wall has both legs and a velocity.
         """
         if self.legs and (problems := list(find_leg_problems(self.legs, self.velocity_m_s))):
             raise SceneError(problems)
@@ -113,11 +113,11 @@ class Wall(_Common):
             coefficient.
         friction: Coulomb's coefficient of friction between this wall and any disc, 0 or more; None for the scene's
             coefficient.
-        velocity_m_s: Velocity of a driven wall, in metres per second. Impacts don't change it. A wall with (0, 0) is at
-            rest. `point_m` is the position at time 0.
+        velocity_m_s: Velocity of a driven wall, in metres per second. Impacts don't change this velocity. A wall
+            with (0, 0) is at rest. `point_m` is the position at time 0.
         legs: Velocities of a driven wall, each with the time at which it begins; replaces `velocity_m_s`.
         surface_speed_m_s: Speed of a conveyor, in metres per second: the wall's surface moves to the left of the
-            normal. It acts on discs only by friction.
+            normal. A conveyor acts on discs only by friction.
 
     Examples:
         >>> wall = carom.Wall(point_m=(3.0, 0.0), normal=(-1.0, 0.0))
@@ -145,11 +145,11 @@ class Chain(_Common):
             coefficient.
         friction: Coulomb's coefficient of friction between this wall and any disc, 0 or more; None for the scene's
             coefficient.
-        velocity_m_s: Velocity of a driven wall, in metres per second. Impacts don't change it. A wall with (0, 0) is at
-            rest. `points_m` are the points at time 0.
+        velocity_m_s: Velocity of a driven wall, in metres per second. Impacts don't change this velocity. A wall
+            with (0, 0) is at rest. `points_m` contains the points at time 0.
         legs: Velocities of a driven wall, each with the time at which it begins; replaces `velocity_m_s`.
         surface_speed_m_s: Speed of a conveyor, in metres per second. On either side of the line, the surface moves to
-            the left of the normal that points to the disc. It acts on discs only by friction.
+            the left of the normal that points to the disc. A conveyor acts on discs only by friction.
 
     Examples:
         >>> stair = carom.Chain(points_m=[(0.0, 0.0), (2.0, 0.0), (2.0, 1.0)])
@@ -195,11 +195,11 @@ class Ring(_Common):
             coefficient.
         friction: Coulomb's coefficient of friction between this wall and any disc, 0 or more; None for the scene's
             coefficient.
-        velocity_m_s: Velocity of a driven wall, in metres per second. Impacts don't change it. A wall with (0, 0) is at
-            rest. `centre_m` is the position at time 0.
+        velocity_m_s: Velocity of a driven wall, in metres per second. Impacts don't change this velocity. A wall
+            with (0, 0) is at rest. `centre_m` is the position at time 0.
         legs: Velocities of a driven wall, each with the time at which it begins; replaces `velocity_m_s`.
         surface_speed_m_s: Speed of a conveyor, in metres per second. Inside and outside of the circle, the surface
-            moves to the left of the normal that points to the disc. It acts on discs only by friction.
+            moves to the left of the normal that points to the disc. A conveyor acts on discs only by friction.
 
     Examples:
         >>> post = carom.Ring(centre_m=(1.0, 2.0), radius_m=0.5)
@@ -224,7 +224,7 @@ _TELLING: Mapping[str, type[Chain | Ring]] = {"points_m": Chain, "centre_m": Rin
 
 
 def kind_of_wall(fields: Iterable[str]) -> type[Wall | Chain | Ring]:
-    """Return the class of walls that has one of these fields, or else the class of half-planes."""
+    """Return the class of walls that has one of the given fields; `Wall` if there is no such class."""
     return next((kind for name, kind in _TELLING.items() if name in fields), Wall)
 
 

@@ -21,7 +21,7 @@ _FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff
 def render_junit(results: Results, fail_on: Grade | None = Grade.INACCURATE) -> str:
     """Return JUnit XML with a test case for each run, and a test suite for each engine and profile.
 
-    A test case fails if the run's grade is `fail_on` or worse. With None, no grade is a failure.
+    A test case fails if the run's grade is `fail_on` or worse. If `fail_on` is None, no grade is a failure.
     """
     suites = formatting.group_by((row.job.method, row) for row in results.rows)
     root = ET.Element("testsuites", {"name": "carom", **_count_outcomes(results.rows, fail_on)})

@@ -42,8 +42,8 @@ _MOST_IMPACT_POSITIONS = 8
 #: Largest number of steps whose states are drawn as dots. More dots would merge into a line.
 _MOST_FRAMES = 40
 _MOST_MISSES = 4
-#: Number of straight lines with which a whole circle is drawn. The lines differ from the circle by 1/2000 of its
-#: radius.
+#: Number of straight lines with which a whole circle is drawn. The lines differ from the circle by less than 1/2000 of
+#: its radius.
 ARC_PARTS = 100
 
 #: Opacity with which a body with a prescribed motion is drawn at its final position.
@@ -157,7 +157,7 @@ def _colour_of(disc: int) -> str:
 def _render_in_plane(
     scene: Scene, sides: Sequence[tuple[Paths, _Misses]], limits: Limits, labels: Sequence[str], *, dotted: bool
 ) -> tuple[str, ...]:
-    """Return a picture of each side. All pictures share their axes, because creating axes takes longer than drawing."""
+    """Return a picture of each of `sides`. All share the same axes, because creating axes takes longer than drawing."""
     drawings: list[str] = []
     low, high = limits
     width, height = high - low

@@ -196,7 +196,7 @@ def find_pause_time(row: Json, overlap_s: float | None, trace: Trace) -> float:
     The replay pauses at the time that the run reports or, for a missed impact, when the miss is most visible.
 
     A miss is most visible in the middle of the overlap, when the bodies overlap most. But the pause is at most one step
-    after the exact impact, because a check once per step does not miss longer overlaps.
+    after the exact impact, because a check once per step never misses an overlap of more than a step.
     """
     if row.get("reported") is not None:
         return float(row["reported"])
@@ -264,7 +264,7 @@ def _build_turnings(trace: Trace) -> list[list[list[float]]]:
 
 
 def _build_modes(trace: Trace) -> list[tuple[int, list[tuple[float, str]]]]:
-    """Return each disc with lasting contact, and the times at which it begins to fly, slide, roll or rest."""
+    """Return each disc with lasting contact, and the times at which the disc begins to fly, slide, roll or rest."""
     if trace.modes is None:
         return []
     changes: dict[int, list[tuple[float, str]]] = {}

@@ -212,7 +212,7 @@ def finish(axes: Axes, below: Figure | None = None) -> None:
 
     Args:
         axes: The axes.
-        below: If given, the legend is drawn at the bottom of this figure instead of next to the axes.
+        below: Figure at whose bottom the legend is drawn; None for a legend next to the axes.
     """
     from matplotlib.ticker import NullFormatter
 

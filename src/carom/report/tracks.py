@@ -74,7 +74,7 @@ def _compute_flight(
     ends_m: tuple[Array, Array],
     pull_m_s2: Array,
 ) -> Array:
-    """Return the positions at times in flights, which have given ends and a given acceleration, shape ``(k, 2)``."""
+    """Return positions at times in flights with the given ends and acceleration, shape ``(k, 2)``."""
     (begin, end), (first, last) = ends_s, ends_m
     with np.errstate(invalid="ignore", divide="ignore"):  # a flight without a duration ends where it begins
         part = np.where(end > begin, (time_s - begin) / (end - begin), 0.0)[:, None]
@@ -103,7 +103,7 @@ class Turning:
 def compute_turnings(trace: Trace) -> tuple[Turning, ...]:
     """Compute the angle of each disc over time from the trace's own spins; empty if no disc turns.
 
-    From the time when a disc's spin is NaN, its angle is constant.
+    While the spin of a disc is unknown (NaN), the disc's angle is constant.
     """
     if trace.spins is None:
         return ()

@@ -254,7 +254,7 @@ def test_sampling_run_must_have_the_same_scene_and_step() -> None:
     """A sampling run of another scene or step raises an InputError; a run without steps accepts any step."""
     scene = find_scenes(["paper/late"])[0].scene
     reference, observed = solve_pic(scene), solve_pit(scene, frame_rate_hz=60)
-    with pytest.raises(InputError, match=r"observed trace is 0.0166667 s, but that of sampling is 0.333333 s"):
+    with pytest.raises(InputError, match=r"observed trace is 0.0166667 s, but that of `sampling` is 0.333333 s"):
         compare(reference, observed, sampling=solve_pit(scene, frame_rate_hz=3))
     with pytest.raises(InputError, match="sampling of 'spin/slide'"):
         compare(reference, observed, sampling=solve_pit(SLIDING.scene, frame_rate_hz=60))

@@ -1,7 +1,7 @@
 """Consistency of a run: contradictions between its reported impacts and its own states.
 
-Section 5 of `docs/theory/scoring.md` lists the checks, and the deviations that are allowed. The checks need no
-reference, so they also apply beyond a horizon.
+Section 5 of `docs/theory/scoring.md` lists the checks and the allowed deviations. The checks need no reference, so they
+also apply beyond a horizon.
 """
 
 from __future__ import annotations
@@ -46,12 +46,12 @@ class Consistency:
     Attributes:
         velocity: Largest change of a velocity between impacts, or after the last one, divided by the scene's greatest
             speed.
-        spin: Largest change of a spin times its radius between impacts, divided by the scene's greatest disc or rim
-            speed; 0 if no disc spins.
+        spin: Largest change of a disc's spin between impacts times its radius, divided by the scene's greatest disc or
+            rim speed; 0 if no disc spins.
         position: Largest distance of a disc from the position that its own velocities imply, divided by the largest
             radius.
-        excess: The part of `position` that remains after subtracting, for both ends of a flight, the overlap gained in
-            a step. Engines may move overlapping bodies apart by this distance.
+        excess: The part of `position` that engines do not explain by moving overlapping bodies apart. At each end of a
+            flight, an engine may move a disc by the overlap gained in a step.
         stamp_s: Largest time, in seconds, by which the time stamp of an impact is outside of the run or of the step
             that reported the impact.
         across: Largest velocity change perpendicular to the normal at an impact, divided by the scene's greatest speed.
@@ -128,7 +128,7 @@ def measure_consistency(trace: Trace, scales: Scales, until_s: float = math.inf)
 
 
 def _iterate_flights(trace: Trace, until_s: float) -> Iterator[Array]:
-    """For each disc, yield its k free flights between impacts and to the end of the run, shape ``(6, k)``.
+    """Yield each disc's k free flights, which end at its impacts and at the end of the run, shape ``(6, k)``.
 
     The rows are the disc, the time at which the flight begins, and the deviations of velocity, rim speed and position
     at the flight's end. Deviations are NaN if the flight can't be followed. The last row is the distance by which the
@@ -185,7 +185,7 @@ def _iterate_flights(trace: Trace, until_s: float) -> Iterator[Array]:
 
 
 def _compute_slowing(slowing: Slowing, duration_s: Array, speed: Array) -> tuple[Array, Array]:
-    """Return the fraction of each speed that is left, and the time in which an unslowed disc moves as far."""
+    """Return the fraction of each speed that is left after a time, and the displacement divided by this speed."""
     if not slowing:
         return np.ones_like(duration_s), duration_s
     flights = list(zip(duration_s.tolist(), speed.tolist(), strict=True))
@@ -223,8 +223,8 @@ def _compute_path_errors(place: Array, displacement: Array) -> Array:
 
     Args:
         place: Positions of the disc at the start, at each impact and at the end, shape ``(k + 1, 2)``; NaN if unknown.
-        displacement: Displacements between these positions that the disc's own velocities imply, shape ``(k, 2)``; NaN
-            if unknown.
+        displacement: Displacements between successive positions that the disc's own velocities imply, shape ``(k, 2)``;
+            NaN if unknown.
     """
     unknown = np.asarray(np.isnan(displacement).any(axis=1))
     gaps = np.concatenate([[0], np.cumsum(unknown)])

@@ -1,10 +1,10 @@
 """Errors of discs that slide, roll or rest, relative to the exact solution of Coulomb's law.
 
 The run's states are compared with the reference's states at the same instants. PIT has no lasting contact: its discs
-bounce at each check for overlap. Errors up to PIT's are allowed, and three other errors. First, an integrator may move
-a disc at a constant speed for a whole step. The disc then has a position error of ``dt / 2`` times the change of its
-speed in the step. Second, velocities may be wrong by ``g dt (1 + f)``, the change that gravity g and the coefficient of
-friction f (at most 1) cause in a step. Third, an impact may be a step late.
+bounce at each check for overlap. Errors up to PIT's are allowed. Three other kinds of error are also allowed. First, an
+integrator may move a disc at a constant speed for a whole step. The disc then has a position error of ``dt / 2`` times
+the change of its speed in the step. Second, velocities may be wrong by ``g dt (1 + f)``, the change that gravity g and
+the coefficient of friction f (at most 1) cause in a step. Third, an impact may be a step late.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class ContactScore:
             step.
         momentum_m_s: Largest error of a disc's angular momentum about a point on the wall's surface, divided by mass
             and radius. Friction does not change this momentum. NaN if a disc meets other discs or several walls.
-        rest_m_s: Mean final speed of the discs that should rest; NaN if no disc should rest.
+        rest_m_s: Largest mean final speed of a disc that should rest; NaN if no disc should rest.
         frozen: Whether a disc stands still at the end although it should move.
         quality: Gaps, overlaps and hops of discs that should stay on their walls.
         late: How late the bounces and the sliding of discs end.
@@ -106,7 +106,7 @@ def score_contact(run: AlignedRun) -> ContactScore | None:
     until = observed_states.time_s <= end_s
     inside = observed_states.time_s[until] >= begin_s
     struck_s, dt_s = reference.impacts["time_s"][reference.impacts["time_s"] > begin_s], observed.dt_s
-    # Skip states close to an impact. Rounding decides whether they are before or after the impact.
+    # Skip states close to an impact, because rounding decides whether such states are before or after the impact.
     for time_s in struck_s.tolist():
         inside &= np.abs(observed_states.time_s[until] - time_s - 0.5 * dt_s) > dt_s
     if not inside.any():
@@ -267,7 +267,7 @@ def _compute_pit_states(scene: Scene, dt_s: float, times_s: tuple[float, ...]) -
 
 
 def _measure_final_motion(truth: States, observed: States, slow: float) -> tuple[float, bool]:
-    """Return the mean final speed of discs that should rest, and whether a disc that should move stands still."""
+    """Return the largest mean final speed of a disc that should rest, and whether a disc wrongly stands still."""
     true_speed, speed = (np.hypot(*np.moveaxis(s.velocity_m_s[-LAST:], 2, 0)) for s in (truth, observed))
     rests = (true_speed == 0.0).all(axis=0)
     moves = (true_speed > 2.0 * slow).all(axis=0)

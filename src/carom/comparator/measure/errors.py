@@ -102,7 +102,7 @@ def _declare_metric(name: str) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Errors:
-    """Largest errors of one trace relative to another, by kind. A kind without errors is NaN, but `energy` is then 0.
+    """Largest errors of one trace relative to another, by kind. A kind that was not measured is NaN (`energy`: 0).
 
     Each field is explained in `docs/theory/scoring.md`, and appears in all tables and results files. The first eight
     fields are errors of impacts (see `ImpactError`). Each of the first eight fields is the error of largest magnitude,
@@ -316,8 +316,8 @@ def _have_spins(runs: Sequence[MatchedRun]) -> NDArray[np.bool_]:
 def _measure_impact_errors(runs: Sequence[MatchedRun], scales: Scales) -> Array:
     """Return the errors of the matched impacts of all runs: the fields of `ImpactError`, and `time_s` as the last row.
 
-    All runs are measured together. Most runs have so few impacts that measuring all takes little longer than measuring
-    one.
+    All runs are measured together. Most runs have so few impacts that measuring all runs takes little longer than
+    measuring one run.
     """
     r, o = _number_matches(runs)
     references, observed = [run.reference for run in runs], [run.observed for run in runs]

@@ -47,8 +47,8 @@ class MeasuredRun(AlignedRun):
             otherwise None.
         consistency: Contradictions between the run's states and its reported impacts; None if a number of the run is
             NaN or infinite.
-        contact: Score of the time in which discs slide, roll or rest; None if no disc does, or if states were not
-            stored.
+        contact: Score of the time in which discs slide, roll or rest; None if there is no such time, or if states were
+            not stored.
         branches: The impacts in which bodies stick although they should slide, or slide although they should stick.
         non_finite: Description of the first number that is NaN or infinite; empty if there is none.
         local_truth: Score of the single steps, each compared with PIC from the run's own state; None if states were not

@@ -208,7 +208,7 @@ def _find_nearest_outcome(
 
 
 def _find_motions_after(trace: Trace, group: Group) -> Motions:
-    """Return the motions of the group's discs after their impacts at, or a few steps from, the group's instant."""
+    """Return the motions of the group's discs after their impacts at about the group's instant."""
     motion = group.motion_m_s.copy()
     row = {disc: k for k, disc in enumerate(group.discs)}
     slack = LATEST_STAMP_STEPS * trace.dt_s + SAME * trace.scene.duration_s
@@ -313,8 +313,8 @@ def _solve_at_once(scene: Scene, group: Group, row: dict[int, int], tolerance: f
             jacobian[k, 2 * row[second] : 2 * row[second] + 2] = normal
     matrix = (jacobian * inverse_mass) @ jacobian.T
     closing = np.array([_compute_closing_speed(c, group.motion_m_s, row) for c in contacts])
-    # After the impact, the closing speed is -e times the closing speed before it. A contact that was not closing before
-    # must not close afterwards.
+    # With restitution e, an impact multiplies the closing speed by -e. A contact that was not closing before must not
+    # close afterwards.
     seconds = np.array([second for _, second, *_ in contacts], dtype=np.int64)
     restitution = scene.arrays.restitution_of(seconds)
     target_speed = -restitution * np.maximum(closing, 0.0)

@@ -36,7 +36,7 @@ class LocalScore:
         first_missed: Description of the first missed pair; empty if there is none.
         first_missed_s: Time of the first missed pair, in seconds; NaN if there is none.
         invented: Number of steps, summed over all discs, in which a disc's motion changed without a cause. A change
-            counts if it exceeds 1 % of the disc's speed, although the disc's path reaches no body within two steps.
+            counts if it exceeds 1 % of the disc's speed, and the disc's path reaches no body within two steps.
         first_invented: Description of the first step that `invented` counts; empty if there is none.
         early: Number of windows in which the impact is earlier than in PIC.
         ahead: Number of velocity changes that come more than two steps before their impact. The cause is an engine that
@@ -63,8 +63,8 @@ class LocalScore:
             disc's velocity.
         drift: Largest change of a disc's position that did not follow from its velocity, divided by the largest radius.
         resting_steps: Number of steps, summed over all discs, in which a disc rested on another body.
-        sunk_radii: The largest depth to which a resting disc sank into another body, divided by the distance of their
-            centres in contact (for a wall, of centre and wall).
+        sunk_radii: The largest depth to which a resting disc sank into another body, divided by the contact distance:
+            from centre to centre, or from centre to wall.
         sinks: Whether a disc sank deeper into another body than it would by falling from rest in each step.
         polygon: Whether falling discs move along polygons instead of parabolas.
         agrees: Whether all windows agree with PIC except for rounding.

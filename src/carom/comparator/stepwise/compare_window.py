@@ -28,8 +28,8 @@ from carom.model.step_windows import WindowRow
 
 Array = NDArray[np.float64]
 
-#: A relative velocity counts as unchanged if it changed by at most this fraction of the closing speed. If two bodies
-#: meet and it is unchanged, they passed through each other. A larger change is an impact with a velocity error.
+#: A relative velocity counts as unchanged if it changed by at most this fraction of the closing speed. Two bodies that
+#: meet and keep their relative velocity passed through each other. A larger change is an impact with a velocity error.
 LARGEST_UNCHANGED = 0.01
 
 
@@ -100,7 +100,7 @@ def compare_window(
     if not comparison.open:
         _measure_lateness(window, comparison, found, agrees=agrees)
         comparison.price_velocity = comparison.price_spin = 0.0
-        if not (agrees or comparison.entangled or comparison.missed):  # PIT's errors are only needed in this case
+        if not (agrees or comparison.entangled or comparison.missed):  # else PIT's errors are not needed
             _measure_sampling_cost(window, comparison, found)
     missed_by_pit = {pair for pair in missed if not found_by_pit.get(pair, True)}
     missed_by_pit |= find_pairs_missed_by_pit(block, chain, [pair for pair in missed if pair not in found_by_pit])
@@ -203,7 +203,7 @@ def _is_missed(window: Window, pair: Pair, speed_before: float) -> bool:
     if size <= (RESTING_STEPS + 0.5) * bodies.pull * block.dt_s + window.speed_rounding:
         return False  # the bodies are so slow that they may rest on each other
     if before.closing <= LARGEST_UNCHANGED * speed_before:
-        return False  # the slow rest of an impact before the window counts as a velocity error
+        return False  # a slow approach that remains after an earlier impact counts as a velocity error
     closed = before.closing * bodies.slowing.damping.compute_kept_fraction(duration_s)
     unchanged = math.dist(velocity_before, velocity_after) <= LARGEST_UNCHANGED * max(closed, 1e-3 * size)
     past = after.gap > window.gap_rounding or after.closing <= 0.0

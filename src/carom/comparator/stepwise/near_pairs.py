@@ -99,8 +99,8 @@ def find_disc_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
         gap = distance - contact
         with np.errstate(divide="ignore", invalid="ignore"):
             closing = np.where(distance > 0.0, -b / distance, 0.0)
-        # Gravity acts only on a movable disc. If only the second disc is movable, the pull towards the first disc is
-        # opposite to d.
+        # d points from the first to the second disc. Gravity along d brings the discs together if only the first disc
+        # is movable, and gravity against d if only the second disc is movable.
         falls = arrays.movable[first].astype(float) - arrays.movable[second]
         with np.errstate(divide="ignore", invalid="ignore"):
             pulled = np.where(distance > 0.0, falls * (d @ np.array(bodies.gravity)) / distance, 0.0)

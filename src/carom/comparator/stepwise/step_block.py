@@ -147,7 +147,7 @@ class Block(NamedTuple):
         return False
 
     def is_possible(self, step: int, pairs: Collection[Pair]) -> bool:
-        """Whether every disc fits between all bodies on opposite sides of it at the start of a step.
+        """Whether every disc has enough room between bodies on its opposite sides at the start of a step.
 
         Only bodies with a prescribed motion can leave a disc less room than its diameter. In too little room, the disc
         would have infinitely many impacts, with ever higher speeds, at one instant. Two bodies are on opposite sides if

@@ -120,7 +120,7 @@ class StepWatch:
         return float(self._states[-1].time_s[-1])
 
     def finish(self) -> LocalTruth:
-        """Return the comparison of all steps; call it after the last state."""
+        """Return the comparison of all steps, after the last state was added."""
         if self._dropped:
             return self._finish()
         states = States.joined(self._states)
@@ -200,8 +200,8 @@ class StepWatch:
     def _record_found_by_pit(self, block: Block, chain: StepChain) -> dict[Pair, bool]:
         """For the rest of a cut chain, return whether PIT finds each pair from the first state of the whole chain.
 
-        For another chain, return an empty dictionary. If the chain is cut at its end, store the result for the next
-        part.
+        For a chain that is not such a rest, return an empty dictionary. If the chain is cut at its end, store the
+        result for the next part.
 
         PIT always starts at the beginning of the whole chain. In later states the bodies overlap, so PIT would always
         find their impact.

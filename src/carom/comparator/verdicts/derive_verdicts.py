@@ -278,7 +278,7 @@ def _format_contact(score: ContactScore) -> str:
             f"{'off' if score.quality.gap_m > 0.0 else 'inside'} its wall"
         )
     if score.rest_m_s > speed:
-        wrong += f"; discs that should rest move at {format_number(score.rest_m_s, 3)} m/s on average"
+        wrong += f"; a disc that should rest moves at {format_number(score.rest_m_s, 3)} m/s on average"
     if score.quality.hop_m_s > speed:
         take_offs = score.quality.take_offs
         part = f", taking off in {format_number(100.0 * take_offs)} % of the states" if take_offs else ""

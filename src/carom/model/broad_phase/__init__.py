@@ -6,9 +6,9 @@ at the root. The search skips every node that is out of reach or contains only h
 every arrangement of discs, such as lines or a few far discs, and for radii of all sizes. Immovable discs have a tree of
 their own. The search starts only from movable discs, so overlaps among immovable discs cost no time.
 
-Two discs are near if a comparison of floats is true. A node of the tree is skipped if this comparison is false for the
-node's box. Rounding is monotone, so the comparison is then false for all discs of the node. The search therefore finds
-exactly those pairs that a comparison of all pairs finds.
+A comparison of floats decides whether two discs are near. A node of the tree is skipped if this comparison is false for
+the node's box. Rounding is monotone, so the comparison is then false for all discs of the node. The search therefore
+finds exactly those pairs that a comparison of all pairs finds.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ _DISTANCES = 2**20
 def find_near_pairs(position_m: Floats, reach_m: Floats, movable: Flags) -> Iterator[Pairs]:
     """Yield all pairs of discs whose distance is at most the sum of their reaches, except pairs of immovable discs.
 
-    The pairs are yielded in blocks. A block has at most 65,536 pairs more than there are discs. Blocks are ordered by
-    the second disc, so a caller that needs only the first pairs can stop early. A pair with a negative sum of reaches
-    is never near. The test is ``dx * dx + dy * dy <= reach * reach``, in floats.
+    The pairs are yielded in blocks. With n discs, a block has at most n + 65,536 pairs. Blocks are ordered by the
+    second disc, so a caller that needs only the first pairs can stop early. A pair with a negative sum of reaches is
+    never near. The test is ``dx * dx + dy * dy <= reach * reach``, in floats.
 
     Args:
         position_m: Centres, in metres, shape ``(n, 2)``.

@@ -183,11 +183,11 @@ cdef class Search:
         """Return the pairs whose higher number is `begin`, and as many pairs with larger higher numbers as fit.
 
         Returns:
-            Two arrays with the lower and the higher number of each pair, in no particular order. Then the value of
+            Two arrays with the lower and the higher number of each pair, in no particular order, and the value of
             `begin` for the next call.
         """
         cdef Py_ssize_t i, done, n = self.position.shape[0]
-        # This capacity is usually sufficient. Only if many discs overlap are there far more near pairs than discs.
+        # This capacity is usually sufficient. There are far more near pairs than discs only if many discs overlap.
         cdef Py_ssize_t capacity = max(1, min(n * (n - 1) // 2, n + CAPACITY))
         cdef Py_ssize_t[::1] first = np.empty(capacity, np.intp), second = np.empty(capacity, np.intp)
         cdef Pairs pairs = Pairs(&first[0], &second[0], 0, capacity)

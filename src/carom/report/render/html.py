@@ -95,7 +95,7 @@ def _load_template(name: str) -> Template:
 
 
 def build_page_script(*names: str) -> str:
-    """Join several scripts to one, and add the code that unpacks their data."""
+    """Join several scripts into one, and add the code that unpacks their data."""
     templates = resources.files("carom.report") / "templates"
     shared = resources.files("carom") / "web"  # this module is shared with the play page
     file_names = ("unpack.js", *names) if names else ()

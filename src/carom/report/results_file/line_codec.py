@@ -40,7 +40,7 @@ from carom.support.escaping import format_value, shorten
 #: Fields of a score about spins, which are only written if a disc of the scene spins.
 OF_SPINS = frozenset({"spin", "final_spin", "angular", "angular_excess", "arm"})
 
-#: Fields of a timing that files of earlier versions lack, and that are omitted without a value.
+#: Fields of a timing that files of earlier versions lack, and that are omitted if they have no value.
 _LATER = frozenset({"ends"})
 
 

@@ -54,7 +54,7 @@ def stream_records(path: Path) -> tuple[Summary, Iterator[RowLine]]:
     The iterator checks whether the number of lines is as stated in the first line.
 
     Raises:
-        InputError: The reasons are those of `read_records`. The iterator may also raise this error.
+        InputError: The function or its iterator finds a fault that `read_records` lists.
     """
     texts = _read_lines(path)
     head, is_earlier = _parse_head(path, next(texts, b"{}"))
