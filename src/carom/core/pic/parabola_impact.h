@@ -330,8 +330,8 @@ static inline bool apply_parabola_feature_impact(State *s, Index i, Index k, Ins
     a->y -= gap * n.y;
     p->sticks = p->rubs = false;
     double restitution = law->wall_restitution;
-    /* rounding can turn a very weak impact into a separation, which has no impulse, because an impact never pulls
-       bodies together */
+    /* rounding can turn a very weak impact into a separation. A separation has no impulse, because an impact never
+       pulls bodies together */
     if (met.approach > 0.0) {
         leave_wall(s, i, k, n, restitution * met.approach);
         if (law->wall_contact.friction > 0.0 || s->accelerated.rolling_resistance > 0.0) {

@@ -7,11 +7,12 @@
 
    - The velocities are rounded, both at this frame and just after the impact.
    - The positions are rounded. Let R be the distance between the two centres of curvature, and d its rounding error
-     (`distance_error`). Rounding turns the normal by up to d / R (`turn_of`). So up to d / R times the slip becomes
-     speed along the normal, which exact arithmetic does not have.
-   - The impact itself has left errors of up to d / R times its slip along its normal, and of up to d / R times its
-     speed of approach along its tangent. Later frames and impacts have also rounded the velocities. Errors count only
-     by their components along the present normal, until the gap has shrunk by more than d since the impact.
+     (`distance_error`). Rounding turns the normal by up to d / R (`turn_of`). So rounding can cause a normal speed of
+     up to d / R times the slip.
+   - The impact itself has left two errors: along its normal, up to d / R times the slip at the impact, and along its
+     tangent, up to d / R times the speed of approach. Later frames and impacts have also rounded the velocities. These
+     errors count with their components along the present normal, but only until the gap has shrunk by more than d since
+     the impact.
 
    So if two bodies do not approach in exact arithmetic, rounding causes no impact. If a driven body pushes faster than
    rounding errors explain, the first frame of the push has an impact. Slower pushes cannot cause more overlap than
@@ -58,8 +59,8 @@ static inline Encounter encounter_of(Index body, double dx, double dy, double ra
 
 /* Return the `Encounter` of disc i, which has the velocity v, and disc j, which has the velocity w.
 
-   If neither disc is driven, only another impact changes the slip, and Algorithm 1 uses the computed normal of that
-   impact. */
+   If neither disc is driven, a turned normal does not explain an approach: only another impact changes the slip, and
+   Algorithm 1 uses the computed normal of that impact. */
 static inline Encounter meet_disc(const State *s, Index i, Index j, const double *v, const double *w) {
     const Disc *a = &s->discs[i];
     const Disc *b = &s->discs[j];
@@ -114,7 +115,7 @@ static inline Encounter meet_wall(const State *s, Index i, Index k, const Disc *
 
 /* ---- rounding errors ---- */
 
-/* Return the number of frames up to now. Each frame has rounded positions once more, and on curved paths also
+/* Return the number of frames up to now. Each frame rounds the positions once more, and on curved paths also the
    velocities. */
 static inline double count_roundings(const State *s) {
     return s->now * s->clock.rate / s->clock.step;
