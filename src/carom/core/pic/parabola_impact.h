@@ -195,8 +195,8 @@ static inline bool apply_parabola_pair_impact(State *s, Index i, Index j, Instan
 
 /* ---- a disc and a wall ---- */
 
-/* Disc `i` hits feature k at a time. Return whether the disc's speed is exactly the speed at which it left the feature.
-   Feature k must be flat, and the disc's last impact must have been on feature k. The wall must not have begun another
+/* Disc `i` hits feature k. Return whether the disc's normal speed is exactly the speed at which it left the feature.
+   The result is true if feature k is flat, the disc's last impact was on feature k, and the wall has not begun another
    leg (straight part of its path) since that impact. */
 static inline bool returns_to(const State *s, Index i, Index k, double time) {
     const Disc *a = &s->discs[i];

@@ -227,8 +227,7 @@ typedef struct State {
     bool is_settled;
     /* duration, in seconds, of the largest number of frames for which a bound is used before it is computed again */
     double frame_span;
-    /* longest time from now for which a lower bound of a disc's next impact is used, in seconds; with damping, shorter
-       than `frame_span` */
+    /* longest time from now for which a bound is used, in seconds; with damping, shorter than `frame_span` */
     double horizon;
     /* magnitude of gravity, rounded up */
     double pull;
