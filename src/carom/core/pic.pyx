@@ -203,14 +203,14 @@ cdef class Kernel:
         return self.s.clock
 
     def states(self, double time, double time_low):
-        """Return positions and velocities of all discs, shape ``(n, 4)``. Time counts from the start of the epoch."""
+        """Return x, y, vx and vy of each disc at `time` + `time_low`, in seconds since the start of the epoch."""
         states = np.empty((self.s.disc_count, 4))
         cdef double[:, ::1] rows = states
         carom_states(&self.s, time, time_low, &rows[0, 0])
         return states
 
     def spins_at(self, double time, double time_low):
-        """Return the spins of all discs; None if no disc spins. Time counts from the start of the epoch."""
+        """Return the spins of all discs at `time` + `time_low` of the present epoch; None if no disc spins."""
         if not self.s.record.has_spins:
             return None
         spins = np.empty(self.s.disc_count)
@@ -238,7 +238,7 @@ cdef class Kernel:
 
     @property
     def crush(self):
-        """The `Crush` (pic/state.h) of a run that has ended with `CRUSHED`, with a time since the start."""
+        """The `Crush` (pic/state.h) of a run that has ended with `CRUSHED`. Its `time` counts from the start."""
         return self.s.crush
 
     @property

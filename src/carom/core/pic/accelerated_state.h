@@ -17,9 +17,10 @@ typedef enum Mode { /* kind of motion of a disc; `carom.model.trace.Mode` uses t
 
 typedef enum NeverMet { /* features of a wall that a disc certainly never hits on its present path */
     NEVER_NOTHING = 0,
-    /* all features in the list of `Parabola.never_of`, the ground with which the disc is in contact */
+    /* all features in the list of the ground `Parabola.never_of`, with which the disc is in contact */
     NEVER_ALL = 1,
-    /* faces and vertices in the list of `Parabola.never_of`, except the vertex at which the disc left this ground */
+    /* faces and vertices in the list of the ground `Parabola.never_of`, except the vertex at which the disc left this
+       ground */
     NEVER_FLAT = 2,
 } NeverMet;
 
@@ -49,14 +50,14 @@ typedef struct Parabola { /* path of a disc: data that are not in `Disc` */
     Instant ends;
     /* the feature with which the disc is in contact, or NO_OBSTACLE */
     int ground;
-    /* the ground whose list of features `never_met` refers to */
+    /* the ground to whose list of features `never_met` refers */
     int never_of;
     /* if `never_met` is NEVER_FLAT: the vertex that the disc can hit */
     int never_but;
     /* the ground from which an impact on another body has lifted the disc, or NO_OBSTACLE */
     int left_ground;
-    /* convex body at rest that the disc hit last while it was in contact with `corner_ground`, numbered like
-       `Disc.last`. NO_BODY if the disc has hit none, or has since hit a third body */
+    /* the last convex body at rest that the disc hit while in contact with `corner_ground`, numbered like `Disc.last`.
+       NO_BODY if there is no such body, or if the disc has since hit another body */
     int corner;
     int corner_ground;
     /* number of changes of the disc's motion without an impact, which `Disc.impacts` also counts */

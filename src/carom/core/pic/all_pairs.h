@@ -108,7 +108,7 @@ static inline NextObstacle first_feature_of_driven(const State *s, Index i, cons
 }
 
 /* Return the obstacle that disc `i` hits first. If the disc hits several walls at the same instant, return the wall
-   with the highest number k, because body number -1 - k is then lowest. */
+   with the highest number k, because its body number -1 - k is the lowest. */
 static inline NextObstacle next_obstacle(const State *s, Index i) {
     NextObstacle next = {NEVER, NO_OBSTACLE};
     if (s->feature_count == 0) {
@@ -174,7 +174,8 @@ static CAROM_NOINLINE Ending advance_all_pairs(State *s, double until, Index imp
             return STANDSTILL;
         if (events <= 0)
             return PAUSE;
-        /* one iteration with many discs takes as long as several events of the event loop */
+        /* an iteration with many discs takes as long as several events of the event loop, so it counts as several
+           events */
         events -= 1 + s->disc_count * s->disc_count / 64;
         NextEvent event = first_event(s);
         if (!(event.at.high < CAROM_INF))

@@ -73,8 +73,8 @@ static inline bool has_stood_still(const State *s) {
    `State.standstill`, end the run with `STANDSTILL`.
 
    Discs that are crushed between walls collide at shorter and shorter intervals. Just after an epoch begins, times are
-   small and resolve smaller differences than times since the start of the run. So the clock seems to advance at each
-   impact, and `Counts.at_instant` does not grow. */
+   small, so they resolve smaller differences than times since the start of the run. So the clock seems to advance at
+   each impact, and `Counts.at_instant` does not grow. */
 static inline void count_still_impacts(State *s) {
     s->counts.still_impacts = has_stood_still(s) ? s->counts.still_impacts + s->counts.epoch_impacts : 0;
     if (s->counts.still_impacts > s->standstill)

@@ -20,8 +20,8 @@ typedef struct Drift { /* motion of a disc along a wall, to the right of the wal
     double pull; /* acceleration along the wall */
 } Drift;
 
-/* the exact drift (motion along a wall) if `count` is 1, its lower and upper bound if `count` is 2, and nothing if
-   `count` is 0 */
+/* drift is motion along a wall. If `count` is 1, `drift[0]` is the exact drift; if `count` is 2, `drift` contains a
+   lower and an upper bound of the drift; if `count` is 0, nothing is known */
 typedef struct Drifts {
     Drift drift[2];
     int count;
@@ -31,7 +31,8 @@ typedef struct Drifts {
 
    Without friction, impacts do not change the disc's velocity along the wall. With friction, there is one velocity u
    and one spin w at which the disc slips on neither wall. Friction in an impact reduces the slip, and at most reverses
-   the slip. The kinetic energy of the differences from u and w never grows, so it bounds the velocity. */
+   the slip. The kinetic energy computed with the differences from u and w never grows, and this energy bounds the
+   velocity. */
 static inline Drifts drifts_along(const State *s, Index i, Index k, Index other, const Leg *leg, const Leg *other_leg) {
     const Disc *a = &s->discs[i];
     double nx = s->to_and_fro[i].nx, ny = s->to_and_fro[i].ny;
@@ -132,7 +133,7 @@ static inline bool find_crush_between(const State *s, Index i, Index k, Index ot
    seconds since the present epoch. */
 static inline bool find_crush(const State *s, Index i, Crush *crush) {
     const ToAndFro *t = &s->to_and_fro[i];
-    /* the disc has hit one other disc repeatedly, and no body on the opposite side */
+    /* the disc has hit one other disc repeatedly, but no body on the opposite side */
     if (t->last == NO_BODY || t->across == NO_BODY)
         return false;
     if (t->last < 0 && t->across < 0 && find_crush_between(s, i, -1 - t->last, -1 - t->across, crush))

@@ -21,7 +21,7 @@ static inline LegsAhead legs_ahead(const State *s, Index body, double time) {
     return (LegsAhead){&s->driving.legs[first], row->first_leg + row->leg_count - first};
 }
 
-/* Return the greatest speed of a driven body from a time on. If the body is not driven, return 0. */
+/* Return the greatest speed of a driven body at and after a given time. If the body is not driven, return 0. */
 static inline double top_speed(const State *s, Index body, double time) {
     LegsAhead ahead = legs_ahead(s, body, time);
     double fastest = 0.0;

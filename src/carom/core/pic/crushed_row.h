@@ -187,8 +187,8 @@ static inline bool end_loses(const State *s, const RowSide *side) {
    disc is crushed, set `crush`.
 
    All discs must be exactly on one line parallel to an axis, without velocity, acceleration or slip across the line, so
-   that nothing moves them off the line. In a row of several discs, no impact may lose energy, because the discs could
-   come to rest on each other instead of being crushed. */
+   that nothing moves them off the line. In a row of several discs, no impact may lose energy, because otherwise the
+   discs could come to rest on each other instead of being crushed. */
 static inline bool find_crush_in_row(const State *s, Index i, Crush *crush) {
     double nx = s->to_and_fro[i].nx, ny = s->to_and_fro[i].ny, now = s->discs[i].time;
     Row row = {.disc = i};

@@ -118,7 +118,7 @@ static inline double driven_disc_time(const State *s, Index i, const Driven *row
 }
 
 /* If disc `i` hits a driven disc before its predicted impact, predict the impact on the driven disc instead. If both
-   impacts are at the same time, predict the partner with the lower number. */
+   impacts are at the same time, predict the impact on the partner with the lower number. */
 static inline void predict_driven_disc(State *s, Index i, const Driven *row) {
     Prediction *p = &s->predictions[i];
     double latest = predicted_impact(p).high;

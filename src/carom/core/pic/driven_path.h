@@ -2,8 +2,8 @@
    which are parts with constant velocity.
 
    The coordinates of a driven wall's features are those at the start of the run. To compare a disc with a driven wall,
-   the disc's position is converted to coordinates that move with the wall. A driven disc moves along its path from its
-   centre at the start. */
+   the disc's position is converted to coordinates that move with the wall. The position of a driven disc is its centre
+   at the start of the run plus the displacement on its path. */
 
 #pragma once
 

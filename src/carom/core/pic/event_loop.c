@@ -224,7 +224,7 @@ Ending carom_advance(State *s, double until, Index impacts, Index events) {
 /* ---- functions for bindings ---- */
 
 /* Return whether the loop for few bodies (few_bodies.h) advances a run. The result is false if the caller sets a factor
-   for the width of cells, because the loop uses no cells. */
+   for the width of cells, because this loop uses no cells. */
 static bool has_few_bodies(const State *s, const RunInput *input) {
     bool has_few = s->disc_count <= MOST_FEW_DISCS && s->wall_count <= MOST_FEW_WALLS;
     bool is_plain = !s->has_special_impacts && !s->has_acceleration && !s->has_touched;
@@ -260,7 +260,8 @@ size_t carom_set_up(State *s, const RunInput *input) {
     s->grid.extent = obstacle_extent(input);
     choose_grid(&s->grid, &s->visited, n, s->feature_count);
     /* Choosing new cells costs about as much as one prediction per disc and one check per feature. The limit is the
-       number of predictions outside the area that cost as much, because each of them checks all features. */
+       number of predictions outside the area of the lists that together cost as much. Each such prediction checks all
+       features. */
     double checks = (double)(n + s->feature_count) / (1.0 + (double)s->feature_count / CAROM_LOOKS_PER_PREDICTION);
     s->grid.beyond_limit = (Index)checks;
     return lay_out(s, NULL);
@@ -285,8 +286,8 @@ bool carom_begin(State *s, const RunInput *input, void *memory) {
 }
 
 void carom_record(State *s, Recent *recent, double begin, double end) {
-    /* if discs accelerate, `record.recent` is in the arena, because ambiguous impacts are counted even if no impact is
-       recorded */
+    /* if discs accelerate, `record.recent` already has memory in the arena, because ambiguous impacts are then counted
+       even if no impact is recorded */
     if (!s->has_acceleration) {
         for (Index i = 0; i < s->disc_count; i++)
             clear_recent(&recent[i]);

@@ -13,7 +13,7 @@
 
 /* ---- copies of rows ---- */
 
-/* After the path of disc `i` has changed, copy its row. */
+/* After the path of disc `i` has changed, copy the new path into `State.few`. */
 static inline void copy_disc(State *s, Index i) {
     FewBodies *f = &s->few;
     const Disc *a = &s->discs[i];
@@ -41,7 +41,7 @@ static inline void fill_few_bodies(State *s) {
 
 /* ---- bounds ---- */
 
-/* For each disc, write a lower bound of the time at which disc `i` hits this disc; infinity for never.
+/* For each disc j, write a lower bound of the time at which disc `i` hits disc j; infinity for never.
 
    Let d and u be the relative position and velocity of the two discs, and R the sum of their radii. Let a = u.u, b =
    d.u, c = d.d - R^2 and D = b^2 - a c. The bound is the root c / (-b + sqrt(D)) with a smaller c and a larger D. Let S
@@ -100,7 +100,7 @@ typedef struct LeastTimes {
     Index place;   /* index of the least time; the first index if all times are infinite */
 } LeastTimes;
 
-/* From the two least times of each of two arrays, return the two least times of both arrays. */
+/* Return the two least times of two arrays together, from the two least times of each array. */
 static inline LeastTimes merge_least_times(LeastTimes a, LeastTimes b) {
     return (LeastTimes){lesser(a.first, b.first), lesser(lesser(a.second, b.second), greater(a.first, b.first)),
                         b.first < a.first ? b.place : a.place};
@@ -165,8 +165,8 @@ static inline void predict_from_bounds(State *s, Index i) {
     store_first_impact(s, i, found);
 }
 
-/* Predict the first impact of disc `i` from the exact times of all its impacts, because bounds do not decide which
-   impact is first. */
+/* Predict the first impact of disc `i` from the exact times of all its impacts. This is necessary if bounds do not
+   decide which impact is first. */
 static CAROM_NOINLINE void predict_from_times(State *s, Index i) {
     NextEvent least = {NEVER, i, -1};
     for (Index k = 0; k < s->wall_count; k++)

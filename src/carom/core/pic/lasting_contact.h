@@ -206,8 +206,8 @@ static inline ModeRow land(State *s, Index i, Index k, double approach) {
     }
     a->last = NO_BODY;
     if (p->left_ground != NO_OBSTACLE && p->corner == -1 - k && is_same_instant(p->left, own_instant(a, p))) {
-        /* an impact has lifted the disc off one ground, and the disc is now in contact with another ground. The two
-           grounds of the corner exchange their roles */
+        /* an impact on another ground has lifted the disc off its ground, and the disc is now in contact with that
+           other ground. So `corner` and `corner_ground` are exchanged */
         p->corner = -1 - p->corner_ground;
         p->corner_ground = (int)k;
     } else if (p->corner_ground != k) {
@@ -250,8 +250,8 @@ static inline bool leave_at_face_end(State *s, Index i, ModeRow *row) {
     }
     /* The disc flies off if u^2 >= P (R + h), where u is its speed, P the gravity into the wall, R its radius and h the
        half width of the wall. A slower disc would hit the vertex at once. `arc_fall_time` tests the condition, because
-       it also predicts impacts with the vertex. So the take-off and later impacts are decided with the same rounded
-       numbers. */
+       the same function predicts impacts with the vertex. So the take-off and later impacts are decided with the same
+       rounded numbers. */
     Mover disc = mover_of(a);
     if (!(arc_fall_time(&s->accelerated.exact, &disc, &s->features[vertex], s->accelerated.gx, s->accelerated.gy, true,
                         0.0) > 0.0)) {
@@ -311,10 +311,9 @@ static inline bool never_moves(const State *s, Index body) {
    disc's mode or accelerations change.
 
    A speed is low if a hop (a short flight above the ground) at this speed is lower than the resolution of the gap. The
-   disc stays in contact if its speed along the ground's normal is low and the rounding error of the impact's normal
-   explains this speed. A disc also leaves the ground with a low hop that rounding errors do not explain, because low
-   hops may follow each other. If the other body is a wall at a right angle, only friction can make the disc hop. If the
-   impact pushes the disc into its ground, the disc begins a flight and hits the ground at once. */
+   disc stays in contact if its speed along the ground's normal is low, and either points into the ground or is
+   explained by the rounding error of the impact's normal. Otherwise the disc begins a flight: it hops, or it hits the
+   ground at once. If the other body is a wall perpendicular to the ground, only friction can make the disc hop. */
 static inline bool update_contact_after_impact(State *s, Index i, Index struck, const double normal[2], ModeRow *row) {
     Parabola *p = &s->accelerated.paths[i];
     const Index k = p->ground;

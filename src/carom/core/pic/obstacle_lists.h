@@ -78,7 +78,7 @@ static inline bool may_be_in_sector(const Feature *arc, double x, double y) {
 
    The error bound is larger than the sum of all rounding errors, of which there are about twenty. Rounding may make it
    uncertain whether the point is in an arc's sector. If so, the arc's circle and an end of the arc have nearly the same
-   distance from the point, so either may be used. */
+   distance from the point, so either distance may be used. */
 static inline Bounded distance_to(const Feature *f, double x, double y) {
     double dx = x - f->x.high;
     double dy = y - f->y.high;

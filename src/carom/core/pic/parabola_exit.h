@@ -88,7 +88,7 @@ static inline bool stays_between(double low, double high, double x, double v, do
         return low <= x && x <= high;
     }
     double end = x + wait * (v + 0.5 * a * wait);
-    /* false if the end is NaN because of an infinite wait */
+    /* if `wait` is infinite, `end` may be NaN, and `stays` is then false */
     bool stays = low <= x && x <= high && low <= end && end <= high;
     double turn = a != 0.0 ? -v / a : -1.0;
     if (stays && turn > 0.0 && turn < wait) {

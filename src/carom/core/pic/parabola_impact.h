@@ -195,8 +195,8 @@ static inline bool apply_parabola_pair_impact(State *s, Index i, Index j, Instan
 
 /* ---- a disc and a wall ---- */
 
-/* Disc `i` hits feature k at a time. Return whether the disc's speed is exactly the speed at which it left the feature.
-   Feature k must be flat, and the disc's last impact must have been on feature k. The wall must not have begun another
+/* Disc `i` hits feature k. Return whether the disc's normal speed is exactly the speed at which it left the feature.
+   The result is true if feature k is flat, the disc's last impact was on feature k, and the wall has not begun another
    leg (straight part of its path) since that impact. */
 static inline bool returns_to(const State *s, Index i, Index k, double time) {
     const Disc *a = &s->discs[i];
@@ -330,8 +330,8 @@ static inline bool apply_parabola_feature_impact(State *s, Index i, Index k, Ins
     a->y -= gap * n.y;
     p->sticks = p->rubs = false;
     double restitution = law->wall_restitution;
-    /* rounding can turn a very weak impact into a separation, which has no impulse, because an impact never pulls
-       bodies together */
+    /* rounding can turn a very weak impact into a separation. A separation has no impulse, because an impact never
+       pulls bodies together */
     if (met.approach > 0.0) {
         leave_wall(s, i, k, n, restitution * met.approach);
         if (law->wall_contact.friction > 0.0 || s->accelerated.rolling_resistance > 0.0) {

@@ -80,8 +80,8 @@ static inline PathStart path_start(const State *s, Index i, Index k, Index last)
    or NULL if there is none.
 
    The centres of both discs are at the same distance from the wall. So the normal of the impact of the two discs is
-   exactly parallel to the wall, although rounded centres give a slightly different normal. Only straight motion keeps
-   that distance between impacts: gravity and friction may change the velocity along the wall's normal. */
+   exactly parallel to the wall, although rounded centres give a slightly different normal. If discs accelerate, return
+   NULL, because gravity or friction may change a disc's distance from the wall between impacts. */
 static inline const Touched *find_common_wall(const State *s, Index i, Index j) {
     const TouchedBodies *t = &s->touched[i];
     if (s->accelerated.paths != NULL || s->discs[i].radius != s->discs[j].radius)
@@ -95,7 +95,7 @@ static inline const Touched *find_common_wall(const State *s, Index i, Index j) 
     return NULL;
 }
 
-/* Undo the change of a disc's velocity along the unit vector n, since the velocity was `before`. */
+/* Give a disc's velocity the same component along the unit vector n as the earlier velocity `before`. */
 static inline void keep_speed_along(Disc *a, const double *before, double nx, double ny) {
     double change = (a->vx - before[0]) * nx + (a->vy - before[1]) * ny;
     a->vx -= change * nx;

@@ -86,8 +86,8 @@ typedef enum Change {
     OF_PATH = 0,
     /* only the disc's next impact with another disc, whose path has changed */
     OF_PARTNER = 1,
-    /* when the disc leaves its cell, and impacts with discs in three new neighbour cells, because the disc has entered
-       another cell */
+    /* the disc has entered another cell: the time at which it leaves this cell, and impacts with discs in the three
+       cells that have become neighbours */
     OF_CELL = 2,
     OF_TIME = 3,      /* no prediction; only the disc's time in the queue must be updated */
 } Change;
@@ -326,8 +326,8 @@ typedef struct FewBodies {
 
 /* ---- the run ---- */
 
-/* An epoch is a part of a run, in which PIC counts time from 0. The time t of the present epoch is the time epoch +
-   (epoch_rest + t) since the start of the run */
+/* An epoch is a part of a run, in which PIC counts time from 0. At t seconds since the start of the present epoch,
+   epoch + (epoch_rest + t) seconds have passed since the start of the run */
 typedef struct Clock {
     double now;        /* time of the last impact, in seconds since the present epoch */
     double now_low;    /* if discs accelerate: low part of the instant `now`; see arithmetic/double_double.h */

@@ -101,10 +101,10 @@ static inline void apply_wall_impact(State *s, Index i, Index k, double time, bo
 /* Return the resolution (bound of the rounding error), in seconds, of the time at which a disc with the relative
    velocity u hits a feature.
 
-   Disc `a` is at its position at the impact, whose coordinates are rounded. `speed` is the relative speed along the
-   normal. `returns` is true if the disc's last impact was on the same feature, which is then the inside of an arc. The
-   time between two impacts on the inside of an arc is the time for one chord of the arc. A rounded gap does not affect
-   the time for a chord, so its resolution is 0. */
+   Disc `a` is at its position at the impact, with rounded coordinates. `speed` is the relative speed along the normal.
+   `returns` is true if the disc's last impact was on the same feature, which is then the inside of an arc. The time
+   between two impacts on the inside of an arc is the time for one chord of the arc. A rounded gap does not affect the
+   time for a chord, so its resolution is 0. */
 static inline double feature_resolution(const Feature *f, const Disc *a, double ux, double uy, double speed,
                                         bool returns) {
     Mover disc = mover_of(a);

@@ -132,8 +132,8 @@ static CAROM_ALWAYS_INLINE void bound_times(Candidates *c, Index count, bool has
     }
 }
 
-/* Return the first disc that disc `i` hits, of all candidates and `best`, with the exact time. In a tie the partner
-   with the lower number is first. */
+/* Return the one of `best` and all candidates that disc `i` hits first, with the exact time. In a tie the partner with
+   the lower number is first. */
 static inline Candidate solve_earliest(const State *s, Index i, Index count, Candidate best) {
     const Candidates *c = &s->candidates;
     double latest = best.high;
@@ -153,7 +153,7 @@ static inline Candidate solve_earliest(const State *s, Index i, Index count, Can
     return (Candidate){best.low, best.low, best.partner};
 }
 
-/* Round 4: return the first disc that disc `i` hits, of all candidates and `best`. */
+/* Round 4: return the one of `best` and all candidates that disc `i` hits first. */
 static inline Candidate earliest_of(const State *s, Index i, Index count, Candidate best) {
     const Candidates *c = &s->candidates;
     Index at = -1;

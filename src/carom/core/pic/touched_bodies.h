@@ -1,15 +1,15 @@
 /* Bodies that a disc touches without normal speed.
 
    After an impact with restitution 0, two bodies have no relative velocity along the normal. In floats, a rounding
-   error of the normal velocity remains, which must not cause another impact. So the contact is stored: the disc does
-   not hit that body again until an impact changes the disc's velocity along that normal. An impact with an orthogonal
-   normal does not change the velocity along the first normal. Any other impact, and friction, change the velocity along
-   the normal.
+   error of the normal velocity remains, which must not cause another impact. So the contact and its normal are stored:
+   the disc does not hit the body again until an impact changes the disc's velocity along the stored normal. An impact
+   whose normal is orthogonal to the stored normal does not change this velocity, unless friction acts. Any other impact
+   changes this velocity.
 
    Each component of a unit normal has two rounding errors. So the computed scalar product of two orthogonal normals is
-   at most CAROM_ERROR. A change of a velocity by less than CAROM_ERROR times the velocity is smaller than its rounding
-   error. The limit CAROM_ERROR also applies when a driven wall begins another leg (straight part of its path).
-   See docs/theory/pic.md, section "Contacts after restitution 0". */
+   at most CAROM_ERROR. A change of a velocity by less than CAROM_ERROR times the velocity is smaller than the rounding
+   error of the velocity. The limit CAROM_ERROR also applies when a driven wall begins another leg (straight part of its
+   path). See docs/theory/pic.md, section "Contacts after restitution 0". */
 
 #pragma once
 

@@ -1,7 +1,7 @@
 /* Two discs without walls: they collide at most once, and a formula gives the time of this impact.
 
    `solve_two_discs` solves such a scene without the event loop, but with the same floating-point operations. Tests
-   check that both give bit-identical results. */
+   check that the results are bit-identical to those of the event loop. */
 
 #pragma once
 

@@ -116,7 +116,7 @@ static inline Encounter meet_wall(const State *s, Index i, Index k, const Disc *
 
 /* ---- rounding errors ---- */
 
-/* Return the number of frames up to now. Each frame has rounded positions once more, and on curved paths also
+/* Return the number of frames up to now. Each frame rounds the positions once more, and on curved paths also the
    velocities. */
 static inline double count_roundings(const State *s) {
     return s->now * s->clock.rate / s->clock.step;

@@ -41,7 +41,7 @@ static inline bool pair_interferes(const State *s, Index i, Index j) {
 
 /* ---- a disc and a wall ---- */
 
-/* Return whether a disc approaches a half-plane while it touches or overlaps it. */
+/* Return whether a disc approaches a half-plane while the disc touches or overlaps the half-plane. */
 static inline bool plane_interferes(const Disc *a, const Wall *wall) {
     double along = a->vx * wall->nx + a->vy * wall->ny;
     double depth = (a->x - wall->x) * wall->nx + (a->y - wall->y) * wall->ny;

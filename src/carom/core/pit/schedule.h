@@ -34,8 +34,8 @@ static inline double frame_work(const State *s) {
     return (double)s->disc_count * (CAROM_SWEEP_WORK + (double)s->wall_count);
 }
 
-/* Return whether all tests of the next frame are made. The reason is that the caller requests it, or that skipping has
-   cost more work than it has saved and the excess is not yet recovered.
+/* Return whether all tests of the next frame are made. The result is true if the caller requests all tests, or if
+   skipping has cost more work than it has saved and the excess is not yet recovered.
 
    Before skipping saves work, it must schedule all discs, and must compute expired bounds again. So skipping stops only
    if the excess is larger than a limit. Skipping resumes when frames without skipping have recovered the excess. */
@@ -300,7 +300,7 @@ static inline void follow_impact(State *s, Index i) {
     test_touching(s, i);
 }
 
-/* After all tests of a frame, schedule again all discs whose paths impacts have changed. */
+/* After all tests of a frame, schedule again each disc whose path was changed by an impact. */
 static inline void schedule_stale(State *s) {
     /* from here on `add_test` ignores all tests, because no further test is made at this frame */
     s->pending.last = LAST_TEST;

@@ -2,8 +2,8 @@
 
    After an impact, two bodies separate until another impact changes one of the paths. On straight paths, the two bodies
    cannot approach again. A chain (finite wall) is an exception if it bends, or if the disc reaches it from the other
-   side. In both cases, the disc approaches another feature of the chain, or the inside of an arc. A falling disc can
-   come back. */
+   side: the disc then approaches another feature of the chain, or the inside of an arc. A falling disc can come
+   back. */
 
 #pragma once
 

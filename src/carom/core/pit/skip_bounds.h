@@ -208,7 +208,7 @@ static inline double bound_curved_plane(const State *s, const Disc *a, const Wal
     if (speed < 0.0) /* the disc approaches, and reaches the wall unless gravity reverses its motion first */
         return d < 0.0 ? CAROM_INF : shorten_wait(2.0 * gap / (sqrt(d) - speed));
     /* The disc moves away from the wall, falls back and reaches the wall. If the disc overlaps the wall all the time,
-       they interfere when the disc approaches again, after the apex of its path. */
+       disc and wall interfere when the disc approaches again, after the apex of its path. */
     return shorten_wait((speed + sqrt(greater(d, 0.0))) / -pull);
 }
 

@@ -93,7 +93,7 @@ typedef struct Path { /* path of a driven body */
 } Path;
 
 typedef struct WallMotion { /* motion of a wall at the present frame */
-    int path;               /* NO_PATH if it does not move */
+    int path;               /* NO_PATH if the wall does not move */
     double moved_x;         /* displacement of the wall from its start position, in metres */
     double moved_y;
     Surface surface;
@@ -189,7 +189,7 @@ typedef struct State {
     Disc *discs;
     Wall *walls;              /* half-planes */
     Law *wall_laws;           /* the law of each wall */
-    Chain *chains;            /* one per wall; NULL if all walls are half-planes */
+    Chain *chains;            /* one chain per wall; NULL if all walls are half-planes */
     ChainEdge *edges;         /* edges of all chains (finite walls), chain by chain */
     ChainHit *hits;           /* part of a chain that each disc hit last; used only if there are chains */
     StoredImpacts *stored; /* for each disc, its last impacts with restitution 0; NULL if no impact has restitution 0 */
@@ -207,7 +207,7 @@ typedef struct State {
     /* due time of each disc: no impact of the disc is possible before this time; INF for a disc that never moves */
     double *due;
     int *due_discs;           /* discs whose due times have come, so that they may have an impact at this frame */
-    int *stale_discs;         /* discs whose paths impacts have changed since their searches at this frame */
+    int *stale_discs;         /* each disc whose path was changed by an impact after the disc's search at this frame */
     Index disc_count;
     Index wall_count;
     Index path_count;
@@ -227,10 +227,9 @@ typedef struct State {
     double next_due;
     /* whether no impact was found at the last tested frame */
     bool is_settled;
-    /* duration, in seconds, of the largest number of frames for which a lower bound of a disc's next impact is used */
+    /* duration, in seconds, of the largest number of frames for which a bound is used before it is computed again */
     double frame_span;
-    /* longest time from now for which a lower bound of a disc's next impact is used, in seconds; with damping, shorter
-       than `frame_span` */
+    /* longest time from now for which a bound is used, in seconds; with damping, shorter than `frame_span` */
     double horizon;
     /* magnitude of gravity, rounded up */
     double pull;
