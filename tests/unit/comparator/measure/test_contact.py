@@ -217,7 +217,7 @@ def test_creeping_of_a_resting_disc_is_reported() -> None:
     score = score_altered_states(
         lambda states: replace(states, velocity_m_s=states.velocity_m_s + creep), "contact/holds"
     )
-    assert "discs that should rest move at 0.01 m/s on average" in join_reasons(score)
+    assert "a disc that should rest moves at 0.01 m/s on average" in join_reasons(score)
 
 
 @each("restitution", release_after(1, [0.2, 0.8, 0.95]))
