@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from carom.model.prescribed_motion import Drive
 from carom.model.scene import Scene
 from carom.model.trace import Trace
-from carom.report.impact_rows import build_impact_rows
+from carom.report.impact_rows import Json, build_impact_rows
 from carom.report.paths import build_exact_paths, build_observed_paths, compute_extent
 from carom.report.picture import Limits, compute_limits, draw_walls
-from carom.report.replay_data import find_first_fault, find_pause_time, list_contact_points
+from carom.report.replay_data import ContactPoint, find_first_fault, find_pause_time, list_contact_points
 from carom.report.svg import SERIES, SURFACE, WALL
 from carom.report.tracks import Track, build_observed_tracks, build_reference_tracks
 from carom.support.formatting import format_number
@@ -116,14 +116,7 @@ def build_film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation
         moving += _draw_discs(axes, scene, exact, times, color=_EXACT_COLOUR, alpha=0.4, path=False)
         if observed.dt_s:
             moving += _draw_frames(axes, scene, run_tracks, times, observed.dt_s, failing)
-        crosses += [
-            (
-                row["true"],
-                axes.plot(*places[row["at"]][:2], "x", color=_MISSED_COLOUR, markersize=12, markeredgewidth=3)[0],
-            )
-            for row in rows
-            if row["flag"] == "missed"
-        ]
+        crosses += _draw_crosses(axes, rows, places)
     left.set_title("Exact")
     right.set_title(name)
     words = right.set_xlabel(" ")
@@ -152,6 +145,13 @@ def build_film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation
         return [circle for circle, *_ in moving]
 
     return FuncAnimation(figure, show, frames=len(times))
+
+
+def _draw_crosses(axes: Axes, rows: Iterable[Json], places: Sequence[ContactPoint]) -> list[tuple[float, Artist]]:
+    """Draw a cross at each missed impact. Return the crosses with the times from which they are shown, in seconds."""
+    style: dict[str, Any] = {"color": _MISSED_COLOUR, "markersize": 12, "markeredgewidth": 3}
+    missed = [row for row in rows if row["flag"] == "missed"]
+    return [(row["true"], axes.plot(*places[row["at"]][:2], "x", **style)[0]) for row in missed]
 
 
 def _compute_frame_times(scene: Scene, pause_time_s: float | None) -> Array:
