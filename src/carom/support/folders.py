@@ -25,7 +25,7 @@ from carom.support.escaping import escape_controls
 MARKER = ".carom"
 #: Second line of a marker. The first line is the folder's purpose, as one word.
 _MARKER_TEXT = "Carom replaces the files that it wrote here.\n"
-#: Names of the temporary folder. The name is `_NEW` while files are written, and `_WHOLE` when all files are complete.
+#: A temporary folder has the name `_NEW` while files are written, and `_WHOLE` when all files are complete.
 _NEW, _WHOLE = ".carom-new", ".carom-whole"
 
 #: Longest file name without endings. Most systems allow 255 bytes in all.

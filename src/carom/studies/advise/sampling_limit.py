@@ -76,7 +76,7 @@ class ContactWindow:
 def compute_direction_limit(
     window: ContactWindow, velocity_before: Vector, sign: float, push: float, angle_rad: float
 ) -> float:
-    """Return the largest delay of an impact with which a disc's direction afterwards has at most the allowed error.
+    """Return how late an impact may be found, so that a disc's direction after it has at most the allowed error.
 
     Args:
         window: The two discs at contact.
