@@ -7,7 +7,7 @@
 
    - The velocities are rounded, both at this frame and just after the impact.
    - The positions are rounded. Let R be the distance between the two centres of curvature, and d its rounding error
-     (`distance_error`). Rounding turns the normal by up to d / R (`turn_of`). So up to d / R times the slip becomes
+     (`position_error`). Rounding turns the normal by up to d / R (`turn_of`). So up to d / R times the slip becomes
      speed along the normal, which exact arithmetic does not have.
    - The impact itself has left errors of up to d / R times its slip along its normal, and of up to d / R times its
      speed of approach along its tangent. Later frames and impacts have also rounded the velocities. These errors
@@ -39,7 +39,7 @@ typedef struct Encounter { /* a disc and another body that it may touch, at a fr
     double speeds;
     /* sum of `size_of` for both bodies */
     double sizes;
-    /* sum of the coordinates of both bodies along the tangent, in metres, or `sizes` if it is not known */
+    /* for two discs, the magnitudes of the centres' coordinates, projected on the tangent; otherwise `sizes` */
     double sizes_across;
     /* distance of the two centres of curvature, in metres; infinity for a straight surface */
     double reach;
@@ -122,21 +122,17 @@ static inline double count_roundings(const State *s) {
     return s->now * s->clock.rate / s->clock.step;
 }
 
-/* Return the rounding error of the distance of two bodies, in metres. `sizes` is the sum of the magnitudes of their
-   coordinates. At earlier frames, the coordinates exceeded the present ones by at most the length of the path since
-   then. */
-static inline double error_of_size(const State *s, const Encounter *m, double sizes) {
+/* Return the rounding error of the distance between two bodies, in metres, along a direction in which the sum of the
+   magnitudes of their coordinates is `sizes`. At earlier frames, the coordinates exceeded the present ones by at most
+   the length of the path since then. */
+static inline double position_error(const State *s, const Encounter *m, double sizes) {
     return gap_resolution(sizes) + count_roundings(s) * CAROM_ULP * (sizes + m->speeds * s->now);
 }
 
-static inline double distance_error(const State *s, const Encounter *m) {
-    return error_of_size(s, m, m->sizes);
-}
-
-/* Return the rounding error of the direction of the normal, in radians. `distance` is the rounding error of the
-   distance. Return 0 if the direction is too uncertain for a contact. */
-static inline double turn_of(const Encounter *m, double distance) {
-    double turn = distance / m->reach;
+/* Return the rounding error of the direction of the normal, in radians. Return 0 if the direction is too uncertain for
+   a contact. */
+static inline double turn_of(const State *s, const Encounter *m) {
+    double turn = position_error(s, m, m->sizes_across) / m->reach;
     return turn <= CAROM_COARSEST_CONTACT ? turn : 0.0;
 }
 
@@ -149,12 +145,11 @@ static inline double velocity_error(const State *s, const Encounter *m) {
    body. */
 static inline bool is_rounding(const State *s, const StoredImpact *t, const Encounter *m) {
     double cosine = greater(t->nx * m->nx + t->ny * m->ny, 0.0), sine = fabs(t->nx * m->ny - t->ny * m->nx);
-    double distance = greater(distance_error(s, m), t->distance_error);
-    double turn = m->is_turned ? turn_of(m, distance) : 0.0;
+    double turn = m->is_turned ? greater(turn_of(s, m), t->turn) : 0.0;
     double error = CAROM_ERROR * m->speeds + turn * m->slip + t->left * cosine;
     if (m->approach <= error)
         return true;
-    if (m->gap < t->gap - distance)
+    if (m->gap < t->gap - position_error(s, m, m->sizes))
         return false;
     return m->approach <= error + velocity_error(s, m) + t->normal_error * cosine + t->tangent_error * sine;
 }
@@ -216,9 +211,8 @@ static inline bool is_in_contact(const State *s, Index i, Index k, const Disc *a
 static inline void store_impact(State *s, Index i, Index body, const Encounter *before, const Encounter *after,
                                 bool is_inelastic) {
     StoredImpacts *t = &s->stored[i];
-    double rounded = CAROM_ERROR * (before->speeds + after->speeds), distance = distance_error(s, before);
-    double turn = turn_of(before, error_of_size(s, before, before->sizes_across));
-    double slide_turn = before->is_turned ? turn_of(before, distance) : 0.0;
+    double rounded = CAROM_ERROR * (before->speeds + after->speeds), turn = turn_of(s, before);
+    double slide_turn = before->is_turned ? turn : 0.0;
     int kept = 0;
     for (int k = 0; k < t->count; k++) {
         StoredImpact one = t->last[k];
@@ -239,7 +233,6 @@ static inline void store_impact(State *s, Index i, Index body, const Encounter *
             .nx = before->nx,
             .ny = before->ny,
             .gap = before->gap,
-            .distance_error = distance,
             .turn = turn,
             .left = left,
             .normal_error = CAROM_ERROR * before->speeds + slide_turn * (before->slip + after->slip),

@@ -58,8 +58,6 @@ typedef struct StoredImpact {
     double ny;
     /* distance of the two surfaces at the impact, in metres; negative if they overlapped */
     double gap;
-    /* rounding error of this distance at the impact, in metres */
-    double distance_error;
     /* rounding error of the direction of the normal, in radians */
     double turn;
     /* speed of approach just after the impact plus its rounding error, in metres per second */
