@@ -34,7 +34,8 @@ def require_possible_trace(trace: Trace) -> None:
             number = int(body[k])
             raise InputError(
                 f"{side} of impact {k} of {source} is {body_name(number)} ({number}): the scene has {len(scene.discs)} "
-                f"discs from 0 on, and {len(scene.walls)} walls from {wall_body(0)} down; a wall must be second"
+                f"discs from 0 on, and {len(scene.walls)} walls from {wall_body(0)} down; only the second body can be "
+                "a wall"
             )
     if scene.arrays.turns and (spins is None or trace.final_spin_rad_s is None):
         raise InputError(f"{source} has no spins, but discs turn in the scene: use a method that declares spin")

@@ -176,9 +176,8 @@
 
 /* ---- falls.h, fall_bounds.h: with u = 2^-53, half a unit in the last place of 1 ---- */
 
-/* Error of a polynomial's coefficient in pairs of floats, relative to the sum of the magnitudes of its terms. With u as
-   2^-53, the error consists of 20 u^2 for the terms and their sum, and 24 u^2 for each of at most 9 shifts of the
-   origin. */
+/* Error of a polynomial's coefficient in pairs of floats, relative to the sum of the magnitudes of its terms. The error
+   consists of 20 u^2 for the terms and their sum, and 24 u^2 for each of at most 9 shifts of the origin. */
 #define CAROM_QUARTIC_PAIR_ERROR 0x1p-98
 /* Error of a Bernstein coefficient (root_isolation.h). For each coefficient, add the magnitudes of its terms. The error
    is relative to the largest of these sums. The error consists of CAROM_ERROR, 10 u for powers, binomials and sums, and

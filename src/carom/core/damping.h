@@ -94,7 +94,7 @@ typedef struct Slowing { /* deceleration of a disc on a table */
     Instant stops; /* instant at which the disc stops; NEVER if it is at rest */
 } Slowing;
 
-/* Return the deceleration by a table of a disc that has the velocity (vx, vy) at the instant `now`. */
+/* Return how a table slows a disc that has the velocity (vx, vy) at the instant `now`. */
 static inline Slowing slowing_by(double deceleration, double vx, double vy, Instant now) {
     double speed = nearest_length(vx, vy);
     if (speed == 0.0)
@@ -106,7 +106,7 @@ static inline Slowing slowing_by(double deceleration, double vx, double vy, Inst
 
 /* ---- recorded impacts ---- */
 
-/* Apply damping to an impact of an undamped run: multiply its velocities by `kept`. */
+/* Apply damping to an impact of an undamped run: multiply its velocities by `kept` = 1 - c s. */
 static inline void slow_impact(Impact *row, double kept) {
     for (int axis = 0; axis < 2; axis++) {
         row->first_before[axis] *= kept;

@@ -203,14 +203,14 @@ cdef class Kernel:
         return self.s.clock
 
     def states(self, double time, double time_low):
-        """Return x, y, vx and vy of each disc at `time` + `time_low`, in seconds since the start of the epoch."""
+        """Return x, y, vx and vy of each disc, shape ``(n, 4)``, `time` + `time_low` seconds after the epoch began."""
         states = np.empty((self.s.disc_count, 4))
         cdef double[:, ::1] rows = states
         carom_states(&self.s, time, time_low, &rows[0, 0])
         return states
 
     def spins_at(self, double time, double time_low):
-        """Return the spins of all discs at `time` + `time_low` of the present epoch; None if no disc spins."""
+        """Return the spins of all discs `time` + `time_low` seconds after the epoch began; None if no disc spins."""
         if not self.s.record.has_spins:
             return None
         spins = np.empty(self.s.disc_count)

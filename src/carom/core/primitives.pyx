@@ -83,7 +83,7 @@ def disc_fall_time(
 
 
 cdef class WallFeatures:
-    """The features of a finite wall, by number. If a disc hits several at once, the first counts.
+    """The features of a finite wall, by number. If a disc hits several at once, the lowest number counts.
 
     Args:
         rows: A row of numbers for each feature, as `carom.core.input_rows.build_feature_row` returns it.
@@ -200,7 +200,7 @@ def two_diff(double a, double b):
 
 
 def normal_impulse(double dx, double dy, double ux, double uy, double inverse_masses, double restitution):
-    """Return the factor g <= 0. Disc 1 receives the impulse ``g d``, with ``d = c2 - c1`` and ``u = v2 - v1``."""
+    """Return g <= 0. Disc 1 receives the impulse ``g d``, with ``d = c2 - c1`` (centres) and ``u = v2 - v1``."""
     return formulas.normal_impulse(dx, dy, ux, uy, inverse_masses, restitution)
 
 

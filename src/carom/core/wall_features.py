@@ -156,7 +156,7 @@ class Arc:
         )
 
     def build_stop(self, circle: ExactCircle, way: tuple[Fraction, Fraction]) -> Arc:
-        """Return a stop of this inner side: a point at `way` that meets only discs too wide to fit inside."""
+        """Return a stop of this inner side, at the offset `way` from the centre, for discs too wide to fit inside."""
         (x, y), nothing = way, (0.0, 0.0)
         half = Sector((to_pair(-y), to_pair(x)), (to_pair(y), to_pair(-x)), reflex=False)
         place = to_pair(circle.x + x), to_pair(circle.y + y)

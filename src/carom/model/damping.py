@@ -38,7 +38,7 @@ class Damping:
         return damped_time.undamped(self.per_s, seconds)
 
     def to_damped(self, undamped_s: float) -> float:
-        """Return the time in which a damped disc moves as far as an undamped disc in `undamped_s`; infinity: never."""
+        """Return the time in which a damped disc moves as far as an undamped disc in `undamped_s`, or infinity."""
         return damped_time.damped(self.per_s, undamped_s)
 
     def to_undamped_array(self, seconds: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -105,7 +105,7 @@ class Run(Protocol):
 
 
 class SeenRun:
-    """A run that wraps another run and converts its units or damping. Subclasses override converting methods."""
+    """A run that wraps another run and converts its units or damping. Subclasses override the methods that convert."""
 
     def __init__(self, run: Run, rows: SeenRows) -> None:
         self.log = SeenLog(run.log, rows)

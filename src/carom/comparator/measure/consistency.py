@@ -50,7 +50,7 @@ class Consistency:
             rim speed; 0 if no disc spins.
         position: Largest distance of a disc from the position that its own velocities imply, divided by the largest
             radius.
-        excess: The part of `position` that engines do not explain by moving overlapping bodies apart. At each end of a
+        excess: The part of `position` that is not explained by moving overlapping bodies apart. At each end of a
             flight, an engine may move a disc by the overlap gained in a step.
         stamp_s: Largest time, in seconds, by which the time stamp of an impact is outside of the run or of the step
             that reported the impact.
@@ -185,7 +185,7 @@ def _iterate_flights(trace: Trace, until_s: float) -> Iterator[Array]:
 
 
 def _compute_slowing(slowing: Slowing, duration_s: Array, speed: Array) -> tuple[Array, Array]:
-    """Return the fraction of each speed that is left after a time, and the displacement divided by this speed."""
+    """Return the fraction of each initial speed that is left, and the displacement divided by this initial speed."""
     if not slowing:
         return np.ones_like(duration_s), duration_s
     flights = list(zip(duration_s.tolist(), speed.tolist(), strict=True))

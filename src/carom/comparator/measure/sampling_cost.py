@@ -216,7 +216,7 @@ def _measure_costs_at_phases(
 def _run_shifted_scenes(
     reference: Trace, shifted_scenes: Iterable[Scene], dt_s: float, reliable_impacts: int, cut: bool
 ) -> Iterator[MatchedRun]:
-    """Run each shifted scene with PIT and PIC. Match PIT's impacts with PIC's that `reference` also has."""
+    """Run each shifted scene with PIT and PIC, and match their impacts, as far as PIC's are also in `reference`."""
     for shifted_scene in shifted_scenes:
         try:
             truth = solve_pic(shifted_scene, max_impacts=reliable_impacts + 1)

@@ -210,7 +210,7 @@ def _find_impacts(
 
 
 def _bound_closing_speed(block: Block, latest_states: Mapping[int, tuple[float, body_states.BodyStates]]) -> float:
-    """Return the largest closing speed that the energy of some discs allows after any impacts."""
+    """Return an upper bound, from energy, of the closing speeds of some discs after any impacts."""
     bodies, twice, lightest = block.bodies, 0.0, math.inf
     for body, (_, state) in latest_states.items():
         if bodies.is_movable(body):

@@ -57,7 +57,7 @@ typedef struct Parabola { /* path of a disc: data that are not in `Disc` */
     /* the ground from which an impact on another body has lifted the disc, or NO_OBSTACLE */
     int left_ground;
     /* the last convex body at rest that the disc hit while in contact with `corner_ground`, numbered like `Disc.last`.
-       NO_BODY if there is no such body, or if the disc has since hit another body */
+       NO_BODY if there is no such body, or if the disc has since hit a third body */
     int corner;
     int corner_ground;
     /* number of changes of the disc's motion without an impact, which `Disc.impacts` also counts */

@@ -12,7 +12,8 @@
 static inline size_t lay_out(State *s, void *memory) {
     Arena arena = {memory, 0};
     Index discs = s->disc_count;
-    Index times_below = s->queue.level[1]; /* number of times on level 0, where time i belongs to disc i */
+    /* number of times on level 0, where no holders are stored, because time i belongs to disc i */
+    Index times_below = s->queue.level[1];
     bool has_paths = s->driving.leg_count > 0;
     s->discs = RESERVE_ROWS(&arena, Disc, discs);
     s->predictions = RESERVE_ROWS(&arena, Prediction, discs);

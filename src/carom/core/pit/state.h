@@ -225,9 +225,9 @@ typedef struct State {
     double next_due;
     /* whether no impact was found at the last tested frame */
     bool is_settled;
-    /* duration, in seconds, of the largest number of frames for which a bound is used before it is computed again */
+    /* duration, in seconds, of the largest number of frames for which a bound of a disc's next impact is used */
     double frame_span;
-    /* longest time from now for which a bound is used, in seconds; with damping, shorter than `frame_span` */
+    /* longest time from now for which such a bound is used, in seconds; with damping, shorter than `frame_span` */
     double horizon;
     /* magnitude of gravity, rounded up */
     double pull;

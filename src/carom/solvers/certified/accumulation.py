@@ -241,7 +241,7 @@ def _find_obstacle(bodies: BallBodies, end: _Facing) -> Obstacle | None:
 
 
 def _find_line(row: list[int], obstacles: list[Obstacle | None], bodies: BallBodies) -> Exact | None:
-    """Return the exact direction of the line on which a row of discs stays; None if the row is not exactly straight."""
+    """Return the exact direction of the line on which a row of discs stays; None if there is no such line."""
     scene, start = bodies.scene, _compute_exact_centre(bodies, row[1])
     if obstacles[0] is None:
         line = subtract(start, _compute_exact_centre(bodies, row[0]))

@@ -7,7 +7,7 @@ disc returns to the wall or stays free.
 
 Bounces are applied one by one until all remaining bounces take less time than the last requested digit. The remaining
 bounces are summed as a geometric series. For this sum, the disc must certainly slip in one direction in all remaining
-bounces, or certainly stick in all of them.
+bounces, or certainly stick in all of them, unless friction can reverse the slip.
 """
 
 from __future__ import annotations

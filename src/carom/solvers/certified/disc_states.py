@@ -181,7 +181,7 @@ class BallBodies:
         return latest
 
     def find_last_impact_of_either(self, i: int, second: int, instant_s: float) -> arb | None:
-        """Return when the last impact that affects the next impact of two bodies was; None if before `instant_s`."""
+        """Return the time of the last impact that affects the next impact of two bodies; None if before `instant_s`."""
         times = [
             self.find_last_impact(disc, second)
             for disc in (i, second)

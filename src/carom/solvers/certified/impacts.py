@@ -291,7 +291,7 @@ def _rub_discs(bodies: BallBodies, meeting: Meeting, near: PairApproach, normal:
 def _rub_wall(
     bodies: BallBodies, meeting: Meeting, velocity: tuple[arb, arb], normal: tuple[arb, arb, arb]
 ) -> BallFrictions:
-    """Apply a wall's friction and rolling resistance to a disc. Return the slip and rim speed removed."""
+    """Apply a wall's friction and rolling resistance to a disc. Return their impulses per unit of mass."""
     i, near = meeting.first, meeting.near
     wall = bodies.obstacles[wall_index(meeting.second)].wall
     material = bodies.materials[wall]

@@ -60,7 +60,7 @@ def _meet_on_leg(bodies: BallBodies, disc: int, body: int, instant_s: float, leg
 
 
 def _meet_on_curves(bodies: BallBodies, i: int, j: int, instant_s: float, leg: BallLeg | None) -> Meeting | None:
-    """Return the impact of discs `i` < `j` if at least one has a curved path; None if there is certainly no impact."""
+    """Return the impact of discs `i` < `j`, at least one on a curved path; None if there is certainly no impact."""
     law, (ax, ay), (bx, by) = bodies.laws.of_discs(i, j), bodies.acceleration_of(i), bodies.acceleration_of(j)
     pull = (bx - ax, by - ay)
     (xi, yi), (xj, yj) = bodies.centre(i, instant_s), bodies.centre(j, instant_s)

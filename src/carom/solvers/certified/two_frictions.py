@@ -16,7 +16,7 @@ from carom.solvers.certified.ball_arithmetic import ZERO
 
 
 class BallFrictions(NamedTuple):
-    """The struct `Frictions` of `core/wall_contact_law.h`, with intervals.
+    """Friction f and rolling resistance h of `core/wall_contact_law.h`, as intervals.
 
     `sticks` and `blocks` are None if they are undecided.
     """
@@ -42,7 +42,7 @@ def clamp(x: arb, limit: arb) -> arb:
 
 
 def limit_sticking(sticking: arb, limit: arb) -> BallFrictions:
-    """Return the slip speed that friction alone removes: `sticking`, but at most Coulomb's `limit`."""
+    """Return the impulse of friction without rolling resistance: `sticking`, but at most Coulomb's `limit`."""
     return BallFrictions(clamp(sticking, limit), ZERO, sticks=_is_within(sticking, limit), blocks=False)
 
 

@@ -50,7 +50,7 @@ def meet_straight(bodies: BallBodies, i: int, second: int, instant_s: float, leg
 
 
 def _glide_to_plane(bodies: BallBodies, i: int, second: int, instant_s: float, leg: BallLeg | None) -> Meeting | None:
-    """Return the impact of disc `i` on a half-plane or face while the disc slides, rolls or rests elsewhere."""
+    """Return the impact on a half-plane or face of disc `i`, which slides, rolls or rests on another surface."""
     law = bodies.laws.of_straight(wall_index(second), bodies.scene.discs[i].radius_m)
     x, y, vx, vy = bodies.relative_state(i, instant_s, leg)
     gap, speed = x * law.nx + y * law.ny - law.level, vx * law.nx + vy * law.ny
@@ -198,7 +198,7 @@ def _round_of(bodies: BallBodies, second: int) -> Round:
 
 
 def _passes_stop(bodies: BallBodies, i: int, k: int, shape: Round) -> bool:
-    """Return whether disc `i` fits inside the arc of a stop, which only stops larger discs."""
+    """Return whether `shape` is a stop (see `find_stops`) of an arc inside of which disc `i` fits."""
     return (Fraction(bodies.scene.discs[i].radius_m) + bodies.obstacles[k].half_width) ** 2 < shape.stops2
 
 

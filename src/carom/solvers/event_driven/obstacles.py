@@ -23,7 +23,7 @@ NO_OBSTACLE = -1
 
 
 class Obstacles:
-    """Sides and vertices of walls, for scenes in which a wall is finite, moves, is a conveyor, or has its own material.
+    """Sides and vertices of walls, for runs that need more than the points and normals of half-planes.
 
     Attributes:
         rows: Data of each side or vertex, as returned by `carom.core.input_rows.build_feature_row`.

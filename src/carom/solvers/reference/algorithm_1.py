@@ -155,7 +155,7 @@ def _move(discs: list[MovingDisc], seconds: float) -> None:
 
 
 def _has_just_met(disc: MovingDisc, partner: int) -> bool:
-    """Return whether the disc's last impact was with this partner. If so, the two bodies do not approach each other."""
+    """Return whether the disc is immovable or last met this partner. If so for both bodies, they do not approach."""
     return disc.inverse_mass == 0.0 or disc.last_partner == partner
 
 

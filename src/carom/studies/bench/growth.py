@@ -139,8 +139,8 @@ class GrowthPoint:
         memory_bytes: Peak memory of the process minus its memory before the world was built; NaN if the gas was not
             run.
         peak_bytes: Peak memory of the process; NaN if the gas was not run.
-        ratio: `advance_s` divided by PIT's with the same number of discs. NaN if the two run times were measured in
-            different sessions of the bench.
+        ratio: `advance_s` divided by PIT's with the same number of discs. NaN if the two run times were not measured
+            in one session of the bench.
         reason: Reason why the gas was not run; empty if it was run.
         bench_start: Start time (UTC) of the bench that ran the gas; empty if the gas was not run.
     """

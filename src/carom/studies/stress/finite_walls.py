@@ -1,7 +1,7 @@
 """Stress tests with a disc and a finite wall.
 
-Each test varies one quantity of the wall (speed, width, number of pieces, or number of velocity changes) or of the disc
-(speed, angle of the corner that it hits, or distance by which it almost misses the wall's end).
+Each test varies one quantity: the disc's speed, the wall's speed, width, or number of pieces or velocity changes, the
+angle of a corner, or the distance by which the disc almost misses the wall's end.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ def _wall_width(value: float, phase: float) -> Trial:
 def _wall_end(value: float, phase: float) -> Trial:
     """Make a trial of a disc that grazes the end of a wall. The normal points from the end to the disc's centre."""
     height = RADIUS_M * (1.0 - value)
-    offset = Decimal(height) / Decimal(RADIUS_M)  # exact quotient of the scene's rounded numbers
+    offset = Decimal(height) / Decimal(RADIUS_M)  # from the rounded height, as in the scene
     along = (1 - offset * offset).sqrt()
     after = complex(float(2 * offset * offset - 1), float(2 * offset * along)) * SPEED_M_S
     description = f"A disc grazes the end of a thin wall, {format_number(value, 3)} radii from a miss."

@@ -24,7 +24,7 @@ _GRIP = 10.0
 def _compute_tangential_impulse(
     friction: float, normal_impulse: float, slip: float, inverse_effective_mass: float
 ) -> float:
-    """Return the impulse that stops the slip of a disc of unit mass, or of sliding friction, whichever is smaller."""
+    """Return the smaller of two impulses on a disc of unit mass: one stops the slip, the other is sliding friction."""
     return math.copysign(min(abs(slip) / inverse_effective_mass, friction * normal_impulse), slip)
 
 
@@ -90,8 +90,8 @@ def _grip_chain(value: float) -> Iterator[Trial]:
     discs = [build_disc(complex(0.0, RADIUS_M + height / 2), 1 - 1j, RADIUS_M)]
     walls = [FLOOR, Wall(point_m=(0.0, 2.0 * RADIUS_M + height), normal=(0.0, -1.0))]
     laws = {"wall_friction": 1e3, "wall_tangential_restitution": 1.0}
-    # For a ball of radius R, inertia factor k, velocity v along the plates and spin w, let `(v, sqrt(k) R w)` be a
-    # vector. A bounce on each plate rotates this vector by an angle with the cosine `((1 - k)^2 - 4 k)/(1 + k)^2`.
+    # For a ball of radius R, inertia factor k, velocity v along the plates and spin w, two bounces, one on each plate,
+    # rotate the vector `(v, sqrt(k) R w)` by an angle with the cosine `((1 - k)^2 - 4 k)/(1 + k)^2`.
     angle = rounds * math.acos(-7.0 / 9.0)
     final, rim = [(math.cos(angle), -1.0)], [math.sin(angle) * math.sqrt(2.0)]
     check = build_closed_form_check(final, 2 * rounds, [2.0], final_rim_m_s=rim)
