@@ -90,7 +90,7 @@ def _build_table(advice: Advice, rows: Sequence[StepAdvice]) -> Table:
     return Table(
         (
             Column("", lambda answer: answer.method.label + (" +CCD" if answer.method in advice.swept else "")),
-            *(column for question in _list_criteria(advice) for column in build_columns(*question)),
+            *(column for criterion in _list_criteria(advice) for column in build_columns(*criterion)),
             Column(f"at {frame}", lambda answer: _format_frame_step_result(advice, answer)),
         ),
         rows,
@@ -107,7 +107,7 @@ def _build_evidence_table(advice: Advice, rows: Sequence[StepAdvice]) -> Table:
 
     columns = (
         Column("", lambda answer: answer.method.label),
-        *(column for question in _list_criteria(advice) for column in build_columns(*question)),
+        *(column for criterion in _list_criteria(advice) for column in build_columns(*criterion)),
         Column("direction", _format_direction_error, "error", number=True),
         Column("engine", lambda answer: str(answer.steps), "steps", number=True),
     )
