@@ -138,14 +138,14 @@ def _format_target_angle(advice: Advice) -> str:
     return _format_degrees(advice.target.direction_error_rad)
 
 
-def _describe_longest_step(advice: Advice, question: Callable[[StepAdvice], StepRange]) -> str:
+def _describe_longest_step(advice: Advice, criterion: Callable[[StepAdvice], StepRange]) -> str:
     """Describe the largest step size that passes, and its method.
 
     Methods whose steps Carom shortens are considered only if there are no other methods. Users can't shorten steps by a
     setting of the engine.
     """
     candidates = [one for one in advice.answers if one.method not in advice.located] or list(advice.answers)
-    passing = [(found, answer) for answer in candidates if (found := question(answer)).largest_passing]
+    passing = [(found, answer) for answer in candidates if (found := criterion(answer)).largest_passing]
     if not passing:
         return "no tested step size of any engine suffices"
     longest = max(found.largest_passing.dt_s for found, _ in passing if found.largest_passing)
