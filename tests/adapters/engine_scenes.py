@@ -74,7 +74,7 @@ def build_late_leg_scene(phase: float, dt_s: float) -> Scene:
 
 
 def assert_leg_began_late(seen: Observation, steps: int, dt_s: float, *, rounding: float) -> None:
-    """The leg of `with_a_late_leg` began this many steps after 0.25 s, and the disc was struck by it."""
+    """The leg of `build_late_leg_scene` began this many steps after 0.25 s, and the disc was struck by it."""
     moved_s = 0.75 - steps * dt_s
     np.testing.assert_allclose(seen.position_m[1], (2 * moved_s, -moved_s), rtol=0, atol=rounding)
     np.testing.assert_allclose(seen.velocity_m_s[1], (2.0, -1.0), rtol=0, atol=rounding)

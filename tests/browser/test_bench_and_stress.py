@@ -121,15 +121,15 @@ def test_points_link_to_table_rows_without_scripts(window: Window, pages: dict[s
 
 
 def test_bar_lengths_match_the_decades_survived(window: Window, pages: dict[str, Path]) -> None:
-    """The bar of an attack is as long as the file's decades from the harmless end to where the method failed."""
+    """The bar of a stress test is as long as the file's decades from the harmless end to where the method failed."""
     opened = window(pages["stress"])
     content = json.loads((pages["stress"].parent / "stress.json").read_text())
     (table,) = [one for one in opened.locator("table.grid").all() if one.locator(".meter").count()]
     by_name = {line["name"]: line for line in content["lines"] if line["kind"] == "attack"}
-    attacks = [by_name[name] for name in table.locator("tbody th").all_inner_texts()]  # worst first
-    assert len(attacks) == len(by_name)
+    stress_tests = [by_name[name] for name in table.locator("tbody th").all_inner_texts()]  # worst first
+    assert len(stress_tests) == len(by_name)
     ratio = "all => all.map(one => one.getBoundingClientRect().width / one.parentNode.getBoundingClientRect().width)"
-    for row, line in zip(table.locator("tbody tr").all(), attacks, strict=True):
+    for row, line in zip(table.locator("tbody tr").all(), stress_tests, strict=True):
         ladder = [value for value in line["ladder"] if value > 0]
         whole = abs(math.log10(ladder[-1] / ladder[0])) + (len(line["ladder"]) - len(ladder))
         shown = row.locator(".meter i").evaluate_all(ratio)

@@ -232,7 +232,7 @@ def read_drake_defaults() -> Shipped:
 
 
 def _read_npm_defaults(engine: str, roundings: int) -> Shipped:
-    """Ask node once, for what is shipped and for all that `worst_difference` will ask for."""
+    """Ask node once, for what is shipped and for all that `measure_largest_difference` will ask for."""
     scenes = [build_meeting_scene(speed, phase).discs for speed in SPEEDS for phase in PHASES]
     asked = {
         "engine": engine,

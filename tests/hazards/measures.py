@@ -128,7 +128,7 @@ def measure_crushed_overshoot(adapter: Adapter, scene: Scene, profile: str) -> f
 
 
 def measure_mocap_restitution(_adapter: Adapter, scene: Scene, _profile: str) -> float:
-    """As `left_paddle`, of a box that is a `mocap` body of MuJoCo's, put where the paddle is at each step."""
+    """As `measure_paddle_restitution`, of a `mocap` box of MuJoCo's, put where the paddle is at each step."""
     mujoco: Any = importlib.import_module("mujoco")
     (disc,), (drive, _) = scene.discs, scene.walls[0].velocity_m_s
     model = mujoco.MjModel.from_xml_string(
@@ -147,7 +147,7 @@ def measure_mocap_restitution(_adapter: Adapter, scene: Scene, _profile: str) ->
 
 
 def measure_box_restitution(_adapter: Adapter, scene: Scene, _profile: str) -> float:
-    """As `left_paddle`, of a box of PyBullet's without a mass that is given a velocity, all else as shipped."""
+    """As `measure_paddle_restitution`, of PyBullet's box without mass that is given a velocity, all else as shipped."""
     p: Any = importlib.import_module("pybullet")
     (disc,), (drive, _) = scene.discs, scene.walls[0].velocity_m_s
     client = p.connect(p.DIRECT)

@@ -1,9 +1,10 @@
 """Faults to plant in a right run, and what a comparison must say of each at which size: the scorer's own table.
 
 The runs are of three equal discs in a row. Disc 0 comes at 4 m/s, strikes disc 1 at 0.5 s and stops; disc 1 strikes
-disc 2 at 1.25 s and stops; disc 2 goes on to the end at 2 s. So each number in the table follows by hand. `replayed`
-makes a run of impacts: where every disc is at the start of each step, and at the end, follows from them. A fault of the
-impacts is planted before that, so that the run agrees with itself; one of what is reported, or of the states, after it.
+disc 2 at 1.25 s and stops; disc 2 goes on to the end at 2 s. So each number in the table follows by hand.
+`replay_impacts` makes a run of impacts: where every disc is at the start of each step, and at the end, follows from
+them. A fault of the impacts is planted before that, so that the run agrees with itself; one of what is reported, or of
+the states, after it.
 """
 
 import dataclasses

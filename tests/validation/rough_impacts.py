@@ -77,7 +77,7 @@ def measure_impact_error(start: DiscArrays, impact: np.void, spins: np.void) -> 
 
 
 def measure_largest_law_error(trace: Trace) -> float:
-    """Return the largest of `worst_of_impact` over a trace, whose states before must be those that it left.
+    """Return the largest of `measure_impact_error` over a trace, whose states before must be those that it left.
 
     Raises:
         AssertionError: A velocity or spin before an impact, or at the end, is not the one that the disc had.

@@ -23,8 +23,8 @@ from carom.support.limits import LARGEST
 
 core_functions = pytest.importorskip("tests.core_functions")
 
-#: In units in the last place of the greatest speed (`worst_of_impact`): some twenty roundings of half a unit, of which
-#: the normal, as it is recorded, has four.
+#: In units in the last place of the greatest speed (`measure_impact_error`): some twenty roundings of half a unit, of
+#: which the normal, as it is recorded, has four.
 ULPS = 12.0
 COEFFICIENTS = (0.0, 0.01, 0.1, 0.5, 2.0, 1e19)
 

@@ -97,9 +97,8 @@ class DrakeWorld:
             friction=drake.plant.CoulombFriction(0.0, 0.0),
             properties=properties,
         )
-        self._body_number[self._plant.RegisterCollisionGeometry(body, pose, shape, f"body {number}", properties)] = (
-            number
-        )
+        geometry = self._plant.RegisterCollisionGeometry(body, pose, shape, f"body {number}", properties)
+        self._body_number[geometry] = number
 
     @property
     def settings(self) -> Mapping[str, Setting]:

@@ -248,11 +248,11 @@ class PybulletWorld(QuietSteps):
 
     def read(self) -> list[float]:
         """Return position, velocity and spin of each disc."""
-        place, motion, client, turns = self._get_pose, self._get_velocity, self._client, self._turns
+        get_pose, get_velocity, client, turns = self._get_pose, self._get_velocity, self._client, self._turns
         numbers: list[float] = []
         for body in self._discs:
-            (x, y, _), _ = place(body, client)
-            (vx, vy, _), (_, _, spin) = motion(body, client)
+            (x, y, _), _ = get_pose(body, client)
+            (vx, vy, _), (_, _, spin) = get_velocity(body, client)
             numbers += (x, y, vx, vy, spin if turns else 0.0)
         return numbers
 

@@ -160,7 +160,7 @@ def _list_points(distribution: metadata.Distribution) -> list[AdapterPoint]:
     """Return the adapters of a distribution.
 
     If the distribution's entry points can't be read, return one adapter with the distribution's location as name, and
-    with the reason in `broken`.
+    with the reason in `invalid_reason`.
     """
     try:
         # parse the file only if it can contain adapters, since parsing the files of all distributions takes long
@@ -168,15 +168,15 @@ def _list_points(distribution: metadata.Distribution) -> list[AdapterPoint]:
         points = distribution.entry_points.select(group=ENTRY_POINT_GROUP) if ENTRY_POINT_GROUP in text else ()
     except Exception as error:  # noqa: BLE001 - a damaged file can cause any exception
         location = str(distribution.locate_file(""))
-        broken = f"can't read the entry points of an installed distribution; install it again: {type(error).__name__}"
-        return [AdapterPoint(location, location, invalid_reason=f"{broken}: {error}")]
+        reason = f"can't read the entry points of an installed distribution; install it again: {type(error).__name__}"
+        return [AdapterPoint(location, location, invalid_reason=f"{reason}: {error}")]
     name = _read_name(distribution) if points else ""  # read the name only if needed, since the name is in a file
     adapter_points = []
     for point in points:
-        broken = f"an entry point must name an object, as module:object, got {point.value!r}"
+        reason = f"an entry point must name an object, as module:object, got {point.value!r}"
         if point.pattern.match(point.value):
-            broken = ""
-        adapter_points.append(AdapterPoint(point.name, point.value, name, invalid_reason=broken))
+            reason = ""
+        adapter_points.append(AdapterPoint(point.name, point.value, name, invalid_reason=reason))
     return adapter_points
 
 

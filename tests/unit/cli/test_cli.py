@@ -282,7 +282,7 @@ def test_run_of_one_scene_prints_a_settings_command() -> None:
 
 
 def test_stress_list_names_every_kind_of_test() -> None:
-    """`carom stress --list` names attacks, relations and bug reports and ends with exit code 0."""
+    """`carom stress --list` names stress tests, invariances and bug reports and ends with exit code 0."""
     result = carom_command("stress", "--list")
     assert result.exit_code == 0
     for name in ("grazing", "boost", "mujoco-441"):
@@ -291,7 +291,7 @@ def test_stress_list_names_every_kind_of_test() -> None:
 
 @pytest.mark.usefixtures("in_process")
 def test_stress_prints_a_summary_and_writes_its_files(tmp_path: Path) -> None:
-    """One quick attack on PIT prints its result and writes the reports, the journal and the failing scene."""
+    """One quick stress test of PIT prints its result and writes the reports, the journal and the failing scene."""
     result = carom_command("stress", "tunnelling", "-e", "pit", "--quick", "--out", tmp_path)
     assert result.exit_code == 0, result.output
     assert "pit passes 0 of 1" in result.output

@@ -128,7 +128,7 @@ def test_run_refuses_overlapping_arrays() -> None:
 
 
 def test_jittered_discs_do_not_overlap() -> None:
-    """Discs that the tests' `jittered` packs, with a spread of radii of 100, are accepted."""
+    """Discs that `draw_jittered_discs` packs, with a spread of radii of 100, are accepted."""
     draw_jittered_discs(np.random.default_rng(5), 60, spread=100.0).require_apart()
 
 

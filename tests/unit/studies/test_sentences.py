@@ -97,8 +97,8 @@ def test_method_with_unsupported_tests_is_not_ranked() -> None:
 def test_equal_methods_are_summarised_together() -> None:
     """If all methods pass equally many stress tests, one sentence states this."""
     said = build_stress_lead(lambda result: CellEnding.PASSES if result.kind == "attack" else CellEnding.HOLDS)
-    attacks = sum(line.kind == "attack" for line in build_campaign_results().rows)
-    assert f"{len(METHODS)} methods each passed {attacks} of {attacks} stress tests." in said
+    stress_tests = sum(line.kind == "attack" for line in build_campaign_results().rows)
+    assert f"{len(METHODS)} methods each passed {stress_tests} of {stress_tests} stress tests." in said
 
 
 def test_growth_of_single_method_has_no_ranking() -> None:

@@ -159,7 +159,7 @@ def score_contact(run: AlignedRun) -> ContactScore | None:
     return score if in_time else replace(score, grade=find_worst_grade(score.grade, Grade.INACCURATE))
 
 
-def _compute_allowed_lateness(reference: Trace, pit: Ends, looks_s: Array, dt_s: float) -> Ends:
+def _compute_allowed_lateness(reference: Trace, pit: Ends, observed_s: Array, dt_s: float) -> Ends:
     """Return the largest allowed errors of the times at which discs stop bouncing and stop sliding.
 
     The allowed errors include PIT's own errors.
@@ -171,7 +171,7 @@ def _compute_allowed_lateness(reference: Trace, pit: Ends, looks_s: Array, dt_s:
     restitutions = (materials[wall_index(touch.wall)].restitution for touch in find_contact_intervals(reference))
     # With restitution 1, hops never end.
     lost_s = max((dt_s / (1.0 - e) for e in restitutions if e < 1.0), default=0.0)
-    apart_s = 2.0 * float(np.max(np.diff(looks_s, prepend=0.0))) + 2.0 * RESTING_STEPS * dt_s
+    apart_s = 2.0 * float(np.max(np.diff(observed_s, prepend=0.0))) + 2.0 * RESTING_STEPS * dt_s
     return Ends(*(apart_s + float(np.fmax(lost_s, abs(late_s))) for late_s in pit))
 
 

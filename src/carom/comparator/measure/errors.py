@@ -192,9 +192,8 @@ def _build_measured(
 ) -> Measured:
     """Return all errors of a run, given the errors of its impacts in the rows `_IMPACT_ERRORS` and `time_s`."""
     names = (*_IMPACT_ERRORS, "time_s")
-    errors, largest = (
-        dict(zip(names, rows, strict=True)) for rows in (impact_errors, find_largest_of_rows(impact_errors))
-    )
+    errors = dict(zip(names, impact_errors, strict=True))
+    largest = dict(zip(names, find_largest_of_rows(impact_errors), strict=True))
     restitution = errors["restitution_error"]
     final_position, final_velocity, final_spin = ends.max(axis=1).tolist()
     return Measured(
@@ -277,22 +276,14 @@ def _measure_final_errors(runs: Sequence[MatchedRun], scales: Scales) -> tuple[l
     (true_velocity, true_spin), (velocity, spin) = map(_stack_final_motions, (references, observed))
     place = np.array([found.final_position_m - expected.final_position_m for expected, found, _ in runs])
     change = velocity - true_velocity
-    ends = np.stack(
-        [
-            np.hypot(place[..., 0], place[..., 1]),
-            np.hypot(change[..., 0], change[..., 1]),
-            start.radius_m * np.abs(spin - true_spin),
-        ],
-        axis=1,
-    )
+    distance_m = np.hypot(place[..., 0], place[..., 1])
+    speed_m_s = np.hypot(change[..., 0], change[..., 1])
+    ends = np.stack([distance_m, speed_m_s, start.radius_m * np.abs(spin - true_spin)], axis=1)
     momentum = np.hypot(*(mass @ change).T) / (mass.sum() * scales.speed_m_s or 1.0)
     energy = np.zeros(len(runs))
     if scales.energy_j:
-        found, expected = (
-            compute_kinetic_energies(scene, velocity, spin),
-            compute_kinetic_energies(scene, true_velocity, true_spin),
-        )
-        energy = (found - expected) / scales.energy_j
+        expected = compute_kinetic_energies(scene, true_velocity, true_spin)
+        energy = (compute_kinetic_energies(scene, velocity, spin) - expected) / scales.energy_j
     energy, momentum, ends = (np.where(np.isnan(errors), math.inf, errors) for errors in (energy, momentum, ends))
     ends[~_have_spins(runs), 2] = math.nan
     ends[~ends_together], momentum[~ends_together] = math.nan, math.nan

@@ -90,8 +90,8 @@ def _enter_active_pairs(block: Block, relative: NearPairs, resting: Flags, found
     gap, wait = relative.gap, relative.wait
     first, second = relative.list_discs(block.bodies.n)
     meets = (wait <= h) & ~resting
-    has_turned = block.velocity_changed[begin : begin + steps]
-    pushed = has_turned[:, first] | has_turned[:, second]
+    velocity_changed = block.velocity_changed[begin : begin + steps]
+    pushed = velocity_changed[:, first] | velocity_changed[:, second]
     near = (wait <= (1.0 + MARGIN_STEPS) * h) | (gap[:-1] <= relative.gap_rounding) | (gap[1:] <= relative.gap_rounding)
     for row, column in np.argwhere((meets | (pushed & near)) & ~resting).tolist():
         due_s = float(wait[row, column]) if meets[row, column] else np.nan

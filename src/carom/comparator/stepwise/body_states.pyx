@@ -247,10 +247,7 @@ cdef class BodyStates:
         return state
 
     def measure_separation(self, pair, int feature=NO_FEATURE):
-        """Return the separation of two bodies.
-
-        `feature` is the number of the wall's edge, end or corner to measure to.
-        """
+        """Return the separation of two bodies. If `feature` is given, the normal is that of this feature of the wall."""
         gap = self.measure_gap(pair[0], pair[1], feature)
         return Separation(gap.size, (gap.nx, gap.ny), gap.closing)
 
@@ -382,14 +379,12 @@ cdef class BodyStates:
 
     def find_greatest_speeds(self):
         """Return the greatest speed of any disc, and the greatest speed of any disc or rim, in metres per second."""
-        cdef double speed = 0.0, fastest
+        cdef double speed = 0.0, rim_speed = 0.0
         cdef int k
         for k in range(self.count):
             speed = max(speed, <double>math.hypot(self.motions[k].vx, self.motions[k].vy))
-        fastest = speed
-        for k in range(self.count):
-            fastest = max(fastest, fabs(self.numbers.discs[self.motions[k].disc].radius * self.motions[k].spin))
-        return speed, fastest
+            rim_speed = max(rim_speed, fabs(self.numbers.discs[self.motions[k].disc].radius * self.motions[k].spin))
+        return speed, max(speed, rim_speed)
 
     def measure_difference(self, BodyStates other):
         """Return the largest differences from another state of the same discs: velocities, rim speeds and positions."""

@@ -335,9 +335,9 @@ def _measure_sampling_cost(window: Window, comparison: Comparison, found: Differ
     """Measure the largest errors of PIT, started from the run's own state at the window's start."""
     dt_s, truth = window.block.dt_s, window.truth
     need = max(found.impacts, 1)
-    looks = [dt_s * phase / THRESHOLDS.phases for phase in range(1, THRESHOLDS.phases + 1)]
+    first_checks_s = [dt_s * phase / THRESHOLDS.phases for phase in range(1, THRESHOLDS.phases + 1)]
     if 0.0 < comparison.late_steps <= comparison.late_allowed:
-        looks.append(truth[0].time_s + comparison.late_steps * dt_s)
+        first_checks_s.append(truth[0].time_s + comparison.late_steps * dt_s)
     until_s = truth[need - 1].time_s + 2.0 * dt_s
     until_there = [met for met in truth if met.time_s <= until_s]
     # Like the run's errors, PIT's errors are those at the window's end. Damping multiplies all errors by a common
@@ -349,7 +349,7 @@ def _measure_sampling_cost(window: Window, comparison: Comparison, found: Differ
     known_states: dict[int, body_states.BodyStates] = {}
     known_energy_j: dict[int, float] = {}
     costs_by_completeness: dict[bool, list[tuple[float, float, float]]] = {True: [], False: []}
-    for first_s in looks:
+    for first_s in first_checks_s:
         met = simulate_pit(window.start, window.pairs, until_s, dt_s, first_s)
         last_state, since_s = (met[-1].after, met[-1].time_s) if met else (window.start, 0.0)
         end = last_state.compute_later_state(measured_s - since_s)

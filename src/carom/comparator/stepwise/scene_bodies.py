@@ -64,7 +64,7 @@ class SceneBodies:
         self.slowing = Slowing.of(scene)
         # The list is stored, because every step of every window uses this list.
         self._moves: list[bool] = [inverse > 0.0 for inverse in self.inverse_mass] + [False] * len(self.walls)
-        self._stand = [drive.is_stationary for drive in self.wall_drives]
+        self._is_stationary = [drive.is_stationary for drive in self.wall_drives]
         self._has_legs = any(len(drive.legs) > 1 for drive in (*self.wall_drives, *self.disc_drives.values()))
         self.slows = bool(self.slowing)
         #: Whether every disc moves along one straight line between impacts, at a constant velocity.
@@ -89,7 +89,7 @@ class SceneBodies:
 
     def is_driven(self, body: int) -> bool:
         """Whether the scene prescribes the motion of a body."""
-        return body in self.disc_drives if body < self.n else not self._stand[body - self.n]
+        return body in self.disc_drives if body < self.n else not self._is_stationary[body - self.n]
 
     def is_pulled(self, body: int) -> bool:
         """Whether gravity acts on a body."""
@@ -130,7 +130,7 @@ class SceneBodies:
 
     def to_wall_frame(self, wall: int, x: float, y: float, time_s: float) -> tuple[float, float]:
         """Return a point in coordinates that move with a wall."""
-        if self._stand[wall]:
+        if self._is_stationary[wall]:
             return x, y
         wx, wy = self.wall_drives[wall].leg_at(time_s * body_states.TOUCH).moved_at(time_s)
         return x - wx, y - wy
@@ -140,7 +140,9 @@ class SceneBodies:
 
         If the velocity changes at this time (or slightly later because of rounding), return the new velocity.
         """
-        return (0.0, 0.0) if self._stand[wall] else self.wall_drives[wall].velocity_at(time_s * body_states.TOUCH)
+        if self._is_stationary[wall]:
+            return 0.0, 0.0
+        return self.wall_drives[wall].velocity_at(time_s * body_states.TOUCH)
 
     def list_later_legs(self, pair: Pair, time_s: float) -> tuple[Course, ...]:
         """Return the parts of a pair's prescribed motion that begin after `time_s`, if there are any."""

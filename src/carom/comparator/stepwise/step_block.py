@@ -44,8 +44,7 @@ class Block(NamedTuple):
         agreement: Largest relative difference between two velocities that count as equal.
         own_speed: Greatest speed of each disc at either end of each step, shape ``(k, n)``.
         place_rounding: Rounding error of each disc's position in each step, in metres, shape ``(k, n)``.
-        velocity_changed: Whether a velocity or spin changed by more than rounding, for each step and disc, shape ``(k,
-            n)``.
+        velocity_changed: Whether velocity or spin changed by more than rounding, shape ``(k, n)``.
         velocity_change: Magnitude of the change of each disc's velocity, in metres per second, shape ``(k, n)``.
         rim_speed_change: Magnitude of the change of each disc's rim speed, in metres per second, shape ``(k, n)``.
         path_deviation: Distance of each disc from the end of its free path, in metres, shape ``(k, n)``.
@@ -87,20 +86,20 @@ class Block(NamedTuple):
         radius = scene.arrays.radius_m
         pull = np.where(scene.arrays.movable[:, None], np.array(bodies.gravity), 0.0)
         fallen = pull * h[..., None]
-        turned_by = np.hypot(*np.moveaxis(v[1:] - v[:-1] * kept_fraction[..., None] - fallen, 2, 0))
+        velocity_change = np.hypot(*np.moveaxis(v[1:] - v[:-1] * kept_fraction[..., None] - fallen, 2, 0))
         displacement = v[:-1] * flown_s[..., None]
-        moved_by = np.hypot(*np.moveaxis(p[1:] - p[:-1] - displacement - 0.5 * fallen * h[..., None], 2, 0))
+        path_deviation = np.hypot(*np.moveaxis(p[1:] - p[:-1] - displacement - 0.5 * fallen * h[..., None], 2, 0))
         rims = np.zeros(p.shape[:2]) if states.spin_rad_s is None else radius * states.spin_rad_s
-        spun_by = np.abs(rims[1:] - rims[:-1] * kept_fraction)
+        rim_speed_change = np.abs(rims[1:] - rims[:-1] * kept_fraction)
         # Bodies with a prescribed motion change their velocities without impacts.
         driven = list(scene.arrays.driven_discs)
-        turned_by[:, driven] = moved_by[:, driven] = 0.0
+        velocity_change[:, driven] = path_deviation[:, driven] = 0.0
         own_speed = np.maximum(speed[1:], speed[:-1]) + (np.hypot(*pull.T) + bodies.slowing.table_m_s2) * h
         own_rim = np.maximum(own_speed, np.maximum(np.abs(rims[1:]), np.abs(rims[:-1])))
         far = np.max(np.abs(p), axis=2) + radius
         reach = np.maximum(far[1:], far[:-1]) + own_speed * h
         clock_s = _CLOCK * states.time_s[1:, None]
-        has_turned = (turned_by > unit * (own_speed + bodies.fast)) | (spun_by > unit * own_rim)
+        velocity_changed = (velocity_change > unit * (own_speed + bodies.fast)) | (rim_speed_change > unit * own_rim)
         return cls(
             scene=scene,
             bodies=bodies,
@@ -113,10 +112,10 @@ class Block(NamedTuple):
             agreement=agreement,
             own_speed=own_speed,
             place_rounding=place_unit * reach + own_speed * clock_s,
-            velocity_changed=has_turned,
-            velocity_change=turned_by,
-            rim_speed_change=spun_by,
-            path_deviation=moved_by,
+            velocity_changed=velocity_changed,
+            velocity_change=velocity_change,
+            rim_speed_change=rim_speed_change,
+            path_deviation=path_deviation,
         )
 
     def __len__(self) -> int:

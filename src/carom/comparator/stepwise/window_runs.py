@@ -68,10 +68,10 @@ def simulate_pit(
     PIT first checks for overlap after `first_s` seconds, and then once per step.
     """
     state, now_s, impacts = start.copy(), 0.0, list[WindowImpact]()
-    looks = math.floor((seconds - first_s) / dt_s * body_states.TOUCH) + 1 if first_s <= seconds else 0
-    for look in range(looks):
-        state.move_freely(first_s + look * dt_s - now_s)
-        now_s = first_s + look * dt_s
+    checks = math.floor((seconds - first_s) / dt_s * body_states.TOUCH) + 1 if first_s <= seconds else 0
+    for check in range(checks):
+        state.move_freely(first_s + check * dt_s - now_s)
+        now_s = first_s + check * dt_s
         for pair in pairs:
             if state.are_overlapping(pair) and (contact := state.measure_separation(pair)).closing > 0.0:
                 state.apply_impact(pair)

@@ -55,11 +55,8 @@ class ImpactCollector:
         self._inverse_mass = [1.0 / disc.mass_kg for disc in scene.discs]
         # Change of a disc's spin per newton second of tangential impulse; 0 for a disc that can't turn.
         self._spin_per_impulse = (1.0 / (arrays.inertia * arrays.mass_kg * arrays.radius_m)).tolist()
-        self._turns, self._has_disc_friction, self._has_wall_friction = (
-            arrays.turns,
-            arrays.has_disc_friction,
-            arrays.has_wall_friction,
-        )
+        self._turns = arrays.turns
+        self._has_disc_friction, self._has_wall_friction = arrays.has_disc_friction, arrays.has_wall_friction
         self._walls = [arrays.drive_of_wall(k) for k in range(len(arrays.walls))]
         self._driven = dict(zip(arrays.driven_discs, arrays.disc_drives, strict=True))
         self._gravity, self._pull = compute_gravity(scene), math.hypot(*scene.gravity_m_s2)
@@ -210,8 +207,8 @@ class ImpactCollector:
 
     def _has_all_impulses(self, contact: Contact) -> bool:
         """Whether the engine reports all impulses of a contact; with friction, also the tangential impulse."""
-        rubs = self._has_wall_friction if contact.second < 0 else self._has_disc_friction
-        return contact.impulse_n_s is not None and (not rubs or contact.tangential_impulse_n_s is not None)
+        has_friction = self._has_wall_friction if contact.second < 0 else self._has_disc_friction
+        return contact.impulse_n_s is not None and (not has_friction or contact.tangential_impulse_n_s is not None)
 
     def _apply_impulse(self, motion: Motion, contact: Contact, body: int, sign: float) -> Motion:
         """Return a body's velocity and spin after the impulses of a contact.

@@ -25,7 +25,7 @@ class Cutter:
         world: The world, initially at time 0.
         pieces: Number of pieces so far.
         probes: Number of trial steps, which were taken to find the end of a piece and then undone.
-        stuck: Whether a step was given up because it needed more than `MOST_PIECES` pieces.
+        has_too_many_pieces: Whether a step was given up because it needed more than `MOST_PIECES` pieces.
     """
 
     def __init__(self, world: World) -> None:

@@ -232,9 +232,8 @@ class _Process:
     def describe_last_output(self) -> str:
         """Return a phrase with the last output of the first unanswered task; empty if the task printed nothing."""
         self.read_output()
-        since = (
-            self._tasks_ended - self.answers_received
-        )  # tasks that have ended, but whose answers have not been counted yet
+        # Tasks that have ended, but whose answers have not been counted yet.
+        since = self._tasks_ended - self.answers_received
         parts = self._last_output.split(TASK_END)
         printed = parts[-1 - since] if 0 <= since < len(parts) else b""  # older output is no longer kept
         message = find_last_message(printed.decode(errors="replace"))

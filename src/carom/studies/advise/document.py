@@ -90,7 +90,7 @@ def _build_table(advice: Advice, rows: Sequence[StepAdvice]) -> Table:
     return Table(
         (
             Column("", lambda answer: answer.method.label + (" +CCD" if answer.method in advice.swept else "")),
-            *(column for question in _list_criteria(advice) for column in build_columns(*question)),
+            *(column for criterion in _list_criteria(advice) for column in build_columns(*criterion)),
             Column(f"at {frame}", lambda answer: _format_frame_step_result(advice, answer)),
         ),
         rows,
@@ -107,7 +107,7 @@ def _build_evidence_table(advice: Advice, rows: Sequence[StepAdvice]) -> Table:
 
     columns = (
         Column("", lambda answer: answer.method.label),
-        *(column for question in _list_criteria(advice) for column in build_columns(*question)),
+        *(column for criterion in _list_criteria(advice) for column in build_columns(*criterion)),
         Column("direction", _format_direction_error, "error", number=True),
         Column("engine", lambda answer: str(answer.steps), "steps", number=True),
     )
@@ -138,14 +138,14 @@ def _format_target_angle(advice: Advice) -> str:
     return _format_degrees(advice.target.direction_error_rad)
 
 
-def _describe_longest_step(advice: Advice, question: Callable[[StepAdvice], StepRange]) -> str:
+def _describe_longest_step(advice: Advice, criterion: Callable[[StepAdvice], StepRange]) -> str:
     """Describe the largest step size that passes, and its method.
 
     Methods whose steps Carom shortens are considered only if there are no other methods. Users can't shorten steps by a
     setting of the engine.
     """
     candidates = [one for one in advice.answers if one.method not in advice.located] or list(advice.answers)
-    passing = [(found, answer) for answer in candidates if (found := question(answer)).largest_passing]
+    passing = [(found, answer) for answer in candidates if (found := criterion(answer)).largest_passing]
     if not passing:
         return "no tested step size of any engine suffices"
     longest = max(found.largest_passing.dt_s for found, _ in passing if found.largest_passing)

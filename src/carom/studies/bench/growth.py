@@ -260,8 +260,8 @@ def measure_growth(
             reason = info.unavailable or _find_skip_reason(curve_points, size, min(available_s, options.time_limit_s))
             refused = Answer[GrowthRun](Status.UNSUPPORTED, reason) if reason else None
             pool.renew()
-            ask = TaskRequest(size, key, GrowthTask(size, method, environment.date, gravity), refused)
-            ((_, answer),) = run_tasks([ask], pool, notes, one_at_a_time=True)
+            request = TaskRequest(size, key, GrowthTask(size, method, environment.date, gravity), refused)
+            ((_, answer),) = run_tasks([request], pool, notes, one_at_a_time=True)
             spent[info.name, gravity] += time.perf_counter() - before
             curve_points.append(_build_point(size, answer))
     curves = []

@@ -78,9 +78,9 @@ def measure_work_precision(
         timing = None
         if plan.timing and method_steps:
             task = TimeScene(scene, tuple(method_steps), plan.rounds, plan.seed, plan.budget_s / 2, progress)
-            ask = TaskRequest(scene, build_timing_key(scene, method_steps, plan.seed), task)
+            request = TaskRequest(scene, build_timing_key(scene, method_steps, plan.seed), task)
             with plan.open_local_pool(1) as timing_pool:
-                ((_, answer),) = run_tasks([ask], timing_pool, timings, one_at_a_time=True)
+                ((_, answer),) = run_tasks([request], timing_pool, timings, one_at_a_time=True)
             timing = answer.value
         if timing is not None:
             clocks, why = dict(timing.timings), dict(timing.untimed)

@@ -43,15 +43,15 @@ _SLOWEST = 1.0 / 8.0
 #: Duration of a flash. Discs flash at each step of the run.
 _FLASH_S = 0.45
 #: Largest number of flashes at once.
-_MAX_FLASHES = 3
+_MOST_FLASHES = 3
 #: With more discs, only discs with a missed impact flash.
-_MAX_FLASHING_DISCS = 4
+_MOST_FLASHING_DISCS = 4
 #: Half the side of the magnified region, in disc radii. The sizes of the inset are the same as in the page.
 _MAGNIFIED_RADII = 2.5
 #: Largest size of the magnifying inset, divided by the picture's width and height.
 _INSET_SIZE = (0.42, 0.56)
 #: Smallest magnification.
-_MIN_MAGNIFICATION = 1.4
+_LEAST_MAGNIFICATION = 1.4
 #: Colour of exact positions, the same as in the page.
 _EXACT_COLOUR = "#74777c"
 #: Colour of missed impacts, the same as in the page.
@@ -97,7 +97,7 @@ def build_film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation
         first: Track = run_tracks[failing[0]]
         middle = first.positions_at(np.array([pause_time_s]))[0] if index is None else np.array(places[index][:2])
         reach = _MAGNIFIED_RADII * max(scene.discs[body].radius_m for body in failing if body >= 0)
-        if _compute_inset_side(limits) >= _MIN_MAGNIFICATION * 2.0 * reach:
+        if _compute_inset_side(limits) >= _LEAST_MAGNIFICATION * 2.0 * reach:
             magnified = (middle - reach, middle + reach)
             inset, frame = _draw_inset(right, magnified, limits)
             near += [inset, frame]
@@ -203,8 +203,8 @@ def _draw_frames(
     # The added 1e-9 prevents rounding down to the previous step.
     latest_steps, frames = np.floor(times / dt_s + 1e-9), np.arange(len(times))
     yield from _draw_discs(axes, scene, tracks, latest_steps * dt_s, fill=False, linestyle="--", path=False)
-    is_failing_only = len(scene.discs) > _MAX_FLASHING_DISCS and bool(failing)
-    for steps_back in range(_MAX_FLASHES):
+    is_failing_only = len(scene.discs) > _MOST_FLASHING_DISCS and bool(failing)
+    for steps_back in range(_MOST_FLASHES):
         since = frames - np.searchsorted(latest_steps, latest_steps - steps_back)
         alphas = np.clip(1.0 - since / (_FLASH_S * FRAMES_PER_S), 0.0, 1.0) * (latest_steps >= steps_back)
         step_time_s = np.maximum(latest_steps - steps_back, 0.0) * dt_s

@@ -37,7 +37,6 @@ PLACES = 8
 
 _reference, _sampling = lru_cache(maxsize=_KEPT)(solve_reference), lru_cache(maxsize=_KEPT)(run_pit)
 
-
 #: Name of a grade or verdict. Journals of earlier versions contain earlier names.
 _Name = Annotated[str, AfterValidator(lambda name: EARLIER_WORDS.get(name.lower(), name).upper())]
 
@@ -276,17 +275,12 @@ def _is_changed(a: float, b: float, rounding: float) -> bool:
 
 def _has_same_motion(old: ReleaseRun, new: ReleaseRun) -> bool:
     """Whether positions and final velocities are equal, except for rounding."""
-    speed = max(_read_rounding(old), _read_rounding(new)) * old.speed_m_s
-    place = max(old.place_rounding_m, new.place_rounding_m)
-    states = (
-        (old.position_errors_m, new.position_errors_m, place),
-        (old.velocity_errors_m_s, new.velocity_errors_m_s, speed),
-    )
-    return not any(
-        _is_changed(a, b, limit)
-        for old_errors, new_errors, limit in states
-        for a, b in zip(old_errors, new_errors, strict=True)
-    )
+    place_m = max(old.place_rounding_m, new.place_rounding_m)
+    speed_m_s = max(_read_rounding(old), _read_rounding(new)) * old.speed_m_s
+    positions = zip(old.position_errors_m, new.position_errors_m, strict=True)
+    velocities = zip(old.velocity_errors_m_s, new.velocity_errors_m_s, strict=True)
+    has_moved = any(_is_changed(a, b, place_m) for a, b in positions)
+    return not has_moved and not any(_is_changed(a, b, speed_m_s) for a, b in velocities)
 
 
 def classify_change(old: ReleaseCell, new: ReleaseCell) -> CellChange:

@@ -76,7 +76,7 @@ def test_lasting_contact_cuts_only_one_step() -> None:
 
 
 def test_cutter_gives_up_after_too_many_pieces(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A step with more contacts than `MOST_PIECES` ends after that many pieces, and the cutter is `stuck`."""
+    """A step with more contacts than `MOST_PIECES` ends after that many pieces, and `has_too_many_pieces` is true."""
     monkeypatch.setattr(step_cutter, "MOST_PIECES", 5)
     cutter = Cutter(Runner(*((k / 64, 9.0) for k in range(1, 60))))
     assert len(list(cutter.take_step(0.0, 1.0))) == 5

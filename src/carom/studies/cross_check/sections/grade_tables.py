@@ -16,11 +16,11 @@ from carom.report.outcome_marks import RIGHT, Mark
 from carom.studies.cross_check.grid import RANKING_NOTE, Grid, GridCell, GridColumn, compute_standing
 
 #: Largest number of rows in the table of impacts.
-MAX_IMPACT_ROWS = 40
+MOST_IMPACT_ROWS = 40
 #: Largest number of columns with impacts in the table of methods.
-MAX_IMPACT_COLUMNS = 4
+MOST_IMPACT_COLUMNS = 4
 #: Largest number of columns with methods on a terminal.
-MAX_METHOD_COLUMNS = 3
+MOST_METHOD_COLUMNS = 3
 
 METHOD_NOTE = (
     "The numbers after - and + count missed and invented impacts over all scenes. In each scene, a method's largest "
@@ -64,7 +64,7 @@ def build_methods_section(grid: Grid) -> Section:
     symbols = dict.fromkeys(f"{mark.symbol} {mark.css.replace('-', ' ')}" for mark in grid.marks)
     blocks: tuple[Block, ...] = (
         *(_build_run_tables(grid) if is_single_scene else (_build_counts_table(grid, methods),)),
-        _build_method_table(grid, methods, impacts if len(impacts) <= MAX_IMPACT_COLUMNS else ()),
+        _build_method_table(grid, methods, impacts if len(impacts) <= MOST_IMPACT_COLUMNS else ()),
         Legend(tuple((mark.cell, mark.meaning) for mark in grid.marks), Media.PAGE),
         Text(METHOD_NOTE, Media.ON_PAPER),
         Text(METHOD_DETAIL + RANKING_NOTE, Media.ON_PAPER, folded=True),
@@ -279,19 +279,19 @@ def build_impacts_section(grid: Grid) -> Section:
     impacts = _find_impacts(grid, methods)
     # If there are few impacts, a page already shows them in the table of methods. A terminal only has space for few
     # methods.
-    media = Media.DETAIL if len(impacts) <= MAX_IMPACT_COLUMNS else Media.IN_FULL
-    media |= Media.TERMINAL if len(methods) <= MAX_METHOD_COLUMNS else Media.DETAIL
+    media = Media.DETAIL if len(impacts) <= MOST_IMPACT_COLUMNS else Media.IN_FULL
+    media |= Media.TERMINAL if len(methods) <= MOST_METHOD_COLUMNS else Media.DETAIL
     columns = [
         Column("bodies", lambda impact: impact.bodies),
         Column("time, s", lambda impact: impact.time_text, number=True),
         *(Column(method.label, partial(_format_impact_result, method), method.profile) for method in methods),
     ]
-    left_out = len(impacts) - MAX_IMPACT_ROWS
+    left_out = len(impacts) - MOST_IMPACT_ROWS
     note = f"{left_out} more impacts are not shown" if left_out > 0 else ""
     runs = _list_scored_runs(grid)
     full = _format_verdict_lines(runs)
     blocks = (
-        Table(columns, impacts[:MAX_IMPACT_ROWS], note=note, only=media),
+        Table(columns, impacts[:MOST_IMPACT_ROWS], note=note, only=media),
         Lines(full if len(methods) == 1 else _format_short_verdict_lines(runs), Media.TERMINAL),
         Lines(full, Media.DETAIL),
     )
