@@ -129,9 +129,8 @@ def _falling_pair() -> Staged:
     drop = FALL * (duration**2 / 2)
     final = [(p + v * rest + drop, v + FALL * duration) for p, v in ((p1, after1), (p2, after2))]
     source = "For a falling observer there is no gravity, so g t and g t^2/2 are added to the motion without gravity"
-    return build_staged(
-        scene, [build_impact(time, 0, 1, after1 + gained_velocity, after2 + gained_velocity)], source, final=final
-    )
+    impact = build_impact(time, 0, 1, after1 + gained_velocity, after2 + gained_velocity)
+    return build_staged(scene, [impact], source, final=final)
 
 
 def _incline() -> Staged:
