@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from carom.catalogue.closed_forms import build_disc, build_impact, build_scene, build_staged, stage_at_wall, to_vector
 from carom.catalogue.entry import Staged
 from carom.catalogue.groups.classics_walled import edges
 from carom.catalogue.groups.driven import LAW, on_a_moving_surface, stage_before_paddle
+from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged, stage_at_wall, to_vector
 from carom.model.scene import Ring, Wall
 
 

@@ -4,16 +4,9 @@ from __future__ import annotations
 
 import math
 
-from carom.catalogue.closed_forms import (
-    build_disc,
-    build_impact,
-    build_scene,
-    build_staged,
-    compute_after_impact,
-    stage_meeting,
-    stage_struck_row,
-)
+from carom.catalogue.closed_forms import compute_after_impact
 from carom.catalogue.entry import KnownAnswer, Staged
+from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged, stage_meeting, stage_struck_row
 
 _NEWTON = "Conservation of momentum and Newton's law of restitution, for a head-on impact"
 

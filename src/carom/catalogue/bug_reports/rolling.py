@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from carom.catalogue.closed_forms import build_disc, build_impact, build_scene, build_staged
 from carom.catalogue.entry import KnownAnswer, KnownImpact, Staged
 from carom.catalogue.groups.classics_walled import FLOOR
+from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged
 from carom.model.scene import Disc
 from carom.model.trace import Vector
 

@@ -4,17 +4,10 @@ from __future__ import annotations
 
 import math
 
-from carom.catalogue.closed_forms import (
-    build_disc,
-    build_impact,
-    build_scene,
-    build_staged,
-    compute_fall,
-    stage_at_wall,
-    unit,
-)
+from carom.catalogue.closed_forms import compute_fall, unit
 from carom.catalogue.entry import Staged
 from carom.catalogue.groups.classics_walled import edges
+from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged, stage_at_wall
 from carom.model.scene import Chain
 
 _LAW = "Newton's law: an impact reverses the velocity along the normal"

@@ -5,17 +5,10 @@ from __future__ import annotations
 import cmath
 import math
 
-from carom.catalogue.closed_forms import (
-    build_disc,
-    build_impact,
-    build_scene,
-    build_staged,
-    compute_after_impact,
-    dot,
-    unit,
-)
+from carom.catalogue.closed_forms import compute_after_impact, dot, unit
 from carom.catalogue.entry import KnownAnswer, KnownImpact, Staged
 from carom.catalogue.groups.classics_walled import UNFOLDING, build_box_walls, compute_box_bounces, upright
+from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged
 
 _MIRROR = "Each wall reverses the velocity along its normal and multiplies it by the restitution"
 

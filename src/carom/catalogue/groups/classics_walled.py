@@ -5,18 +5,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from carom.catalogue.closed_forms import (
-    build_disc,
-    build_impact,
-    build_scene,
-    build_staged,
-    compute_after_impact,
-    compute_normal,
-    stage_at_wall,
-    to_vector,
-    unit,
-)
+from carom.catalogue.closed_forms import compute_after_impact, compute_normal, unit
 from carom.catalogue.entry import KnownImpact, Staged
+from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged, stage_at_wall, to_vector
 from carom.model.scene import Chain, Wall
 from carom.model.trace import wall_body
 

@@ -10,9 +10,9 @@ import math
 from functools import partial
 from typing import Any
 
-from carom.catalogue.closed_forms import build_disc, build_impact, build_scene, build_staged
 from carom.catalogue.entry import KnownAnswer, KnownImpact, Staged
 from carom.catalogue.groups.classics_walled import FLOOR, edges, upright
+from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged
 from carom.model.scene import Disc, Wall
 from carom.model.trace import Vector, wall_body
 

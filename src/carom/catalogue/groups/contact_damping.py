@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import math
 
-from carom.catalogue.closed_forms import build_disc, build_impact, build_scene, build_staged
 from carom.catalogue.entry import Staged
 from carom.catalogue.groups.classics_walled import FLOOR, build_box_walls, upright
+from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged
 from carom.model.scene import Disc
 from carom.model.trace import wall_body
 

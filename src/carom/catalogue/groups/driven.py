@@ -10,17 +10,10 @@ import math
 from collections.abc import Sequence
 from fractions import Fraction
 
-from carom.catalogue.closed_forms import (
-    build_disc,
-    build_impact,
-    build_scene,
-    build_staged,
-    compute_after_impact,
-    stage_at_wall,
-    to_vector,
-)
+from carom.catalogue.closed_forms import compute_after_impact
 from carom.catalogue.entry import KnownAnswer, KnownImpact, Staged
 from carom.catalogue.groups.classics_walled import edges, stage_in_room, upright
+from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged, stage_at_wall, to_vector
 from carom.model.scene import Wall
 
 LAW = "Newton's law relative to a driven body of velocity V: v' = V - e (v - V) along the normal"

@@ -8,19 +8,10 @@ from __future__ import annotations
 
 import math
 
-from carom.catalogue.closed_forms import (
-    build_disc,
-    build_impact,
-    build_scene,
-    build_staged,
-    compute_after_impact,
-    compute_fall,
-    compute_normal,
-    dot,
-    to_vector,
-)
+from carom.catalogue.closed_forms import compute_after_impact, compute_fall, compute_normal, dot
 from carom.catalogue.entry import Staged
 from carom.catalogue.groups.classics_walled import FLOOR, build_box_walls
+from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged, to_vector
 from carom.model.scene import Wall
 
 #: Standard acceleration of free fall, in metres per second squared (3rd CGPM, 1901), downwards.

@@ -11,9 +11,9 @@ import math
 from fractions import Fraction
 from typing import Any
 
-from carom.catalogue.closed_forms import build_scene
 from carom.catalogue.entry import KnownAnswer, KnownImpact, Staged
 from carom.catalogue.groups.classics_walled import FLOOR, upright
+from carom.catalogue.staging import build_scene
 from carom.model.scene import Disc, Wall
 from carom.model.trace import Vector
 

@@ -10,20 +10,10 @@ import cmath
 import math
 from collections.abc import Sequence
 
-from carom.catalogue.closed_forms import (
-    build_disc,
-    build_impact,
-    build_scene,
-    build_staged,
-    compute_after_wall,
-    compute_fall,
-    compute_wedge_impacts,
-    stage_at_wall,
-    to_vector,
-    unit,
-)
+from carom.catalogue.closed_forms import compute_after_wall, compute_fall, compute_wedge_impacts, unit
 from carom.catalogue.entry import KnownAnswer, Staged, Tag, add_tags
 from carom.catalogue.groups.classics_walled import edges, stage_in_room
+from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged, stage_at_wall, to_vector
 from carom.model.scene import Chain, Ring
 
 _LAW = "Newton's law: an impact reverses the velocity along the normal"
