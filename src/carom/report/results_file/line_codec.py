@@ -75,16 +75,12 @@ def _build_error(error: ValidationError, path: Path, number: int) -> InputError:
     first = error.errors()[0]
     # Pydantic's location also contains names of types, which are not fields of the file.
     location = ".".join(str(part) for part in first["loc"] if not (isinstance(part, str) and not part.isidentifier()))
-    problem = (
-        f"{shorten(location) or 'the line'}: {first['msg'].removeprefix('Value error, ')}, got "
-        f"{format_value(first['input'])}"
-    )
+    message = first["msg"].removeprefix("Value error, ")
+    problem = f"{shorten(location) or 'the line'}: {message}, got {format_value(first['input'])}"
     if first["type"] == "json_invalid":
         problem = f"invalid JSON ({first['ctx']['error']})"
-    return InputError(
-        f"{path}, line {number}: {problem}",
-        hints=["`carom diff --schema` prints the schema of a line", "run the cross-check again"],
-    )
+    hints = ["`carom diff --schema` prints the schema of a line", "run the cross-check again"]
+    return InputError(f"{path}, line {number}: {problem}", hints=hints)
 
 
 def build_records_schema() -> dict[str, Any]:
