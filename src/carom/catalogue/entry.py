@@ -204,11 +204,9 @@ def deviation(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
     """
     if known.count is not None and len(trace.impacts) != known.count:
         return math.inf
-    if len(trace.impacts) < len(known.impacts):
+    bodies = [(impact.first, impact.second) for impact in known.impacts]
+    if bodies != trace.impacts[["first", "second"]][: len(bodies)].tolist():
         return math.inf
-    for expected, found in zip(known.impacts, trace.impacts, strict=False):
-        if (expected.first, expected.second) != (found["first"], found["second"]):
-            return math.inf
     values = _list_values(trace, known, scene)
     deviations = (_compute_difference(found, right, scale) for found, right, scale in values if right is not None)
     return max(*deviations, compute_deepest_overlap(trace, scene) / _compute_extent(scene), 0.0)

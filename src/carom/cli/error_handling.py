@@ -78,9 +78,8 @@ def guard_journals(journal: Path, *other_journals: Path) -> Iterator[None]:
         if not journal.exists():  # there is no finished result
             raise
         word, code = _describe_signal(error)
-        print_text(
-            f"carom: {word}; finished results are in {journal}, and --resume continues from them", to_stderr=True
-        )
+        message = f"carom: {word}; finished results are in {journal}, and --resume continues from them"
+        print_text(message, to_stderr=True)
         raise typer.Exit(code) from None
 
 

@@ -42,9 +42,8 @@ def build_certified_document(certified: CertifiedTrace, max_rows: int) -> Docume
     ]
     if certified.trace.spins is not None:
         columns.append(Column("spins after, rad/s", lambda k: "  ".join(list_decimals(certified, k)[5:])))
-    table = _build_limited_table(
-        columns, len(certified), max_rows, f"{certified.trace.scene.name}: every digit is proven"
-    )
+    title = f"{certified.trace.scene.name}: every digit is proven"
+    table = _build_limited_table(columns, len(certified), max_rows, title)
     blocks: tuple[Table, ...] = (table,) if max_rows and len(certified) else ()
     if max_rows and certified.trace.modes is not None:
         blocks = (*blocks, _build_modes_table(certified, certified.trace.modes, max_rows))

@@ -213,7 +213,7 @@ class Pair(NamedTuple):
     heading: str
     badge: Cell
     sides: tuple[str, str]
-    draw: Callable[[], tuple[str, str]]
+    draw: Callable[[], Sequence[str]]
     caption: tuple[str, ...]
 
 

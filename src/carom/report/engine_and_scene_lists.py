@@ -54,11 +54,8 @@ def format_group_lines(entries: Sequence[CatalogueScene]) -> list[str]:
     """Return a table of groups with their numbers of scenes, and the commands that list scenes."""
     counts = Counter(entry.group for entry in entries)
     rows = [("group", "scenes", "content"), *((name, str(n), _GROUPS.get(name, "")) for name, n in counts.items())]
-    return [
-        *_align_columns(rows, numbers=(1,)),
-        "",
-        "List one group: carom scenes GROUP. List every scene: carom scenes --all.",
-    ]
+    commands = "List one group: carom scenes GROUP. List every scene: carom scenes --all."
+    return [*_align_columns(rows, numbers=(1,)), "", commands]
 
 
 def format_scene_lines(entries: Sequence[CatalogueScene]) -> list[str]:
@@ -85,17 +82,11 @@ def build_engine_document(info: EngineInfo) -> Document:
     """Return a document with all that an adapter declares about its engine, and with the engine's reported bugs."""
     sections = [Section(info.name, (Facts(tuple(_list_facts(info)), only=Media.EVERYWHERE),))]
     if info.profiles:
-        table = Table(
-            (Column("profile", itemgetter(0)), Column("meaning", itemgetter(1))),
-            list(info.profiles.items()),
-        )
-        sections.append(Section("Profiles", (table,)))
+        columns = (Column("profile", itemgetter(0)), Column("meaning", itemgetter(1)))
+        sections.append(Section("Profiles", (Table(columns, list(info.profiles.items())),)))
     if info.knobs:
-        knobs = Table(
-            (Column("setting", itemgetter(0)), Column("range", lambda item: _format_range(item[1]))),
-            list(info.knobs.items()),
-            note=f"To search these settings: carom tune {info.name}.",
-        )
+        columns = (Column("setting", itemgetter(0)), Column("range", lambda item: _format_range(item[1])))
+        knobs = Table(columns, list(info.knobs.items()), note=f"To search these settings: carom tune {info.name}.")
         sections.append(Section("Settings that carom tune can change", (knobs,)))
     if info.capabilities is not None:
         sections.append(_build_capabilities({"value": info.capabilities, **info.own}))
@@ -103,23 +94,19 @@ def build_engine_document(info: EngineInfo) -> Document:
     availability = f"has {formatting.format_count(len(info.profiles), 'profile')}"
     if info.unavailable:
         availability = f"is not available: {info.unavailable}"
-    return Document(
-        f"Carom: {info.name}",
-        (f"{' '.join(filter(None, (info.engine, info.version)))} {availability}.",),
-        tuple(sections),
-    )
+    engine = " ".join(filter(None, (info.engine, info.version)))
+    return Document(f"Carom: {info.name}", (f"{engine} {availability}.",), tuple(sections))
 
 
 def _list_facts(info: EngineInfo) -> Iterator[tuple[str, str]]:
-    yield "engine", f"{info.engine} {info.version}".rstrip()
-    if info.unavailable:
-        yield "unavailable", info.unavailable
-    if info.install:
-        yield "install", info.install
-    if info.distribution:
-        yield "adapter", info.distribution
-    if info.code:
-        yield "settings to paste", f"carom engines {info.name} --show tuned"
+    facts = {
+        "engine": f"{info.engine} {info.version}".rstrip(),
+        "unavailable": info.unavailable,
+        "install": info.install,
+        "adapter": info.distribution,
+        "settings to paste": f"carom engines {info.name} --show tuned" if info.code else "",
+    }
+    yield from ((name, value) for name, value in facts.items() if value)
 
 
 #: Fields of `Capabilities` that are displayed, each with its displayed name and its unit.

@@ -22,17 +22,19 @@ if TYPE_CHECKING:
 FORMATS = {"results": 3, "bench": 1, "growth": 2, "stress": 3}
 
 
+def find_missing_package() -> str | None:
+    """Return the name of jinja2 or matplotlib if it is not installed; None if both are installed."""
+    return next((name for name in ("jinja2", "matplotlib") if importlib.util.find_spec(name) is None), None)
+
+
 def require_report_extra() -> None:
     """Raise an error if jinja2 or matplotlib is not installed.
 
     Raises:
         MissingExtraError: jinja2 or matplotlib is not installed.
     """
-    for module in ("jinja2", "matplotlib"):
-        if importlib.util.find_spec(module) is None:
-            raise MissingExtraError(
-                f"a report needs {module}, which is not installed", hints=["pip install 'carom[report]'"]
-            )
+    if name := find_missing_package():
+        raise MissingExtraError(f"a report needs {name}, which is not installed", hints=["pip install 'carom[report]'"])
 
 
 def pack_data(data: object) -> str:

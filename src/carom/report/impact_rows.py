@@ -136,7 +136,5 @@ def _explain_error(error: ImpactError, score: Score) -> str:
         return "checking once per step"
     if math.isnan(solver_error) or sampling_error <= rounding:
         return "the method itself"
-    return (
-        f"checking once per step ({formatting.format_number(sampling_error)}) and the method itself "
-        f"({formatting.format_number(solver_error)})"
-    )
+    sampling, solver = formatting.format_number(sampling_error), formatting.format_number(solver_error)
+    return f"checking once per step ({sampling}) and the method itself ({solver})"

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Any, Self
 
 from carom.comparator import Score
 from carom.comparator.non_finite import find_non_finite
-from carom.errors import InputError, MissingExtraError
+from carom.errors import InputError
 from carom.execution.describe_engines import EngineList
 from carom.execution.results import Results
 from carom.model.scene import Scene
 from carom.model.trace import Trace
 from carom.report import formatting
-from carom.report.files import require_report_extra
+from carom.report.files import find_missing_package, require_report_extra
 from carom.report.outcome_marks import Mark, mark_of, mark_of_grade
 from carom.report.picture import draw_start, draw_traces
 from carom.report.svg import INK, SERIES, SURFACE, build_figure, render, use_drawing_style
@@ -55,9 +55,7 @@ def html_of(result: object) -> str | None:
 
     Names are escaped, and the HTML contains no script.
     """
-    try:
-        require_report_extra()
-    except MissingExtraError:
+    if find_missing_package():
         return None
     if isinstance(result, Score):
         below = f"<table><tbody>{''.join(_score_rows(result))}</tbody></table>"
@@ -204,9 +202,7 @@ class ShownResult:
 
     def _repr_html_(self) -> str | None:
         """Return the result as HTML, with a picture; None if the extra `report` is not installed."""
-        try:
-            require_report_extra()
-        except MissingExtraError:
+        if find_missing_package():
             return None
         _, title, draw = self._show()
         return f'<div style="max-width:46em">{render_picture(draw, title)}</div><pre>{escape(repr(self))}</pre>'

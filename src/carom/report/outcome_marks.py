@@ -88,10 +88,8 @@ RIGHT = frozenset({Mark.EXACT, Mark.EXACT_32, Mark.CLOSE})
 BROKEN = frozenset({Mark.CRASHED, Mark.TIMED_OUT, Mark.FAILED})
 
 
-def mark_of(row: Row | None) -> Mark:
-    """Return the outcome of a row of results; for None, the outcome of a run that was not planned."""
-    if row is None:
-        return Mark.ABSENT
+def mark_of(row: Row) -> Mark:
+    """Return the outcome of a row of results."""
     return parse_mark(row.status, row.grade, row.score.float_bits if row.score else None)
 
 

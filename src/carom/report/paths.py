@@ -32,17 +32,14 @@ class Paths:
     Attributes:
         lines: For each disc, times and positions of its centre, shapes ``(k,)`` and ``(k, 2)``.
         impact_positions: Position of each disc at each of its impacts.
-        frame_positions: Positions of all centres at the recorded steps, shape ``(k, n, 2)``; None if the trace has no
-            steps.
-        frame_times: The times of the recorded steps; None if the trace has no steps.
         turned: Rotation of each disc over time; empty if no disc turns.
+        sampled: Whether the points of the lines are the positions at the recorded steps.
     """
 
     lines: tuple[tuple[NDArray[np.float64], NDArray[np.float64]], ...]
     impact_positions: tuple[ImpactPosition, ...]
-    frame_positions: NDArray[np.float64] | None = None
-    frame_times: NDArray[np.float64] | None = None
     turned: tuple[Turning, ...] = ()
+    sampled: bool = False
 
     def position_at(self, disc: int, time_s: float) -> NDArray[np.float64]:
         """Return the position of a disc at a time."""
@@ -68,7 +65,7 @@ def build_exact_paths(trace: Trace) -> Paths:
     impact_positions = tuple(
         ImpactPosition(disc, time, tracks[disc].positions_at(np.array([time]))[0]) for disc, time in turns
     )
-    return Paths(tuple(map(_build_line, tracks)), impact_positions, turned=compute_turnings(trace))
+    return Paths(tuple(map(_build_line, tracks)), impact_positions, compute_turnings(trace))
 
 
 def _build_line(track: Track) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -95,7 +92,7 @@ def build_observed_paths(trace: Trace) -> Paths:
         return build_exact_paths(trace)
     times, positions = sampled
     lines = tuple((times, positions[:, disc]) for disc in range(positions.shape[1]))
-    paths = Paths(lines, (), positions, times, compute_turnings(trace))
+    paths = Paths(lines, (), compute_turnings(trace), sampled=True)
     turns = _list_turns(trace, turn_times(trace))
     found = tuple(ImpactPosition(disc, time, paths.position_at(disc, time)) for disc, time in turns)
     return replace(paths, impact_positions=found)

@@ -53,7 +53,7 @@ _GONE = 0.3
 _SOLID: dict[str, Any] = {"facecolor": "none", "edgecolor": WALL, "hatch": "////", "linewidth": 1.0, "zorder": 1}
 
 
-def draw_pair(reference: Trace, observed: Trace, missed: Sequence[int], labels: tuple[str, str]) -> tuple[str, str]:
+def draw_pair(reference: Trace, observed: Trace, missed: Sequence[int], labels: tuple[str, str]) -> list[str]:
     """Draw a run next to its reference, to the same scale, and return both pictures as SVG.
 
     Args:
@@ -65,15 +65,11 @@ def draw_pair(reference: Trace, observed: Trace, missed: Sequence[int], labels: 
     scene, right, found = reference.scene, build_exact_paths(reference), build_observed_paths(observed)
     axis, limits = _find_axis_of_motion(right, scene), compute_limits(scene, right, found)
     if axis is not None:
-        first, second = (
-            _render_over_time(scene, paths, axis, limits, label)
-            for paths, label in zip((right, found), labels, strict=True)
-        )
-        return first, second
+        sides = zip((right, found), labels, strict=True)
+        return [_render_over_time(scene, paths, axis, limits, label) for paths, label in sides]
     misses = _find_missed_frames(reference, found, missed) if len(missed) <= _MOST_MISSES else []
     dotted = max(len(right.impact_positions), len(found.impact_positions)) > _MOST_IMPACT_POSITIONS
-    first, second = _render_in_plane(scene, [(right, ()), (found, misses)], limits, labels, dotted=dotted)
-    return first, second
+    return _render_in_plane(scene, [(right, ()), (found, misses)], limits, labels, dotted=dotted)
 
 
 def draw_traces(several: Sequence[Axes], traces: Sequence[Trace]) -> None:
@@ -92,7 +88,7 @@ def draw_traces(several: Sequence[Axes], traces: Sequence[Trace]) -> None:
             _draw_over_time(axes, scene, one, axis, limits)
         else:
             draw_walls(axes, scene, limits)
-            _draw_paths(axes, scene, one, [], dotted=dotted)
+            _draw_paths(axes, scene, one, dotted=dotted)
             axes.set(xlabel="x in m", ylabel="y in m")
 
 
@@ -101,7 +97,7 @@ def draw_start(axes: Axes, scene: Scene) -> None:
     start = scene.arrays
     paths = Paths(tuple((np.zeros(1), place[None]) for place in start.position_m), ())
     draw_walls(axes, scene, compute_limits(scene, paths, paths))
-    _draw_paths(axes, scene, paths, [], dotted=False)
+    _draw_paths(axes, scene, paths, dotted=False)
     axes.set(xlabel="x in m", ylabel="y in m")
     if start.velocity_m_s.any():
         axes.quiver(*start.position_m.T, *start.velocity_m_s.T, angles="xy", color=INK, width=0.006, zorder=5)
@@ -134,19 +130,16 @@ def compute_limits(scene: Scene, reference: Paths, observed: Paths) -> Limits:
 
 def _find_missed_frames(reference: Trace, observed: Paths, missed: Sequence[int]) -> _Misses:
     """Return the discs of each missed impact, with their positions at the steps just before and after the impact."""
-    if observed.frame_times is None or observed.frame_positions is None:
+    if not observed.sampled:
         return []
     disc_positions = []
-    for index in missed:
-        impact = reference.impacts[index]
-        after = int(np.searchsorted(observed.frame_times, impact["time_s"]))
+    times, _ = observed.lines[0]
+    for impact in reference.impacts[list(missed)]:
+        after = int(np.searchsorted(times, impact["time_s"]))
         for frame in (after - 1, after):
-            if 0 <= frame < len(observed.frame_times):
-                disc_positions += [
-                    (int(body), observed.frame_positions[frame, body])
-                    for body in (impact["first"], impact["second"])
-                    if body >= 0
-                ]
+            if 0 <= frame < len(times):
+                discs = [int(body) for body in (impact["first"], impact["second"]) if body >= 0]
+                disc_positions += [(disc, observed.lines[disc][1][frame]) for disc in discs]
     return disc_positions
 
 
@@ -156,7 +149,7 @@ def _colour_of(disc: int) -> str:
 
 def _render_in_plane(
     scene: Scene, sides: Sequence[tuple[Paths, _Misses]], limits: Limits, labels: Sequence[str], *, dotted: bool
-) -> tuple[str, ...]:
+) -> list[str]:
     """Return a picture of each of `sides`. All share the same axes, because creating axes takes longer than drawing."""
     drawings: list[str] = []
     low, high = limits
@@ -174,10 +167,10 @@ def _render_in_plane(
             drawings.append(render(figure, label))
             for artist in (*axes.patches, *axes.lines, *axes.texts):
                 artist.remove()
-    return tuple(drawings)
+    return drawings
 
 
-def _draw_paths(axes: Axes, scene: Scene, paths: Paths, misses: _Misses, *, dotted: bool) -> None:
+def _draw_paths(axes: Axes, scene: Scene, paths: Paths, misses: _Misses = (), *, dotted: bool) -> None:
     from matplotlib.patches import Circle
 
     def draw_circle(
@@ -213,10 +206,8 @@ def _draw_paths(axes: Axes, scene: Scene, paths: Paths, misses: _Misses, *, dott
         for end in (0, -1):
             mark(k, points[end], float(times[end]))
         _draw_number(axes, k, points[0])
-    if paths.frame_positions is not None and len(paths.frame_positions) <= _MOST_FRAMES:
-        for k, disc in enumerate(scene.discs):
-            if not disc.immovable:
-                _draw_dots(axes, paths.frame_positions[:, k], k, marker=".", size=3.2)
+        if paths.sampled and len(points) <= _MOST_FRAMES:
+            _draw_dots(axes, points, k, marker=".", size=3.2)
     for k, impact_positions in _group_by_disc(scene, paths):
         if dotted:
             _draw_dots(axes, np.array([point.position_m for point in impact_positions]), k)
@@ -240,17 +231,9 @@ def _draw_dots(axes: Axes, points: NDArray[np.float64], disc: int, marker: str =
 
 
 def _draw_number(axes: Axes, disc: int, centre: NDArray[np.float64]) -> None:
-    axes.text(
-        centre[0],
-        centre[1],
-        str(disc),
-        ha="center",
-        va="center",
-        fontsize=8,
-        color=INK,
-        zorder=6,
-        bbox={"boxstyle": "circle,pad=0.15", "facecolor": SURFACE, "edgecolor": "none", "alpha": 0.8},
-    )
+    style: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 8, "color": INK, "zorder": 6}
+    background = {"boxstyle": "circle,pad=0.15", "facecolor": SURFACE, "edgecolor": "none", "alpha": 0.8}
+    axes.text(centre[0], centre[1], str(disc), bbox=background, **style)
 
 
 def draw_walls(axes: Axes, scene: Scene, limits: Limits, *, ends: bool = True) -> list[list[Artist]]:
@@ -284,12 +267,8 @@ def _draw_wall(axes: Axes, wall: AnyWall, limits: Limits, **style: float) -> Ite
     # The wall's given point may be far away, so use its point nearest to the picture's middle.
     middle = (low + high) / 2.0
     foot = middle + normal * float((np.array(wall.point_m) - middle) @ normal)
-    corners = [
-        foot - along * reach,
-        foot + along * reach,
-        foot + along * reach - normal * reach,
-        foot - along * reach - normal * reach,
-    ]
+    ends, behind = [foot - along * reach, foot + along * reach], normal * reach
+    corners = [*ends, ends[1] - behind, ends[0] - behind]
     yield axes.add_artist(Polygon(corners, **(_SOLID | style)))
 
 
@@ -342,10 +321,8 @@ def _draw_over_time(axes: Axes, scene: Scene, paths: Paths, axis: int, limits: L
             end = low if wall.normal[axis] > 0 else high
             begin = wall.point_m[axis]
             if wall.driven:
-                times_s = [
-                    *(leg.begin_s for leg in wall.drive.legs if leg.begin_s < scene.duration_s),
-                    scene.duration_s,
-                ]
+                begins_s = [leg.begin_s for leg in wall.drive.legs if leg.begin_s < scene.duration_s]
+                times_s = [*begins_s, scene.duration_s]
                 axes.fill_betweenx(times_s, [begin + wall.drive.moved_at(t)[axis] for t in times_s], end, **_SOLID)
             else:
                 axes.axvspan(begin, end, **_SOLID)

@@ -11,10 +11,8 @@ from carom.report.document import Code, Facts, Media, Section
 
 def build_provenance(environment: Environment, command: str, elapsed_s: float) -> Iterator[Section]:
     """Yield the sections with machine, versions and command."""
-    yield Section(
-        "Machine and versions",
-        (Facts((*_list_facts(environment), ("Whole run", formatting.format_seconds(elapsed_s)))),),
-    )
+    facts = (*_list_facts(environment), ("Whole run", formatting.format_seconds(elapsed_s)))
+    yield Section("Machine and versions", (Facts(facts),))
     yield Section("Made by", (Code(command, Media.ON_PAPER),) if command else (), level=3)
 
 

@@ -125,15 +125,9 @@ def _build_sampler(reference: Trace, trace: Trace) -> Json | None:
     friction.
     """
     scene = trace.scene
-    acting = {
-        Need.GRAVITY,
-        Need.DAMPING,
-        Need.TABLE_FRICTION,
-        Need.FRICTION,
-        Need.TANGENTIAL_RESTITUTION,
-        Need.DRIVEN_DISCS,
-    }
-    plain = not (scene.walls or scene.needs & acting)
+    curved = {Need.GRAVITY, Need.DAMPING, Need.TABLE_FRICTION, Need.DRIVEN_DISCS}
+    rough = {Need.FRICTION, Need.TANGENTIAL_RESTITUTION}
+    plain = not (scene.walls or scene.needs & (curved | rough))
     if trace.method != "pit" or len(scene.discs) != 2 or len(reference.impacts) != 1 or not plain:
         return None
     sampled: Json = scene.model_dump(mode="json", exclude={"name", "description"})

@@ -13,6 +13,7 @@ from carom.model.trace import Trace, pair_name
 from carom.report import formatting
 from carom.report.certified import list_decimals
 from carom.report.engine_and_scene_lists import format_engine_lines
+from carom.report.formatting import format_count, format_seconds
 from carom.report.outcome_marks import mark_of, mark_of_grade
 
 if TYPE_CHECKING:
@@ -62,9 +63,9 @@ def _format_name(scene: Scene) -> str:
 
 
 def _format_scene(scene: Scene) -> list[str]:
-    size = formatting.format_count(len(scene.discs), "disc")
+    size = format_count(len(scene.discs), "disc")
     if scene.walls:
-        size += f", {formatting.format_count(len(scene.walls), 'wall')}"
+        size += f", {format_count(len(scene.walls), 'wall')}"
     laws = [f"restitution {_format_number(scene.restitution)}"]
     if scene.walls:
         laws.append(f"wall restitution {_format_number(scene.wall_restitution)}")
@@ -110,7 +111,7 @@ def _format_wall(wall: Wall | Chain | Ring) -> str:
 
 def _format_velocity(body: Disc | Wall | Chain | Ring) -> str:
     first = f"{_format_vector(body.drive.velocity_at(0.0))} m/s"
-    return f"{first} at first, in {formatting.format_count(len(body.legs), 'leg')}" if len(body.legs) > 1 else first
+    return f"{first} at first, in {format_count(len(body.legs), 'leg')}" if len(body.legs) > 1 else first
 
 
 def _format_shape(wall: Wall | Chain | Ring) -> str:
@@ -122,11 +123,8 @@ def _format_shape(wall: Wall | Chain | Ring) -> str:
     edges = wall.outline.edges
     arcs = sum(edge.bulge != 0.0 for edge in edges)
     shape = f"{'solid ' if wall.solid else ''}{'closed ' if wall.closed else ''}chain"
-    bent = f", {formatting.format_count(arcs, 'of them an arc', 'of them arcs')}" if arcs else ""
-    return (
-        f"a {shape} of {formatting.format_count(len(edges), 'edge')}{bent}, from {_format_vector(wall.points_m[0])} "
-        f"m{width}"
-    )
+    bent = f", {format_count(arcs, 'of them an arc', 'of them arcs')}" if arcs else ""
+    return f"a {shape} of {format_count(len(edges), 'edge')}{bent}, from {_format_vector(wall.points_m[0])} m{width}"
 
 
 def _format_trace(trace: Trace) -> list[str]:
@@ -134,7 +132,7 @@ def _format_trace(trace: Trace) -> list[str]:
     step_text = f" at {formatting.format_step(trace.dt_s)}" if trace.dt_s else ""
     heading = (
         f"Trace of {_format_name(trace.scene)} by {format_printable(method, _NAME_WIDTH)}{step_text}:"
-        f" {formatting.format_count(len(trace.impacts), 'impact')}",
+        f" {format_count(len(trace.impacts), 'impact')}",
         f"  until {_format_number(trace.end_time_s)} s: {trace.outcome.value}",
         f"  warning: {'; '.join(trace.notes)}" if trace.notes else "",
     )
@@ -147,7 +145,7 @@ def _format_trace(trace: Trace) -> list[str]:
 
 
 def _format_score(score: Score) -> list[str]:
-    total, expected = score.total, formatting.format_count(score.expected, "impact")
+    total, expected = score.total, format_count(score.expected, "impact")
     counts = f"{len(score.errors)} of {expected} found, {len(score.missed)} missed, {len(score.spurious)} invented"
     undecided = f", {len(score.undecided)} undecided" if score.undecided else ""
     beyond = f", {score.beyond_horizon} not compared" if score.beyond_horizon else ""
@@ -155,9 +153,8 @@ def _format_score(score: Score) -> list[str]:
     heading = (
         f"Score: {mark_of_grade(score.grade, score.float_bits).word}",
         f"  {counts}{undecided}{beyond}",
-        f"  largest errors: velocity {_format_number(total.velocity)}{spin}, time "
-        f"{formatting.format_seconds(total.time_s)}, final position {_format_number(total.final_position)}, energy "
-        f"{_format_number(total.energy)}",
+        f"  largest errors: velocity {_format_number(total.velocity)}{spin}, time {format_seconds(total.time_s)}, "
+        f"final position {_format_number(total.final_position)}, energy {_format_number(total.energy)}",
         f"  error / PIT's: {_format_number(score.price_paid)}",
         _format_steps(score),
     )
@@ -181,8 +178,8 @@ def _format_results(results: Results) -> list[str]:
         tally.setdefault(row.job.method.name, Counter())[mark_of(row).word] += 1
     scenes = len({row.job.scene.name for row in results.rows})
     heading = (
-        f"Results: {formatting.format_count(len(results.rows), 'run')} of {formatting.format_count(scenes, 'scene')} by"
-        f" {formatting.format_count(len(tally), 'method')}, in {formatting.format_seconds(results.elapsed_s)}",
+        f"Results: {format_count(len(results.rows), 'run')} of {format_count(scenes, 'scene')} by "
+        f"{format_count(len(tally), 'method')}, in {format_seconds(results.elapsed_s)}",
     )
     methods = (
         f"{method}: {', '.join(f'{n} {became}' for became, n in counted.most_common())}"
@@ -194,7 +191,7 @@ def _format_results(results: Results) -> list[str]:
 def _format_certified(certified: CertifiedTrace) -> list[str]:
     trace = certified.trace
     heading = (
-        f"CertifiedTrace of {_format_name(trace.scene)}: {formatting.format_count(len(trace.impacts), 'impact')},"
+        f"CertifiedTrace of {_format_name(trace.scene)}: {format_count(len(trace.impacts), 'impact')},"
         f" {certified.digits} digits requested",
         f"  until {_format_number(trace.end_time_s)} s: {certified.ending.value}",
         f"  {certified.degeneracy}" if certified.degeneracy else "",

@@ -43,14 +43,8 @@ _STRIP, _MOST_TICKS = 0.14, 4
 #: Space for the numbers and the label of the y axis, and height of a line below the diagram.
 _LEFT_IN, _FOOT_IN = 0.87, 0.16
 
-_VARIABLES = {
-    INK: "--ink",
-    MUTED: "--muted",
-    GRID: "--rule",
-    SURFACE: "--surface",
-    WALL: "--wall",
-    **{colour: f"--s{k}" for k, colour in enumerate(SERIES)},
-}
+_VARIABLES = {INK: "--ink", MUTED: "--muted", GRID: "--rule", SURFACE: "--surface", WALL: "--wall"}
+_VARIABLES |= {colour: f"--s{k}" for k, colour in enumerate(SERIES)}
 
 _STYLE = {
     "svg.fonttype": "none",  # keep text, which is smaller than paths, and can be searched and read aloud
@@ -111,24 +105,8 @@ _DASHES: dict[str, Any] = {
 
 #: The position of an engine in this list defines its colour and mark. Only PIC has the first colour.
 _ENGINES = (
-    "pymunk",
-    "box2d",
-    "mujoco",
-    "pybullet",
-    "planck",
-    "matter",
-    "rapier2d",
-    "jolt",
-    "rapier",
-    "box2d3",
-    "dart",
-    "drake",
-    "cannon",
-    "p2",
-    "havok",
-    "ode",
-    "physx",
-    "newton",
+    *("pymunk", "box2d", "mujoco", "pybullet", "planck", "matter", "rapier2d", "jolt", "rapier"),
+    *("box2d3", "dart", "drake", "cannon", "p2", "havok", "ode", "physx", "newton"),
 )
 
 
@@ -281,17 +259,9 @@ def label_lines(figure: Figure, axes: Axes, ends: Sequence[LineEnd]) -> None:
     top = 1.0 + 0.5 * spacing
     for k in reversed(range(len(levels))):
         levels[k] = min(levels[k], top - spacing * (len(levels) - 1 - k))
+    thin: dict[str, Any] = {"clip_on": False, "linewidth": 0.7, "alpha": 0.7, "zorder": 1}
     for ((x, y), end), level in zip(placed, levels, strict=True):
-        axes.plot(
-            [x, 1.02, 1.04],
-            [y, level, level],
-            transform=axes.transAxes,
-            clip_on=False,
-            color=end.colour,
-            linewidth=0.7,
-            alpha=0.7,
-            zorder=1,
-        )
+        axes.plot([x, 1.02, 1.04], [y, level, level], transform=axes.transAxes, color=end.colour, **thin)
         axes.text(1.05, level, end.name, transform=axes.transAxes, fontsize=_NAME_PT, verticalalignment="center")
 
 

@@ -5,7 +5,6 @@ import { twoDiff } from "./arithmetic.js";
 import { circleOf, sameEnds } from "./chain_geometry.js";
 import { alike, cross, dot, less, nearestRoot, negated, pairOf, plus, rational, rootOf, times } from "./rational.js";
 
-export const KINDS = { face: 0, vertex: 1, arc: 2 };
 // Two features are equal if their geometry is equal, even if they belong to different walls.
 const shapeOf = (feature) => JSON.stringify({ ...feature, edges: null });
 export const sameFeature = (one, other) => one === other || shapeOf(one) === shapeOf(other);

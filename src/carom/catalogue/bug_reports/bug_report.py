@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 
 from carom.catalogue.entry import CatalogueScene
@@ -53,21 +54,17 @@ class BugReport(CatalogueScene):
 def load_bug_reports() -> Iterator[BugReport]:
     """Yield all bug reports, in the order of ``bug_reports.json``.
 
-    The file groups the reports by the module that builds their scenes. The field `build` of a report names the function
-    of this module that builds the scene. By default, the function has the name of the scene. The function's docstring
-    is the default description of the scene. Strings in `arguments` are complex numbers.
+    The file groups the reports by module. The field `build` of a report names the function that builds the scene, such
+    as `head_on` of the report's module, or `groups.driven.stage_on_lift`. By default, the function has the name of the
+    scene. The function's docstring is the default description of the scene. Strings in `arguments` are complex numbers.
     """
-    # Most commands don't need these scenes, so they are imported only here.
-    from carom.catalogue.bug_reports import driven, falling, pairs, rolling, seams, thin, walled
-
-    modules = {
-        module.__name__.rpartition(".")[2]: module for module in (driven, falling, pairs, rolling, seams, thin, walled)
-    }
     reports = json.loads(Path(__file__).with_name("bug_reports.json").read_text(encoding="utf-8"))
-    for group, name, fields in ((group, *item) for group, of_group in reports.items() for item in of_group.items()):
-        function = getattr(modules[group], fields.pop("build", name.replace("-", "_")))
-        arguments = fields.pop("arguments", {})
-        vectors = {key: complex(value) for key, value in arguments.items() if isinstance(value, str)}
-        description = fields.pop("shows", "") or " ".join((function.__doc__ or "").split())
-        fields["symptom"] = Symptom(fields.get("symptom", Symptom.WRONG_VELOCITY))
-        yield BugReport(f"issues/{name}", description, partial(function, **arguments | vectors), **fields)
+    for default_module, of_module in reports.items():
+        for name, fields in of_module.items():
+            module, _, builder = fields.pop("build", name.replace("-", "_")).rpartition(".")
+            function = getattr(import_module(f"carom.catalogue.{module or f'bug_reports.{default_module}'}"), builder)
+            arguments = fields.pop("arguments", {})
+            vectors = {key: complex(value) for key, value in arguments.items() if isinstance(value, str)}
+            description = fields.pop("shows", "") or " ".join((function.__doc__ or "").split())
+            fields["symptom"] = Symptom(fields.get("symptom", Symptom.WRONG_VELOCITY))
+            yield BugReport(f"issues/{name}", description, partial(function, **arguments | vectors), **fields)

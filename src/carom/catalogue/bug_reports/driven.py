@@ -7,19 +7,11 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from carom.catalogue.closed_forms import build_disc, build_impact, build_scene, build_staged, stage_at_wall, to_vector
 from carom.catalogue.entry import Staged
-from carom.catalogue.groups.classics_walled import edges, stage_in_room
-from carom.catalogue.groups.driven import LAW, on_a_moving_surface, stage_at_mallet, stage_before_paddle, stage_on_lift
+from carom.catalogue.groups.classics_walled import edges
+from carom.catalogue.groups.driven import LAW, on_a_moving_surface, stage_before_paddle
+from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged, stage_at_wall, to_vector
 from carom.model.scene import Ring, Wall
-
-
-def at_a_mallet(
-    velocity: complex, drive: complex, normal: complex, *, time_s: float, restitution: float = 1.0
-) -> Staged:
-    """Build a scene in which a puck meets a mallet. `normal` points from puck to mallet when they meet."""
-    times = {"time_s": time_s, "duration_s": 2.0 * time_s}
-    return stage_at_mallet(velocity, drive, normal, (0.0625, 0.125), LAW, restitution=restitution, **times)
 
 
 def matter_js_672() -> Staged:
@@ -29,22 +21,6 @@ def matter_js_672() -> Staged:
     walls = [edges(begins + a, begins + b, velocity_m_s=to_vector(drive)) for a, b in ((-1j, 0), (0, -0.6 + 0.8j))]
     source = f"{LAW}, so the ball leaves the paddle at 2 V - v"
     return stage_at_wall(-6, 0.25, 1, walls, source, point=-0.0625j, drive=drive, time_s=time)
-
-
-def pymunk_137() -> Staged:
-    """A ball bounces in a moving box. An observer who moves with the box sees a ball in a box at rest."""
-    source = (
-        "Galileo: relative to the box, walls are at rest; if the box is mirrored instead of the path, the path is a "
-        "line"
-    )
-    return stage_in_room(
-        0.6875 + 0.4375j, 4.71875 + 3.6328125j, 0.125, 2.0, 1.5, 3.0, drive=-2.5 + 1.25j, source=source
-    )
-
-
-def box2d_130() -> Staged:
-    """A ball falls on a platform that descends at a constant speed. Each bounce is lower than the one before."""
-    return stage_on_lift(-1.5)
 
 
 def visualpinball_322() -> Staged:
@@ -67,10 +43,8 @@ def pico8_pinball_6() -> Staged:
     """The end of a rising flipper hits a very slow ball."""
     drive, time = 3j, 0.305
     normal, tip = complex(0.28, 0.96), -drive * time  # points from the flipper's end to the ball
-    flipper, source = (
-        edges(tip - 1, tip, velocity_m_s=to_vector(drive)),
-        f"{LAW}, which points from the flipper's end to the ball",
-    )
+    flipper = edges(tip - 1, tip, velocity_m_s=to_vector(drive))
+    source = f"{LAW}, which points from the flipper's end to the ball"
     return stage_at_wall(0.0625, 0.25, normal, [flipper], source, drive=drive, time_s=time, restitution=0.9)
 
 

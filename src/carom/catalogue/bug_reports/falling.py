@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from carom.catalogue.closed_forms import build_disc, build_impact, build_scene, build_staged
 from carom.catalogue.entry import Staged
 from carom.catalogue.groups.classics_walled import FLOOR
+from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged
 
 
 def dropped(
@@ -20,14 +20,9 @@ def dropped(
     spin_rad_s: float = 0.0,
 ) -> Staged:
     """Build a scene in which a ball is dropped from rest, with its lowest point `height_m` above a floor."""
-    scene = build_scene(
-        [build_disc(complex(0, radius_m + height_m), 0, radius_m, spin_rad_s=spin_rad_s)],
-        walls=[FLOOR],
-        wall_restitution=restitution,
-        pull=gravity_m_s2,
-        duration_s=duration_s,
-        frame_rate_hz=rate_hz,
-    )
+    discs = [build_disc(complex(0, radius_m + height_m), 0, radius_m, spin_rad_s=spin_rad_s)]
+    laws = {"wall_restitution": restitution, "pull": gravity_m_s2}
+    scene = build_scene(discs, walls=[FLOOR], duration_s=duration_s, frame_rate_hz=rate_hz, **laws)
     time = math.sqrt(2 * height_m / gravity_m_s2)
     speed = gravity_m_s2 * time
     impacts = []

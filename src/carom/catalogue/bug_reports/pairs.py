@@ -4,16 +4,9 @@ from __future__ import annotations
 
 import math
 
-from carom.catalogue.closed_forms import (
-    build_disc,
-    build_impact,
-    build_scene,
-    build_staged,
-    compute_after_impact,
-    stage_meeting,
-    stage_struck_row,
-)
+from carom.catalogue.closed_forms import compute_after_impact
 from carom.catalogue.entry import KnownAnswer, Staged
+from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged, stage_meeting, stage_struck_row
 
 _NEWTON = "Conservation of momentum and Newton's law of restitution, for a head-on impact"
 
@@ -53,12 +46,6 @@ def bullet3_2228() -> Staged:
     return head_on(speeds=(500.0, 0.0), radius_m=(0.5, 0.5), gap_m=9.3, mass_kg=(1.0, math.inf), duration_s=0.1)
 
 
-def reactphysics3d_96() -> Staged:
-    """A disc at exactly 1 m/s meets an equal disc at rest."""
-    # The thread has centres at 2.8 and 4.0 and radii of 0.5, so the gap is 0.2.
-    return head_on(speeds=(1.0, 0.0), radius_m=(0.5, 0.5), gap_m=0.2, mass_kg=(10.0, 10.0), duration_s=1.0)
-
-
 def hardspheredynamics_8() -> Staged:
     """A disc meets a disc of infinite mass."""
     return head_on(speeds=(1.5, 0.0), radius_m=(0.2, 0.3), gap_m=0.4, mass_kg=(1.0, math.inf), duration_s=1.0)
@@ -74,20 +61,10 @@ def pooltool_257() -> Staged:
     return stage_struck_row([0.3] + [2.0**-30] * 3, radius_m=0.03125, speed=1.5, duration_s=0.5, frame_rate_hz=240.0)
 
 
-def box2d_1094() -> Staged:
-    """A disc is struck, and strikes the next disc within the same step."""
-    return stage_struck_row([0.613, 0.02], radius_m=0.25, speed=3.0, duration_s=0.5, frame_rate_hz=60.0)
-
-
 def pooltool_354() -> Staged:
     """Two pairs of discs touch. One pair has equal velocities, and the other moves apart, so there is no impact."""
-    radius = 0.25
-    discs = [
-        build_disc(0, 1 + 0.5j, radius),
-        build_disc(0.5, 1 + 0.5j, radius),
-        build_disc(0 - 3j, -1, radius),
-        build_disc(0.5 - 3j, 0.5, radius),
-    ]
+    places, velocities = (0, 0.5, 0 - 3j, 0.5 - 3j), (1 + 0.5j, 1 + 0.5j, -1, 0.5)
+    discs = [build_disc(place, velocity, 0.25) for place, velocity in zip(places, velocities, strict=True)]
     scene = build_scene(discs, duration_s=1.0)
     return build_staged(scene, [], "Bodies that touch but do not approach exchange no impulse")
 
@@ -95,11 +72,9 @@ def pooltool_354() -> Staged:
 def visualchemeng_10() -> Staged:
     """Two discs that overlap by one rounding error at the start approach each other."""
     # In floats, .3 - .1 is a little less than .2, so the two bodies overlap by one rounding error.
-    scene = build_scene(
-        [build_disc(0.1, 1, 0.1), build_disc(0.3, -1, 0.1), build_disc(0.3 + 0.5j, 0, 0.1)], duration_s=0.5
-    )
-    impacts = [build_impact(0.0, 0, 1, -1, 1)]
-    return build_staged(scene, impacts, "Equal masses exchange velocities, here at the start")
+    discs = [build_disc(0.1, 1, 0.1), build_disc(0.3, -1, 0.1), build_disc(0.3 + 0.5j, 0, 0.1)]
+    impacts, source = [build_impact(0.0, 0, 1, -1, 1)], "Equal masses exchange velocities, here at the start"
+    return build_staged(build_scene(discs, duration_s=0.5), impacts, source)
 
 
 def dynamo_57() -> Staged:
@@ -121,8 +96,3 @@ def dynamo_57() -> Staged:
 def cannon_359() -> Staged:
     """Two balls without friction collide off centre, and lose no energy."""
     return stage_meeting((3, -2 + 0.5j), (0.5, 0.5), offset=0.4, time_s=0.51, duration_s=1.25)
-
-
-def vrc8ball_85() -> Staged:
-    """A fast cue ball strikes an object ball far off centre, at nine tenths of the largest possible offset."""
-    return stage_meeting((8, 0), (0.03, 0.03), offset=0.9, time_s=0.103, duration_s=0.25)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from carom.catalogue.closed_forms import build_disc, build_impact, build_scene, build_staged
 from carom.catalogue.entry import KnownAnswer, KnownImpact, Staged
 from carom.catalogue.groups.classics_walled import FLOOR
+from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged
 from carom.model.scene import Disc
 from carom.model.trace import Vector
 
@@ -37,10 +37,7 @@ def tailuge_298() -> Staged:
         Disc(position_m=(2 * radius * nx, 2 * radius * ny), radius_m=radius, inertia_factor=k),
     ]
     scene = build_scene(discs, friction=0.5, duration_s=2 * _HIT_S)
-    normal, tangential = (
-        speed * nx,
-        speed * ny / (2 * (1 + 1 / k)),
-    )  # a seventh of the slip, which is -speed * ny
+    normal, tangential = speed * nx, speed * ny / (2 * (1 + 1 / k))  # a seventh of the slip, which is -speed * ny
     object_velocity = (normal * nx + tangential * ny, normal * ny - tangential * nx)
     after, spin = ((speed - object_velocity[0], -object_velocity[1]), object_velocity), tangential / k / radius
     hit = KnownImpact(_HIT_S, 0, 1, *after, spin, spin)
@@ -83,26 +80,21 @@ def _build_ball(along: float, *, rolls: bool, radius_m: float = 0.5, inertia: fl
     return build_disc(complex(0.0, radius_m), along, radius_m, spin_rad_s=spin, inertia_factor=inertia)
 
 
-def rolls_out(along: float, resists: float, friction: float) -> Staged:
-    """Build a scene in which a ball rolls on a level floor until it stops.
+def rolls_out(along: float, resists: float, friction: float, fall: float = 0.0, source: str = _LAW) -> Staged:
+    """Build a scene in which a ball rolls until it stops, on a floor whose slope has the tangent `fall`.
 
     The ball stops in the middle of the scene's duration.
     """
-    slower = resists * 9.81 / (1.0 + _SPHERE)
-    distance_m, duration_s = along**2 / (2.0 * slower), 2.0 * along / slower
-    return _stage_on_floor(
-        _LAW, _build_ball(along, rolls=True), distance_m, duration_s, friction=friction, rolling_resistance=resists
-    )
+    slower = (resists - fall) * 9.81 / math.hypot(1.0, fall) / (1.0 + _SPHERE)
+    distance_m, duration_s, ball = along**2 / (2.0 * slower), 2.0 * along / slower, _build_ball(along, rolls=True)
+    laws = {"friction": friction, "rolling_resistance": resists}
+    return _stage_on_floor(source, ball, distance_m, duration_s, fall=fall, **laws)
 
 
 def cannon_293() -> Staged:
     """A sphere rolls down a slope and stops there: its rolling resistance exceeds gravity along the slope."""
-    along, resists, fall, g = 1.0, 0.2, 0.1, 9.81
-    slower = (resists - fall) * g / math.hypot(1.0, fall) / (1.0 + _SPHERE)
     source = "On a slope of angle a, v' = (g sin a - c g cos a)/(1 + k); a disc stays at rest if tan a is at most c"
-    body = _build_ball(along, rolls=True)
-    laws = {"friction": 0.8, "rolling_resistance": resists}
-    return _stage_on_floor(source, body, along**2 / (2.0 * slower), 2.0 * along / slower, fall=fall, **laws)
+    return rolls_out(1.0, 0.2, 0.8, fall=0.1, source=source)
 
 
 def cannon_345() -> Staged:
@@ -121,9 +113,8 @@ def nphysics_204() -> Staged:
     source = (
         "A sphere stays at rest if the slope's tangent is below the coefficients of friction and rolling resistance"
     )
-    return _stage_on_floor(
-        source, _build_ball(0.0, rolls=True), 0.0, 5.0, fall=0.05, friction=0.5, rolling_resistance=0.1
-    )
+    body = _build_ball(0.0, rolls=True)
+    return _stage_on_floor(source, body, 0.0, 5.0, fall=0.05, friction=0.5, rolling_resistance=0.1)
 
 
 def reactphysics3d_13() -> Staged:
@@ -135,10 +126,8 @@ def box2d_617() -> Staged:
     """A disc without rolling resistance rolls for ever at the same speed."""
     along, duration_s = 3.0, 10.0
     source = "Without slip, friction has no effect"
-    body = _build_ball(along, rolls=True, radius_m=1.0, inertia=0.5)
-    return _stage_on_floor(
-        source, body, along * duration_s, duration_s, along=along, rim=-along, pull=10.0, friction=0.2
-    )
+    body, distance_m = _build_ball(along, rolls=True, radius_m=1.0, inertia=0.5), along * duration_s
+    return _stage_on_floor(source, body, distance_m, duration_s, along=along, rim=-along, pull=10.0, friction=0.2)
 
 
 def pooltool_39() -> Staged:
@@ -161,10 +150,8 @@ def brax_58() -> Staged:
     slid = changed / (friction * g)
     rolls_s, slides_m = duration_s - impact_s - slid, changed * slid / 2.0
     target = build_disc(complex(2.0 * radius + gap, radius), 0, radius, inertia_factor=_SPHERE)
-    discs = [_build_ball(along, rolls=True), target]
-    scene = build_scene(
-        discs, walls=[FLOOR], pull=g, wall_friction=friction, wall_restitution=0.0, duration_s=duration_s
-    )
+    discs, laws = [_build_ball(along, rolls=True), target], {"wall_friction": friction, "wall_restitution": 0.0}
+    scene = build_scene(discs, walls=[FLOOR], pull=g, duration_s=duration_s, **laws)
     rolling = (2.0 * along / 7.0, 5.0 * along / 7.0)
     ways = (gap + slides_m + rolling[0] * rolls_s, 2.0 * radius + gap + along * slid - slides_m + rolling[1] * rolls_s)
     source = (
@@ -188,12 +175,11 @@ def bullet3_2117() -> Staged:
     resists, g, speed, duration_s = 0.02, 9.81, 0.5, 2.5
     slower = resists * g / (1.0 + _SPHERE)
     left, distance_m = speed - slower * duration_s, speed * duration_s - slower * duration_s**2 / 2.0
-    ball = build_disc(0, speed * (0.8 + 0.6j), 0.028575)
+    direction = 0.8 + 0.6j
+    ball = build_disc(0, speed * direction, 0.028575)
     scene = build_scene([ball], table_deceleration_m_s2=slower, duration_s=duration_s)
     source = "The friction of a rolling ball acts against its motion, so the speed decreases by c g/(1 + k) each second"
-    return Staged(
-        scene, KnownAnswer(source, (), 0, ((0.8 * left, 0.6 * left),), ((0.8 * distance_m, 0.6 * distance_m),))
-    )
+    return build_staged(scene, [], source, final=[(distance_m * direction, left * direction)])
 
 
 def matter_613() -> Staged:

@@ -10,16 +10,10 @@ from __future__ import annotations
 import cmath
 import math
 
-from carom.catalogue.closed_forms import (
-    build_disc,
-    build_impact,
-    build_scene,
-    build_staged,
-    compute_after_wall,
-    compute_fall,
-)
+from carom.catalogue.closed_forms import compute_after_wall, compute_fall
 from carom.catalogue.entry import Staged
 from carom.catalogue.groups.classics_walled import edges
+from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged
 
 _LAW = "Newton's law: an impact reverses the velocity along the normal; a floor made of pieces acts like one floor"
 

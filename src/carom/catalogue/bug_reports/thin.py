@@ -4,17 +4,10 @@ from __future__ import annotations
 
 import math
 
-from carom.catalogue.closed_forms import (
-    build_disc,
-    build_impact,
-    build_scene,
-    build_staged,
-    compute_fall,
-    stage_at_wall,
-    unit,
-)
+from carom.catalogue.closed_forms import compute_fall, unit
 from carom.catalogue.entry import Staged
-from carom.catalogue.groups.classics_walled import edges, stage_in_room
+from carom.catalogue.groups.classics_walled import edges
+from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged, stage_at_wall
 from carom.model.scene import Chain
 
 _LAW = "Newton's law: an impact reverses the velocity along the normal"
@@ -42,11 +35,6 @@ def _stage_at_vertex(velocity: complex, radius: float, point: complex, normal: c
     return stage_at_wall(velocity, radius, normal, [wall], source, point=point, time_s=0.405, duration_s=0.75)
 
 
-def p2_264() -> Staged:
-    """A ball bounces around in a room of thin walls."""
-    return stage_in_room(1.1 + 0.7j, 23 + 17j, 0.125, 5.0, 4.0, 2.0, half_width_m=0.02)
-
-
 def box2d_71() -> Staged:
     """A fast ball meets a chain of lines where two of them meet at an angle."""
     return _stage_at_vertex(40 + 3j, 0.2, 0, unit(-5 + 0.5j), edges(1 - 3j, 0, 1 + 3j))
@@ -60,11 +48,6 @@ def godot_9071() -> Staged:
 def godot_72674() -> Staged:
     """A small fast ball meets a wall without thickness."""
     return _stage_at_wall(25, 0.02, edges(-2j, 2j))
-
-
-def godot_6664() -> Staged:
-    """A ball bounces around in a room of four walls."""
-    return stage_in_room(2.3 + 1.9j, 8 + 10j, 0.16, 10.24, 6.0, 2.0, half_width_m=0.05)
 
 
 def pymunk_111() -> Staged:

@@ -5,17 +5,10 @@ from __future__ import annotations
 import cmath
 import math
 
-from carom.catalogue.closed_forms import (
-    build_disc,
-    build_impact,
-    build_scene,
-    build_staged,
-    compute_after_impact,
-    dot,
-    unit,
-)
+from carom.catalogue.closed_forms import compute_after_impact, dot, unit
 from carom.catalogue.entry import KnownAnswer, KnownImpact, Staged
-from carom.catalogue.groups.classics_walled import build_box_walls, compute_box_bounces, upright
+from carom.catalogue.groups.classics_walled import UNFOLDING, build_box_walls, compute_box_bounces, upright
+from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged
 
 _MIRROR = "Each wall reverses the velocity along its normal and multiplies it by the restitution"
 
@@ -35,39 +28,29 @@ def in_a_box(
     *, start: complex, velocity: complex, radius: float, width: float, height: float, duration: float
 ) -> Staged:
     """Build a scene with a disc in an elastic box. `start` is relative to the box's lower left corner."""
-    scene = build_scene(
-        [build_disc(start, velocity, radius)], walls=build_box_walls(width, height), duration_s=duration
-    )
+    discs, walls = [build_disc(start, velocity, radius)], build_box_walls(width, height)
+    scene = build_scene(discs, walls=walls, duration_s=duration)
     inner = start - complex(radius, radius)
     impacts = compute_box_bounces(inner, velocity, width - 2 * radius, height - 2 * radius, duration)
-    return build_staged(
-        scene,
-        impacts,
-        "Unfolding: if the box is mirrored at each impact instead of the path, the path is a straight line",
-    )
+    return build_staged(scene, impacts, UNFOLDING)
 
 
 def pooltool_217() -> Staged:
     """A ball moves straight into a corner, and meets two walls at one instant."""
     radius, side, part = 0.028575, 4.5, math.sqrt(2.0)
-    scene = build_scene(
-        [build_disc(1 + 1j, complex(part, part), radius)], walls=build_box_walls(side, side), duration_s=3.5
-    )
+    discs = [build_disc(1 + 1j, complex(part, part), radius)]
+    scene = build_scene(discs, walls=build_box_walls(side, side), duration_s=3.5)
     time = (side - radius - 1) / part
     impacts = [build_impact(time, 0, -4, complex(part, -part)), build_impact(time, 0, -2, complex(-part, -part))]
-    return build_staged(
-        scene,
-        impacts,
-        f"{_MIRROR}; at a right angle, the impact with one wall does not change the velocity towards the other wall",
-    )
+    corner = "at a right angle, the impact with one wall does not change the velocity towards the other wall"
+    return build_staged(scene, impacts, f"{_MIRROR}; {corner}")
 
 
 def pooltool_217_touching() -> Staged:
     """A ball touches a cushion, and is shot towards the cushion."""
     radius, side = 0.03125, 4.5
-    scene = build_scene(
-        [build_disc(complex(side - radius, 1), 1.5 + 0.5j, radius)], walls=build_box_walls(side, side), duration_s=1.0
-    )
+    discs = [build_disc(complex(side - radius, 1), 1.5 + 0.5j, radius)]
+    scene = build_scene(discs, walls=build_box_walls(side, side), duration_s=1.0)
     return build_staged(scene, [build_impact(0.0, 0, -2, -1.5 + 0.5j)], f"{_MIRROR}; this impact is at the start")
 
 

@@ -9,16 +9,10 @@ import cmath
 import math
 from itertools import combinations
 
-from carom.catalogue.closed_forms import (
-    build_disc,
-    build_impact,
-    build_scene,
-    build_staged,
-    compute_wedge_impacts,
-    stage_struck_row,
-)
+from carom.catalogue.closed_forms import compute_wedge_impacts
 from carom.catalogue.entry import Staged, Tag, add_tags
 from carom.catalogue.groups.classics_walled import upright
+from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged, stage_struck_row
 
 
 def _sorting() -> Staged:

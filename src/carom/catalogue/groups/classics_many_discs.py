@@ -5,9 +5,9 @@ from __future__ import annotations
 import cmath
 import math
 
-from carom.catalogue.closed_forms import build_disc, build_impact, build_scene, build_staged
 from carom.catalogue.entry import KnownAnswer, Staged
 from carom.catalogue.groups.classics_walled import build_box_walls
+from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged
 
 
 def _one_into_two() -> Staged:

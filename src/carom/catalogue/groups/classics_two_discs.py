@@ -5,8 +5,8 @@ from __future__ import annotations
 import cmath
 import math
 
-from carom.catalogue.closed_forms import build_disc, build_impact, build_scene, build_staged, stage_meeting
 from carom.catalogue.entry import Staged, Tag, add_tags
+from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged, stage_meeting
 
 
 def _head_on() -> Staged:

@@ -5,20 +5,16 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from carom.catalogue.closed_forms import (
-    build_disc,
-    build_impact,
-    build_scene,
-    build_staged,
-    compute_after_impact,
-    compute_normal,
-    stage_at_wall,
-    to_vector,
-    unit,
-)
+from carom.catalogue.closed_forms import compute_after_impact, compute_normal, unit
 from carom.catalogue.entry import KnownImpact, Staged
+from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged, stage_at_wall, to_vector
 from carom.model.scene import Chain, Wall
 from carom.model.trace import wall_body
+
+UNFOLDING = "Unfolding: if the box is mirrored at each impact instead of the path, the path is a straight line"
+_MOVING_BOX = (
+    "Galileo: relative to the box, walls are at rest; if the box is mirrored instead of the path, the path is a line"
+)
 
 #: A level floor at height 0.
 FLOOR = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))
@@ -77,7 +73,6 @@ def stage_in_room(
     *,
     half_width_m: float = 0.0,
     drive: complex = 0,
-    source: str = "Unfolding: if the box is mirrored at each impact instead of the path, the path is a straight line",
 ) -> Staged:
     """Build a scene with a disc in a room: a closed chain of four edges, which may be thick and may move.
 
@@ -90,7 +85,6 @@ def stage_in_room(
         duration_s: Duration of the scene, in seconds.
         half_width_m: Half the thickness of the edges.
         drive: Velocity of the room.
-        source: Source of the answer.
     """
     reach = radius_m + half_width_m
     corners = (0, width_m, complex(width_m, height_m), complex(0.0, height_m))
@@ -99,21 +93,18 @@ def stage_in_room(
     hits = compute_box_bounces(start, velocity, width_m - 2 * reach, height_m - 2 * reach, duration_s)
     afters = [(hit.time_s, hit.velocity_first_after) for hit in hits]
     impacts = [build_impact(time_s, 0, -1, drive + complex(*after)) for time_s, after in afters if after is not None]
-    return build_staged(build_scene([disc], walls=[room], duration_s=duration_s), impacts, source)
+    scene = build_scene([disc], walls=[room], duration_s=duration_s)
+    return build_staged(scene, impacts, _MOVING_BOX if drive else UNFOLDING)
 
 
 def _box() -> Staged:
     """A disc bounces in a box. In mirror images of the box, the path is one straight line."""
     radius, width, height = 0.2, 2.4, 1.6
     start, velocity = 0.5 + 0.3j, 5.3 + 3.7j  # relative to the corner of the region in which the centre moves
-    scene = build_scene(
-        [build_disc(start + complex(radius, radius), velocity, radius)],
-        walls=build_box_walls(width, height),
-        duration_s=2.5,
-    )
+    discs = [build_disc(start + complex(radius, radius), velocity, radius)]
+    scene = build_scene(discs, walls=build_box_walls(width, height), duration_s=2.5)
     impacts = compute_box_bounces(start, velocity, width - 2 * radius, height - 2 * radius, scene.duration_s)
-    source = "Unfolding: if the box is mirrored at each impact instead of the path, the path is a straight line"
-    return build_staged(scene, impacts, source)
+    return build_staged(scene, impacts, UNFOLDING)
 
 
 def _restitution_ladder() -> Staged:

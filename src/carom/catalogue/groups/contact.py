@@ -10,9 +10,9 @@ import math
 from functools import partial
 from typing import Any
 
-from carom.catalogue.closed_forms import build_disc, build_impact, build_scene, build_staged
 from carom.catalogue.entry import KnownAnswer, KnownImpact, Staged
 from carom.catalogue.groups.classics_walled import FLOOR, edges, upright
+from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged
 from carom.model.scene import Disc, Wall
 from carom.model.trace import Vector, wall_body
 
@@ -65,13 +65,8 @@ def _stage_on_wall(
     def at(tangential: float, off: float) -> Vector:
         return (tangential * ny + off * nx, off * ny - tangential * nx)
 
-    body = Disc(
-        position_m=at(0.0, _RADIUS_M + up),
-        velocity_m_s=at(along, -into),
-        radius_m=_RADIUS_M,
-        spin_rad_s=rim / _RADIUS_M,
-        inertia_factor=inertia,
-    )
+    start = {"position_m": at(0.0, _RADIUS_M + up), "velocity_m_s": at(along, -into)}
+    body = Disc(**start, radius_m=_RADIUS_M, spin_rad_s=rim / _RADIUS_M, inertia_factor=inertia)
     wall = Wall(point_m=(0.0, 0.0), normal=(nx, ny))
     laws = {"wall_restitution": 0.0, **laws}
     scene = build_scene([body], walls=[wall], pull=_G, duration_s=duration_s, **laws)
@@ -93,9 +88,8 @@ def _bounce_to_roll() -> Staged:
         "docs/theory/contact.md"
     )
     answer = (1157 / 3840 + 4 / 3, 4 / 3, -4 / 3)
-    return _stage_on_wall(
-        source, answer, 1.2, along=2.0, into=1.0, count=None, wall_restitution=0.5, wall_friction=0.25
-    )
+    laws: dict[str, Any] = {"wall_restitution": 0.5, "wall_friction": 0.25}
+    return _stage_on_wall(source, answer, 1.2, along=2.0, into=1.0, count=None, **laws)
 
 
 def _lands_sliding() -> Staged:
@@ -114,10 +108,8 @@ def _between_thresholds() -> Staged:
     )
     rolled, rolling_s = 11 / 40 + 31 / 20 / 8 + 36 / 10 / 128, 1.0
     answer = (rolled + 2 * rolling_s + 4 * rolling_s**2 / 2, 2.0 + 4 * rolling_s, -2.0 - 4 * rolling_s)
-    start = {"fall": 0.75, "along": 0.75, "into": 1.0}
-    return _stage_on_wall(
-        source, answer, 0.375 + rolling_s, **start, count=None, wall_restitution=0.5, wall_friction=0.3
-    )
+    fields = {"fall": 0.75, "along": 0.75, "into": 1.0, "wall_restitution": 0.5, "wall_friction": 0.3}
+    return _stage_on_wall(source, answer, 0.375 + rolling_s, count=None, **fields)
 
 
 def _slide_to_roll() -> Staged:
@@ -187,17 +179,15 @@ def _block() -> Staged:
 def _lands_rolling() -> Staged:
     """A disc lands rolling, and rolling resistance slows the disc at each bounce and afterwards, until it stops."""
     e, w, c, k = 0.5, 1.0, 0.06, 0.5
-    start_speed, lost_speed = 2.0, c * (1 + e) * w / (1 - e) / (1 + k)
-    ways = [2.0 / _G * w * e**n * (start_speed - lost_speed * (1 - e**n)) for n in range(1, 70)]
-    landed = start_speed - lost_speed
+    along, lost_speed = 2.0, c * (1 + e) * w / (1 - e) / (1 + k)
+    ways = [2.0 / _G * w * e**n * (along - lost_speed * (1 - e**n)) for n in range(1, 70)]
+    landed = along - lost_speed
     distance_m = math.fsum(ways) + landed * landed * (1 + k) / (2 * c * _G)
     source = (
         "Geometric series of the bounces; then the disc stops after v^2 (1 + k)/(2 c g) metres: docs/theory/contact.md"
     )
     laws: dict[str, Any] = {"wall_restitution": e, "wall_friction": 0.3, "wall_rolling_resistance": c}
-    return _stage_on_wall(
-        source, (distance_m, 0.0, 0.0), 6.0, along=start_speed, rim=-start_speed, into=w, count=None, **laws
-    )
+    return _stage_on_wall(source, (distance_m, 0.0, 0.0), 6.0, along=along, rim=-along, into=w, count=None, **laws)
 
 
 def _struck() -> Staged:

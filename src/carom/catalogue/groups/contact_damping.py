@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import math
 
-from carom.catalogue.closed_forms import build_disc, build_impact, build_scene, build_staged
 from carom.catalogue.entry import Staged
-from carom.catalogue.groups.classics_walled import FLOOR, upright
-from carom.model.scene import Disc, Wall
+from carom.catalogue.groups.classics_walled import FLOOR, build_box_walls, upright
+from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged
+from carom.model.scene import Disc
 from carom.model.trace import wall_body
 
 #: Part of the motion along one axis: start time, start position and velocity.
@@ -34,7 +34,6 @@ def _damped_box() -> Staged:
     """A damped disc bounces around in a box whose walls remove a fifth of its speed."""
     radius, side, restitution, damping, duration = 0.5, 5.0, 0.8, 0.4, 3.0
     place, velocity = (1.0, 2.0), (6.0, -4.0)
-    faces = (((0.0, 0.0), (1.0, 0.0)), ((side, 0.0), (-1.0, 0.0)), ((0.0, 0.0), (0.0, 1.0)), ((0.0, side), (0.0, -1.0)))
     end = _to_undamped_time(duration, damping)
     # The motions along the two axes are independent. For each axis, a list contains the parts ("legs") of the undamped
     # motion from wall to wall.
@@ -64,7 +63,7 @@ def _damped_box() -> Staged:
         for undamped_s, wall in sorted(hits)
     ]
     discs = [Disc(position_m=place, velocity_m_s=velocity, radius_m=radius)]
-    walls = [Wall(point_m=point, normal=normal) for point, normal in faces]
+    walls = build_box_walls(side, side)
     scene = build_scene(discs, walls=walls, wall_restitution=restitution, damping_per_s=damping, duration_s=duration)
     return build_staged(scene, impacts, _LAW, final=[moving(end)])
 

@@ -10,17 +10,10 @@ import math
 from collections.abc import Sequence
 from fractions import Fraction
 
-from carom.catalogue.closed_forms import (
-    build_disc,
-    build_impact,
-    build_scene,
-    build_staged,
-    compute_after_impact,
-    stage_at_wall,
-    to_vector,
-)
+from carom.catalogue.closed_forms import compute_after_impact
 from carom.catalogue.entry import KnownAnswer, KnownImpact, Staged
 from carom.catalogue.groups.classics_walled import edges, stage_in_room, upright
+from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged, stage_at_wall, to_vector
 from carom.model.scene import Wall
 
 LAW = "Newton's law relative to a driven body of velocity V: v' = V - e (v - V) along the normal"
@@ -57,38 +50,36 @@ def _tip_of_a_racket() -> Staged:
     drive, time = 2j, 0.51
     normal = complex(0.8, 0.6)  # points from the tip to the disc's centre
     tip = -drive * time  # the tip is at the origin when they meet
-    racket, source = (
-        edges(tip, tip - 1j, velocity_m_s=to_vector(drive)),
-        f"{LAW}, which points from the tip to the disc",
-    )
+    racket = edges(tip, tip - 1j, velocity_m_s=to_vector(drive))
+    source = f"{LAW}, which points from the tip to the disc"
     return stage_at_wall(-3, 0.25, normal, [racket], source, drive=drive, time_s=time, duration_s=1.25)
 
 
 def _mallet() -> Staged:
     """A mallet hits a puck off centre, and the mallet keeps its velocity."""
-    source = f"{LAW}, which is the line of centres"
-    normal = complex(0.6, -0.8)
-    return stage_at_mallet(0.5 - 1j, -1 + 1j, normal, (0.5, 0.5), source, time_s=0.8125, duration_s=2.0)
+    radii, source = (0.5, 0.5), f"{LAW}, which is the line of centres"
+    return stage_at_mallet(0.5 - 1j, -1 + 1j, 0.6 - 0.8j, 0.8125, radius_m=radii, source=source, duration_s=2.0)
 
 
 def stage_at_mallet(
     velocity: complex,
     drive: complex,
     normal: complex,
-    radius_m: tuple[float, float],
-    source: str,
-    *,
     time_s: float,
-    duration_s: float,
+    *,
+    radius_m: tuple[float, float] = (0.0625, 0.125),
+    source: str = LAW,
+    duration_s: float | None = None,
     restitution: float = 1.0,
 ) -> Staged:
     """Build a scene in which a puck meets a mallet. `velocity` is the puck's velocity, and `drive` is the mallet's.
 
-    `normal` points from puck to mallet when they meet. `radius_m` contains the radii of puck and mallet.
+    `normal` points from puck to mallet when they meet. `radius_m` contains the radii of puck and mallet. By default,
+    the scene ends after twice the time of the impact.
     """
     puck, mallet = -velocity * time_s, sum(radius_m) * normal - drive * time_s
     discs = [build_disc(puck, velocity, radius_m[0]), build_disc(mallet, drive, radius_m[1], math.inf, driven=True)]
-    scene = build_scene(discs, restitution=restitution, duration_s=duration_s)
+    scene = build_scene(discs, restitution=restitution, duration_s=duration_s or 2.0 * time_s)
     after, _ = compute_after_impact(1.0, velocity, math.inf, drive, normal, restitution)
     return build_staged(scene, [build_impact(time_s, 0, 1, after, drive)], source)
 
@@ -156,12 +147,7 @@ def _piston_that_recedes() -> Staged:
 
 def _moving_box() -> Staged:
     """A disc bounces in a moving box of four edges. An observer who moves with the box sees a box at rest."""
-    source = (
-        "Galileo: relative to the box, walls are at rest; if the box is mirrored instead of the path, the path is a "
-        "line"
-    )
-    start, velocity = 1.109375 + 0.765625j, 1.71875 + 0.6328125j
-    return stage_in_room(start, velocity, 0.25, 4.0, 3.0, 20.0, drive=3 - 2j, source=source)
+    return stage_in_room(1.109375 + 0.765625j, 1.71875 + 0.6328125j, 0.25, 4.0, 3.0, 20.0, drive=3 - 2j)
 
 
 def _lift() -> Staged:
@@ -194,9 +180,8 @@ def _start_at_a_touch() -> Staged:
     legs = ({"from_s": 0.0, "velocity_m_s": (0.0, 0.0)}, {"from_s": 0.75, "velocity_m_s": (1.5, 0.0)})
     wall = Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0), legs=legs)
     scene = build_scene([build_disc(0.25, 0, 0.25)], walls=[wall], duration_s=2.0)
-    return build_staged(
-        scene, [build_impact(0.75, 0, -1, 3)], f"{LAW}; the disc gets the velocity 2 V when the wall starts"
-    )
+    source = f"{LAW}; the disc gets the velocity 2 V when the wall starts"
+    return build_staged(scene, [build_impact(0.75, 0, -1, 3)], source)
 
 
 def _paddle_to_and_fro() -> Staged:

@@ -4,17 +4,11 @@ from __future__ import annotations
 
 import math
 
-from carom.catalogue.closed_forms import (
-    build_disc,
-    build_impact,
-    build_scene,
-    build_staged,
-    compute_after_wall,
-    stage_meeting,
-)
+from carom.catalogue.closed_forms import compute_after_wall
 from carom.catalogue.entry import Staged
 from carom.catalogue.groups.classics_many_discs import stage_boxed_gas
 from carom.catalogue.groups.classics_walled import build_box_walls
+from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged, stage_meeting
 
 
 def _slow_pair() -> Staged:

@@ -8,19 +8,10 @@ from __future__ import annotations
 
 import math
 
-from carom.catalogue.closed_forms import (
-    build_disc,
-    build_impact,
-    build_scene,
-    build_staged,
-    compute_after_impact,
-    compute_fall,
-    compute_normal,
-    dot,
-    to_vector,
-)
+from carom.catalogue.closed_forms import compute_after_impact, compute_fall, compute_normal, dot
 from carom.catalogue.entry import Staged
 from carom.catalogue.groups.classics_walled import FLOOR, build_box_walls
+from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged, to_vector
 from carom.model.scene import Wall
 
 #: Standard acceleration of free fall, in metres per second squared (3rd CGPM, 1901), downwards.
@@ -129,9 +120,8 @@ def _falling_pair() -> Staged:
     drop = FALL * (duration**2 / 2)
     final = [(p + v * rest + drop, v + FALL * duration) for p, v in ((p1, after1), (p2, after2))]
     source = "For a falling observer there is no gravity, so g t and g t^2/2 are added to the motion without gravity"
-    return build_staged(
-        scene, [build_impact(time, 0, 1, after1 + gained_velocity, after2 + gained_velocity)], source, final=final
-    )
+    impact = build_impact(time, 0, 1, after1 + gained_velocity, after2 + gained_velocity)
+    return build_staged(scene, [impact], source, final=final)
 
 
 def _incline() -> Staged:

@@ -8,16 +8,9 @@ from __future__ import annotations
 
 from functools import partial
 
-from carom.catalogue.closed_forms import (
-    build_disc,
-    build_impact,
-    build_scene,
-    build_staged,
-    compute_after_impact,
-    compute_normal,
-    stage_meeting,
-)
+from carom.catalogue.closed_forms import compute_after_impact, compute_normal
 from carom.catalogue.entry import Staged
+from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged, stage_meeting
 
 _FILM_HZ = 24.0
 

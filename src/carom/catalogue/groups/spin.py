@@ -11,9 +11,9 @@ import math
 from fractions import Fraction
 from typing import Any
 
-from carom.catalogue.closed_forms import build_scene
 from carom.catalogue.entry import KnownAnswer, KnownImpact, Staged
 from carom.catalogue.groups.classics_walled import FLOOR, upright
+from carom.catalogue.staging import build_scene
 from carom.model.scene import Disc, Wall
 from carom.model.trace import Vector
 
@@ -42,9 +42,8 @@ def _stage_on_floor(
     velocity: Vector, after: Vector, spin_after: Fraction | float, source: str, inertia: float = 0.5, **fields: Any
 ) -> Staged:
     """Build a scene in which a disc hits a level floor once."""
-    scene = build_scene(
-        [_build_disc((0.0, 1.0), velocity, inertia_factor=inertia)], walls=[FLOOR], duration_s=1.0, **fields
-    )
+    disc = _build_disc((0.0, 1.0), velocity, inertia_factor=inertia)
+    scene = build_scene([disc], walls=[FLOOR], duration_s=1.0, **fields)
     spin = float(spin_after)
     hit = KnownImpact(_FIRST_S, 0, -1, after, spin_first_after=spin)
     return Staged(scene, KnownAnswer(source, (hit,), 1, (after,), final_spin_rad_s=(spin,)))
@@ -128,15 +127,14 @@ def _stage_between_plates(
     walls = [FLOOR, Wall(point_m=(0.0, 2.0 + gap), normal=(0.0, -1.0))]
     start = Disc(position_m=(0.0, 1.0 + gap / 2), velocity_m_s=(along, -across), radius_m=1.0)
     first_s = gap / 2 / across
-    scene = build_scene(
-        [start], walls=walls, wall_friction=_GRIP, duration_s=first_s + (len(states) - 0.5) * flight, **fields
-    )
+    duration_s = first_s + (len(states) - 0.5) * flight
+    scene = build_scene([start], walls=walls, wall_friction=_GRIP, duration_s=duration_s, **fields)
     impacts, x, last_impact_s, speed = [], 0.0, 0.0, along
     for n, (v, w) in enumerate(states):
         time = first_s + n * flight
         x, last_impact_s, speed = x + speed * (time - last_impact_s), time, v
         impacts.append(KnownImpact(time, 0, -1 - n % 2, (v, (across, -across)[n % 2]), spin_first_after=w))
-    left = scene.duration_s - last_impact_s
+    left = duration_s - last_impact_s
     up = (across, -across)[(len(states) - 1) % 2]
     y = (1.0, 1.0 + gap)[(len(states) - 1) % 2] + up * left
     end = ((states[-1][0], up),)
@@ -184,15 +182,11 @@ def _superball_table() -> Staged:
 
 def _superball_hop() -> Staged:
     """A superball whose rim speed is twice its speed hops to and fro between two spots for ever."""
-    pull, drop, duration = (
-        8.0,
-        1.0,
-        2.75,
-    )  # the first impact is after half a second, at 4 m/s; each flight takes a second
+    # The first impact is after half a second, at 4 m/s. Each flight takes a second.
+    pull, drop, duration = 8.0, 1.0, 2.75
     disc = Disc(position_m=(-0.5, 1.0 + drop), velocity_m_s=(1.0, 0.0), radius_m=1.0, spin_rad_s=2.0)
-    scene = build_scene(
-        [disc], walls=[FLOOR], wall_friction=_GRIP, wall_tangential_restitution=1.0, pull=pull, duration_s=duration
-    )
+    laws = {"wall_friction": _GRIP, "wall_tangential_restitution": 1.0, "pull": pull}
+    scene = build_scene([disc], walls=[FLOOR], duration_s=duration, **laws)
     signs = (-1.0, 1.0, -1.0)
     impacts = [KnownImpact(0.5 + n, 0, -1, (sign, 4.0), spin_first_after=2.0 * sign) for n, sign in enumerate(signs)]
     left = duration - impacts[-1].time_s

@@ -10,21 +10,11 @@ import cmath
 import math
 from collections.abc import Sequence
 
-from carom.catalogue.closed_forms import (
-    build_disc,
-    build_impact,
-    build_scene,
-    build_staged,
-    compute_after_wall,
-    compute_fall,
-    compute_wedge_impacts,
-    stage_at_wall,
-    to_vector,
-    unit,
-)
+from carom.catalogue.closed_forms import compute_after_wall, compute_fall, compute_wedge_impacts, unit
 from carom.catalogue.entry import KnownAnswer, Staged, Tag, add_tags
 from carom.catalogue.groups.classics_walled import edges, stage_in_room
-from carom.model.scene import Chain, Disc, Ring
+from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged, stage_at_wall, to_vector
+from carom.model.scene import Chain, Ring
 
 _LAW = "Newton's law: an impact reverses the velocity along the normal"
 _BUNIMOVICH = "Bunimovich, Comm. Math. Phys. 65 (1979) 295: the stadium"
@@ -50,17 +40,15 @@ def _stage_around_polygon(
     for side in sides:
         impacts.append(build_impact(duration / speed, 0, -1, speed * unit(side)))
         duration += abs(side)
-    scene = build_scene(
-        [build_disc(begin, speed * unit(sides[-1]), radius)], walls=[wall], duration_s=duration / speed * 0.999
-    )
+    discs = [build_disc(begin, speed * unit(sides[-1]), radius)]
+    scene = build_scene(discs, walls=[wall], duration_s=duration / speed * 0.999)
     return build_staged(scene, impacts, source)
 
 
 def _bullet() -> Staged:
     """A disc with a radius of a millimetre meets a wall without thickness at a million metres per second."""
-    scene = build_scene(
-        [build_disc(-10 + 0.125j, 1e6, 1e-3)], walls=[edges(-1j, 1j)], duration_s=1e-3, frame_rate_hz=1e4
-    )
+    discs, walls = [build_disc(-10 + 0.125j, 1e6, 1e-3)], [edges(-1j, 1j)]
+    scene = build_scene(discs, walls=walls, duration_s=1e-3, frame_rate_hz=1e4)
     return build_staged(scene, [build_impact(9.999 / 1e6, 0, -1, -1e6)], f"{_LAW}; the path is 10 m less the radius")
 
 
@@ -168,12 +156,10 @@ def _whispering_gallery() -> Staged:
     """A disc meets a circular wall at an angle of 0.001 radians, so it has a hundred impacts within 12 degrees."""
     rho, radius, delta, count = 1.0, 0.25, 1e-3, 100
     velocity, chord = cmath.exp(1j * (math.pi / 2.0 + delta)), 2.0 * rho * math.sin(delta)
-    scene = build_scene(
-        [Disc(position_m=(rho, 0.0), velocity_m_s=(-math.sin(delta), math.cos(delta)), radius_m=radius)],
-        walls=[Ring(centre_m=(0, 0), radius_m=rho + radius)],
-        duration_s=(count + 0.5) * chord,
-        frame_rate_hz=3000.0,  # six frames between two impacts
-    )
+    discs = [build_disc(rho, complex(-math.sin(delta), math.cos(delta)), radius)]
+    walls, duration = [Ring(centre_m=(0, 0), radius_m=rho + radius)], (count + 0.5) * chord
+    # There are six frames between two impacts.
+    scene = build_scene(discs, walls=walls, duration_s=duration, frame_rate_hz=3000.0)
     impacts = [build_impact(k * chord, 0, -1, velocity * cmath.exp(2j * delta * k)) for k in range(1, count + 1)]
     return build_staged(scene, impacts, f"{_CHORDS}: each chord is 2 rho sin(delta) long")
 
@@ -190,9 +176,8 @@ def _stadium_along() -> Staged:
 
 def _stage_to_and_fro(start: complex, velocity: complex, half_crossing_s: float) -> Staged:
     count = 8
-    scene = build_scene(
-        [build_disc(start, velocity, 0.5)], walls=[_build_stadium()], duration_s=half_crossing_s * (2 * count)
-    )
+    discs, duration = [build_disc(start, velocity, 0.5)], half_crossing_s * (2 * count)
+    scene = build_scene(discs, walls=[_build_stadium()], duration_s=duration)
     impacts = [build_impact(half_crossing_s * (2 * k + 1), 0, -1, velocity * (-1) ** (k + 1)) for k in range(count)]
     return build_staged(scene, impacts, f"{_BUNIMOVICH}; {_CROSSING}")
 

@@ -23,8 +23,6 @@ def demo(
     if not found.opened:
         print_text("No browser was found. Open the page yourself.")
     trace = found.replay.observed
-    print_text(
-        f"For the numbers, run: carom run {trace.scene.name} -e {trace.method} -p {trace.profile} "
-        f"--dt 1/{1 / trace.dt_s:g} -v"
-    )
+    command = f"carom run {trace.scene.name} -e {trace.method} -p {trace.profile} --dt 1/{1 / trace.dt_s:g} -v"
+    print_text(f"For the numbers, run: {command}")
     print_text("For another scene, run: carom play SCENE")

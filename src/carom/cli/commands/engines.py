@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -12,6 +12,11 @@ from carom.errors import InputError
 
 if TYPE_CHECKING:
     from carom.model.scene import Scene
+
+
+def _declare_show_option(flag: str, text: str) -> Any:
+    """Return an option that is only allowed with ``--show``."""
+    return typer.Option(flag, help=f"With --show: {text}.")
 
 
 @error_handling.handle_errors
@@ -24,18 +29,12 @@ def engines(
         str | None,
         typer.Option("--show", metavar="PROFILE", help="Print the settings of this profile as code for the engine."),
     ] = None,
-    dt: Annotated[
-        str | None, typer.Option("--dt", help="With --show: step size in seconds (default: one frame).")
-    ] = None,
-    restitution: Annotated[
-        float | None, typer.Option("--restitution", help="With --show: restitution of every contact.")
-    ] = None,
-    friction: Annotated[
-        float | None, typer.Option("--friction", help="With --show: friction of every contact.")
-    ] = None,
+    dt: Annotated[str | None, _declare_show_option("--dt", "step size in seconds (default: one frame)")] = None,
+    restitution: Annotated[float | None, _declare_show_option("--restitution", "restitution of every contact")] = None,
+    friction: Annotated[float | None, _declare_show_option("--friction", "friction of every contact")] = None,
     scene: Annotated[
         str | None,
-        typer.Option("--scene", help="With --show: scene file or catalogue scene (default: two discs and a floor)."),
+        _declare_show_option("--scene", "scene file or catalogue scene (default: two discs and a floor)"),
     ] = None,
 ) -> None:
     """List engines, describe some in full, or print the settings of one as code."""

@@ -56,18 +56,41 @@ def history(
     Examples: `carom history pymunk`, `carom history rapier2d --versions '>=0.18' --out history`,
     `carom history rapier2d --bisect classics/cradle-gaps:default:1/60`.
     """
-    from carom.studies.history.document import describe_listing
+    from carom.report.files import require_report_extra
+    from carom.studies.history import run
+    from carom.studies.history.compare_cells import history_journal
+    from carom.studies.history.document import build_history_document, describe_listing, write_history
     from carom.studies.history.release_cache import open_release_cache
-    from carom.studies.history.run import list_releases
 
     name = arguments.parse_engine(engine)
-    with open_release_cache(options.kept_mb * 1e6) as cache:
+    with open_release_cache(options.kept_mb * 1e6) as cache, ExitStack() as stack:
         if listed:
-            output.print_lines(describe_listing(*list_releases(name, options, cache)))
-        elif bisect is not None:
+            output.print_lines(describe_listing(*run.list_releases(name, options, cache)))
+            return
+        if bisect is not None:
             _bisect_change(name, bisect, options, cache)
+            return
+        loaded_scenes = arguments.load_plain_scenes(scenes or list(SCENES))
+        if out is None and (resume or retry):
+            raise InputError("--resume and --retry need the output folder: give --out")
+        journal = None
+        if out is None:
+            progress = stack.enter_context(output.show_progress_bar())
         else:
-            _run_history(name, scenes or list(SCENES), options, cache, out, resume=resume, retry=retry, verbose=verbose)
+            require_report_extra()
+            path = out / run.JOURNAL
+            progress = stack.enter_context(error_handling.run_study(out, run.PURPOSE, path))
+            journal = stack.enter_context(history_journal(path, resume=resume, retry=retry))
+        result = run.run_history(
+            name, loaded_scenes, cache, options, notes=journal, progress=progress, command=get_command_line()
+        )
+    document = build_history_document(result)
+    page = None if out is None else write_history(result, document, out)
+    output.print_document(document, full=verbose, report=page)
+    if not result.completed:
+        raise typer.Exit(ExitCode.UNAVAILABLE)
+    if result.is_worse:
+        raise typer.Exit(ExitCode.VIOLATION)
 
 
 def _bisect_change(engine: str, cell: str, options: HistoryOptions, cache: ReleaseCache) -> None:
@@ -83,43 +106,3 @@ def _bisect_change(engine: str, cell: str, options: HistoryOptions, cache: Relea
         one = bisect_change(engine, found, profile, arguments.parse_step(step), cache, options, progress=progress)
     for line in describe_bisection(one):
         output.print_text(line)
-
-
-def _run_history(
-    engine: str,
-    scenes: list[str],
-    options: HistoryOptions,
-    cache: ReleaseCache,
-    out: Path | None,
-    *,
-    resume: bool,
-    retry: bool,
-    verbose: bool,
-) -> None:
-    from carom.report.files import require_report_extra
-    from carom.studies.history import run
-    from carom.studies.history.compare_cells import history_journal
-    from carom.studies.history.document import build_history_document, write_history
-
-    loaded_scenes = arguments.load_plain_scenes(scenes)
-    if out is None and (resume or retry):
-        raise InputError("--resume and --retry need the output folder: give --out")
-    with ExitStack() as stack:
-        journal = None
-        if out is None:
-            progress = stack.enter_context(output.show_progress_bar())
-        else:
-            require_report_extra()
-            path = out / run.JOURNAL
-            progress = stack.enter_context(error_handling.run_study(out, run.PURPOSE, path))
-            journal = stack.enter_context(history_journal(path, resume=resume, retry=retry))
-        result = run.run_history(
-            engine, loaded_scenes, cache, options, notes=journal, progress=progress, command=get_command_line()
-        )
-    document = build_history_document(result)
-    page = None if out is None else write_history(result, document, out)
-    output.print_document(document, full=verbose, report=page)
-    if not result.completed:
-        raise typer.Exit(ExitCode.UNAVAILABLE)
-    if result.is_worse:
-        raise typer.Exit(ExitCode.VIOLATION)

@@ -27,9 +27,7 @@ def play(
             "repeatable (default: matter, planck).",
         ),
     ] = None,
-    out: Annotated[
-        Path | None, typer.Option("--out", "-o", help="HTML file to write (default: a temporary file).")
-    ] = None,
+    out: Annotated[Path | None, arguments.declare_out_option("HTML file to write (default: a temporary file).")] = None,
     opened: Annotated[
         bool, typer.Option("--open/--no-open", show_default=False, help="Open the page in a browser (default: --open).")
     ] = True,

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from carom.cli.arguments import declare_out_option
 from carom.cli.error_handling import handle_errors
 from carom.cli.output import print_lines, print_text
 
@@ -17,7 +18,7 @@ def scenes(
         list[str] | None, typer.Argument(help="Groups to list, or names or patterns of scenes to print as TOML.")
     ] = None,
     out: Annotated[
-        Path | None, typer.Option("--out", "-o", help="Folder to write the named scenes into, as TOML files to edit.")
+        Path | None, declare_out_option("Folder to write the named scenes into, as TOML files to edit.")
     ] = None,
     save: Annotated[Path | None, typer.Option("--save", hidden=True)] = None,
     whole: Annotated[bool, typer.Option("--all", help="List every scene of every group.")] = False,

@@ -67,9 +67,8 @@ def tune(
             )
         except KeyboardInterrupt:
             if best:
-                output.print_text(
-                    f"best so far (trial {best[-1].trial}): {format_set_options(best[-1])}", to_stderr=True
-                )
+                settings = format_set_options(best[-1])
+                output.print_text(f"best so far (trial {best[-1].trial}): {settings}", to_stderr=True)
             raise
     document = build_tune_document(tuning, scene_names)
     report = write_files(out, search.PURPOSE, {"tune.md": render_markdown(document)})

@@ -10,7 +10,7 @@ import base64
 import hashlib
 import re
 from importlib import resources
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from carom.report.document import QUESTION, Cell, Document, Figures, Media, Replays, Table
 from carom.report.files import pack_data, require_report_extra
@@ -18,8 +18,6 @@ from carom.support.escaping import escape_controls
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-    from jinja2 import Template
 
 _REPLAY = ("drawing.js", "sampler.js", "replay.js")
 #: Scripts that a page needs, by the kind of block that it contains.
@@ -45,7 +43,9 @@ def render_html(document: Document) -> str:
     blocks = [block for section in sections for block in section.select_for(Media.PAGE)]
     kinds = {type(block) for block in blocks if not isinstance(block, Table) or block.packed}
     script = build_page_script(*(name for kind, names in _SCRIPTS.items() if kind in kinds for name in names))
-    return _load_template("page.html.j2").render(
+    return _render_template(
+        "page.html.j2",
+        script,
         document=document,
         sections=sections,
         page=Media.PAGE,
@@ -54,8 +54,6 @@ def render_html(document: Document) -> str:
         question=QUESTION,
         most_across=_MOST_ACROSS,
         packed_rows=_pack_rows,
-        script=script,
-        policy=build_content_policy(script),
     )
 
 
@@ -74,13 +72,10 @@ def render_replay_page(
         MissingExtraError: jinja2 or matplotlib is not installed.
     """
     script = build_page_script(*_REPLAY)
-    page: str = _load_template("replay.html.j2").render(
-        title=title, data=data, said=sentences, stills=stills, script=script, policy=build_content_policy(script)
-    )
-    return page
+    return _render_template("replay.html.j2", script, title=title, data=data, said=sentences, stills=stills)
 
 
-def _load_template(name: str) -> Template:
+def _render_template(name: str, script: str, **values: Any) -> str:
     require_report_extra()
     import jinja2
 
@@ -91,7 +86,7 @@ def _load_template(name: str) -> Template:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    return environment.get_template(name)
+    return environment.get_template(name).render(script=script, policy=build_content_policy(script), **values)
 
 
 def build_page_script(*names: str) -> str:

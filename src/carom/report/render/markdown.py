@@ -44,11 +44,9 @@ def _render_block(block: Block) -> Iterator[str]:
             yield from (f"    {line}" for line in block.text.splitlines())
         case blocks.Pairs():
             for pair in block.items:
-                sides = ", ".join(pair.sides)
-                yield (
-                    f"- **{_escape_text(pair.heading)}** ({_escape_text(sides)}). "
-                    f"{_escape_text(' '.join(pair.caption))}"
-                )
+                parts = pair.heading, ", ".join(pair.sides), " ".join(pair.caption)
+                heading, sides, caption = map(_escape_text, parts)
+                yield f"- **{heading}** ({sides}). {caption}"
         case blocks.Figures() | blocks.Replays():  # only pages show drawings; tables show the same numbers
             pass
 

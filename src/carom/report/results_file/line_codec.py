@@ -15,7 +15,7 @@ from enum import Enum
 from functools import cache
 from pathlib import Path
 from types import UnionType
-from typing import Annotated, Any, Union, cast, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, TypeVar, Union, cast, get_args, get_origin, get_type_hints
 
 from pydantic import (
     AllowInfNan,
@@ -37,6 +37,8 @@ from carom.report.files import FORMATS
 from carom.report.results_file.line_types import RowLine, Summary
 from carom.support.escaping import format_value, shorten
 
+Line = TypeVar("Line", Summary, RowLine)
+
 #: Fields of a score about spins, which are only written if a disc of the scene spins.
 OF_SPINS = frozenset({"spin", "final_spin", "angular", "angular_excess", "arm"})
 
@@ -56,27 +58,15 @@ def format_line(line: Summary | RowLine, *, spins: bool = True) -> str:
 _JSON = json.JSONEncoder(ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode
 
 
-def read_summary(fields: Mapping[str, object], path: Path) -> Summary:
-    """Parse the first line of a file.
-
-    Raises:
-        InputError: A field is missing or has a wrong type. The message names file, line and field.
-    """
-    try:
-        return cast("Summary", _build_type_adapter(Summary).validate_python(fields))
-    except ValidationError as error:
-        raise _build_error(error, path, 1) from None
-
-
-def read_row(text: bytes, path: Path, number: int) -> RowLine:
-    """Parse a line after the first one. Fields that may be null may also be missing.
+def read_line(kind: type[Line], text: bytes, path: Path, number: int) -> Line:
+    """Parse a line of a file. Fields that may be null may also be missing.
 
     Raises:
         InputError: The line is not JSON, or a field is missing or has a wrong type. The message names file, line and
             field.
     """
     try:
-        return cast("RowLine", _build_type_adapter(cast("Any", RowLine)).validate_json(text))
+        return cast("Line", _build_type_adapter(cast("Any", kind)).validate_json(text))
     except ValidationError as error:
         raise _build_error(error, path, number) from None
 
@@ -85,16 +75,12 @@ def _build_error(error: ValidationError, path: Path, number: int) -> InputError:
     first = error.errors()[0]
     # Pydantic's location also contains names of types, which are not fields of the file.
     location = ".".join(str(part) for part in first["loc"] if not (isinstance(part, str) and not part.isidentifier()))
-    problem = (
-        f"{shorten(location) or 'the line'}: {first['msg'].removeprefix('Value error, ')}, got "
-        f"{format_value(first['input'])}"
-    )
+    message = first["msg"].removeprefix("Value error, ")
+    problem = f"{shorten(location) or 'the line'}: {message}, got {format_value(first['input'])}"
     if first["type"] == "json_invalid":
         problem = f"invalid JSON ({first['ctx']['error']})"
-    return InputError(
-        f"{path}, line {number}: {problem}",
-        hints=["`carom diff --schema` prints the schema of a line", "run the cross-check again"],
-    )
+    hints = ["`carom diff --schema` prints the schema of a line", "run the cross-check again"]
+    return InputError(f"{path}, line {number}: {problem}", hints=hints)
 
 
 def build_records_schema() -> dict[str, Any]:

@@ -106,6 +106,5 @@ def _build_outcome(score: Score) -> OutcomeComparison | None:
     match = score.convention
     if match is None:
         return None
-    return OutcomeComparison(
-        tuple(outcome.how for outcome in match.outcomes), match.nearest, match.distance, match.matches
-    )
+    admissible = tuple(outcome.how for outcome in match.outcomes)
+    return OutcomeComparison(admissible, match.nearest, match.distance, match.matches)

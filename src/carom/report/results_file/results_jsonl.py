@@ -17,7 +17,7 @@ from carom.errors import InputError
 from carom.execution.results import Results, Row
 from carom.report.files import FORMATS
 from carom.report.results_file import format_2
-from carom.report.results_file.line_codec import format_line, read_row, read_summary
+from carom.report.results_file.line_codec import format_line, read_line
 from carom.report.results_file.line_types import RowLine, Summary
 from carom.report.results_file.lines_from_rows import build_line, build_summary
 from carom.support.escaping import escape_controls, shorten
@@ -63,14 +63,15 @@ def stream_records(path: Path) -> tuple[Summary, Iterator[RowLine]]:
         count = 0
         for count, text in enumerate(texts, start=1):
             try:
-                row = read_row(_convert_text(path, count + 1, text) if is_earlier else text, path, count + 1)
+                line = _encode(format_2.convert_line(_parse_object(path, count + 1, text))) if is_earlier else text
+                row = read_line(RowLine, line, path, count + 1)
             except InputError:
                 _require_whole(path, head, count + sum(1 for _ in texts))
                 raise
             yield row
         _require_whole(path, head, count)
 
-    return read_summary(head, path), read_rows()
+    return read_line(Summary, _encode(head), path, 1), read_rows()
 
 
 _WANTED = FORMATS["results"]
@@ -93,9 +94,8 @@ def _parse_head(path: Path, text: bytes) -> tuple[dict[str, Any], bool]:
     return head, False
 
 
-def _convert_text(path: Path, number: int, text: bytes) -> bytes:
-    """Convert the text of a run's line from an earlier format to the present one."""
-    return json.dumps(format_2.convert_line(_parse_object(path, number, text))).encode()
+def _encode(line: Mapping[str, Any]) -> bytes:
+    return json.dumps(line).encode()
 
 
 def _require_whole(path: Path, head: Mapping[str, Any], rows: int) -> None:

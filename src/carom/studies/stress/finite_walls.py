@@ -12,8 +12,8 @@ from dataclasses import replace
 from decimal import Decimal
 from typing import Any
 
-from carom.catalogue.closed_forms import build_disc, to_vector
 from carom.catalogue.groups.classics_walled import edges
+from carom.catalogue.staging import build_disc, to_vector
 from carom.model.scene import Chain, Wall
 from carom.model.walls import Leg, build_drive
 from carom.studies.stress.pairs import DT_S, RADIUS_M, RATE_HZ, SPEED_M_S, STEPS_BEFORE, build_trial

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.catalogue.closed_forms import to_vector
+from carom.catalogue.staging import to_vector
 from carom.errors import InputError
 from carom.execution.job import Method, Status
 from carom.execution.pool import TaskRunner

@@ -9,9 +9,9 @@ from contextlib import suppress
 from dataclasses import replace
 from itertools import product
 
-from carom.catalogue.closed_forms import build_disc
 from carom.catalogue.groups.classics_many_discs import stage_boxed_gas
 from carom.catalogue.groups.classics_walled import build_box_walls
+from carom.catalogue.staging import build_disc
 from carom.model.scene import Disc, Scene, Wall
 from carom.studies.stress.pairs import DT_S, RADIUS_M, RATE_HZ, SPEED_M_S, build_trial
 from carom.studies.stress.stress_test import (

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from carom.catalogue.closed_forms import build_disc
+from carom.catalogue.staging import build_disc
 from carom.model.scene import Disc, Scene
 from carom.studies.stress.stress_test import (
     PHASES,

@@ -50,7 +50,7 @@ def _build_pair(grid: Grid, cell: GridCell) -> Pair:
     return Pair(scene.name, cell.mark.cell, sides, draw, tuple(filter(None, (scene.description, sentence))))
 
 
-def _draw_pair(reference: Trace, observed: Trace, missed: Sequence[int], labels: tuple[str, str]) -> tuple[str, str]:
+def _draw_pair(reference: Trace, observed: Trace, missed: Sequence[int], labels: tuple[str, str]) -> list[str]:
     from carom.report.picture import draw_pair  # imported here, because only a page contains pictures
 
     return draw_pair(reference, observed, missed, labels)
