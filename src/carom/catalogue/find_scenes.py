@@ -6,38 +6,51 @@ import difflib
 from collections.abc import Iterable, Iterator, Mapping
 from fnmatch import fnmatchcase
 from functools import cache
-from importlib import import_module
-from types import MappingProxyType
+from itertools import chain
+from types import MappingProxyType, ModuleType
 
 from carom.catalogue.bug_reports.bug_report import load_bug_reports
 from carom.catalogue.entry import CatalogueScene, KnownAnswer, Tag, list_scenes
+from carom.catalogue.groups import (
+    classics_collinear,
+    classics_many_discs,
+    classics_two_discs,
+    classics_walled,
+    contact,
+    contact_damping,
+    driven,
+    engines,
+    gravity,
+    paper,
+    spin,
+    tables,
+)
 from carom.errors import InputError, UnknownNameError
 from carom.model.scene import Scene
 from carom.support.escaping import format_value
 
 _TAG_PREFIX = "tag:"
 
-#: Modules of `groups` whose scenes run by default, and modules whose scenes run only if the user names them. Reports
-#: list the scenes in this order.
-_SUITE = ("paper", "classics_two_discs", "classics_walled", "classics_collinear", "classics_many_discs", "gravity")
-_ON_REQUEST = ("spin", "tables", "driven", "contact_damping", "contact", "engines")
+#: Modules whose scenes run by default, and modules whose scenes run only if the user names them. Reports list the
+#: scenes in this order.
+_SUITE = (paper, classics_two_discs, classics_walled, classics_collinear, classics_many_discs, gravity)
+_ON_REQUEST = (spin, tables, driven, contact_damping, contact, engines)
 
 
-def _load_groups(modules: Iterable[str]) -> Iterator[CatalogueScene]:
-    for name in modules:
-        yield from list_scenes(import_module(f"carom.catalogue.groups.{name}"))
+def _list_scenes_of(modules: Iterable[ModuleType]) -> Iterator[CatalogueScene]:
+    return chain.from_iterable(map(list_scenes, modules))
 
 
 @cache
 def catalogue() -> Mapping[str, CatalogueScene]:
     """Return the scenes that run by default (the suite), by full name, in the order of reports."""
-    return MappingProxyType({entry.name: entry for entry in _load_groups(_SUITE)})
+    return MappingProxyType({entry.name: entry for entry in _list_scenes_of(_SUITE)})
 
 
 @cache
 def all_scenes() -> Mapping[str, CatalogueScene]:
     """Return all scenes by name: scenes that run by default, and groups that run only if the user names them."""
-    entries = [*catalogue().values(), *load_bug_reports(), *_load_groups(_ON_REQUEST)]
+    entries = [*catalogue().values(), *load_bug_reports(), *_list_scenes_of(_ON_REQUEST)]
     return MappingProxyType({entry.name: entry for entry in entries})
 
 

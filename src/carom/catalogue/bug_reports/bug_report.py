@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import partial
-from importlib import import_module
 from pathlib import Path
 
 from carom.catalogue.entry import CatalogueScene
@@ -58,11 +57,20 @@ def load_bug_reports() -> Iterator[BugReport]:
     as `head_on` of the report's module, or `groups.driven.stage_on_lift`. By default, the function has the name of the
     scene. The function's docstring is the default description of the scene. Strings in `arguments` are complex numbers.
     """
+    # Most commands don't need these scenes, so they are imported only here.
+    from carom.catalogue.bug_reports import driven, falling, pairs, rolling, seams, thin, walled
+    from carom.catalogue.groups import classics_walled
+    from carom.catalogue.groups import driven as driven_group
+
+    modules = {
+        module.__name__.removeprefix("carom.catalogue.").removeprefix("bug_reports."): module
+        for module in (driven, falling, pairs, rolling, seams, thin, walled, classics_walled, driven_group)
+    }
     reports = json.loads(Path(__file__).with_name("bug_reports.json").read_text(encoding="utf-8"))
     for default_module, of_module in reports.items():
         for name, fields in of_module.items():
             module, _, builder = fields.pop("build", name.replace("-", "_")).rpartition(".")
-            function = getattr(import_module(f"carom.catalogue.{module or f'bug_reports.{default_module}'}"), builder)
+            function = getattr(modules[module or default_module], builder)
             arguments = fields.pop("arguments", {})
             vectors = {key: complex(value) for key, value in arguments.items() if isinstance(value, str)}
             description = fields.pop("shows", "") or " ".join((function.__doc__ or "").split())
