@@ -10,19 +10,7 @@ from functools import partial
 from carom.engines.registry import format_engine_argument
 from carom.model.trace import body_name
 from carom.report import formatting
-from carom.report.document import (
-    Block,
-    Code,
-    Column,
-    Document,
-    Figure,
-    Figures,
-    Lines,
-    Media,
-    Section,
-    Table,
-    Text,
-)
+from carom.report.document import Block, Code, Column, Document, Figure, Figures, Lines, Media, Section, Table, Text
 from carom.report.provenance import build_provenance
 from carom.studies.advise.figure import render_advice_svg
 from carom.studies.advise.run import Advice

@@ -193,9 +193,10 @@ def _build_units_invariance(
         times = {"duration_s": scene.duration_s * time, "frame_rate_hz": scene.frame_rate_hz / time}
         return _build_variant(scene, list(map(scale, scene.discs)), **times)
 
-    return _build_invariance(
-        name, statement, change, lambda state: State(state.position / length, state.velocity / speed, state.spin * time)
-    )
+    def undo(state: State) -> State:
+        return State(state.position / length, state.velocity / speed, state.spin * time)
+
+    return _build_invariance(name, statement, change, undo)
 
 
 def _build_motion_invariance(
@@ -272,10 +273,9 @@ def list_invariances() -> list[Invariance]:
     superballs = "If velocities and spins of superballs are reversed at the end, the run returns to its start."
     slow_motion = "Slowing the scene and its frames a thousandfold changes nothing but the unit of time."
     general = [_build_boost_invariance(), _build_rotation_invariance(), mirror, relabelling, units_of_two]
+    with_friction = "With friction and spin: "
     rough = [
-        replace(
-            one, name=f"rough-{one.name}", statement=f"With friction and spin: {one.statement}", base=build_rough_scene
-        )
+        replace(one, name=f"rough-{one.name}", statement=with_friction + one.statement, base=build_rough_scene)
         for one in (*general, split)
     ]
     return [
@@ -312,11 +312,8 @@ def check_invariance(invariance: Invariance, method: Method, runner: TaskRunner)
     value, status = None, Status.RAN
     try:
         value = invariance.deviation(invariance.base(), run)
-        reason = (
-            ""
-            if value <= DEVIATION_LIMIT
-            else f"it deviates by {format_number(value)} times the scene's length or speed"
-        )
+        deviates = f"it deviates by {format_number(value)} times the scene's length or speed"
+        reason = "" if value <= DEVIATION_LIMIT else deviates
     except NotRunError as error:
         return UnsavedResult(cell(CellEnding.NOT_RUN, reason=str(error), status=error.status))
     except _StoppedError as error:
@@ -338,16 +335,9 @@ def _build_named_scenes(invariance: Invariance, method: Method, used: list[Scene
 
     A scene that does not depend on the method has the same name for all methods.
     """
-    renamed = []
-    for k, scene in enumerate(used):
-        own_name = (
-            f"{invariance.name}/{method.engine}/{method.profile}/{k}"
-            if invariance.starts_from_result
-            else invariance.name
-        )
-        base = f"{scene.name.partition('/')[2]}-base"
-        name, description = (
-            (own_name, f"{scene.description} {invariance.statement}") if k else (base, scene.description)
-        )
-        renamed.append(rename_scene(name, scene, description))
+    base, *others = used
+    renamed = [rename_scene(f"{base.name.partition('/')[2]}-base", base, base.description)]
+    for k, scene in enumerate(others, start=1):
+        own = f"/{method.engine}/{method.profile}/{k}" if invariance.starts_from_result else ""
+        renamed.append(rename_scene(f"{invariance.name}{own}", scene, f"{scene.description} {invariance.statement}"))
     return tuple(renamed)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
@@ -29,7 +29,6 @@ from carom.studies.stress.many_discs import MANY_DISC_TESTS
 from carom.studies.stress.options import StressOptions
 from carom.studies.stress.pairs import DT_S, PAIR_TESTS
 from carom.studies.stress.result import CellEnding, CellResult, StressResults, StressRow, UnsavedResult
-from carom.studies.stress.stress_test import StressTest
 from carom.support.escaping import build_name_hints
 from carom.support.folders import claim_while_writing
 
@@ -48,27 +47,8 @@ stress_journal = partial(Journal[CellKey, CellResult], "spots", JournalEntry[Cel
 StressTask = tuple[StressRow, Callable[[Method, TaskRunner], UnsavedResult]]
 
 
-#: Stress tests by group.
-GROUPS = {
-    "pairs": PAIR_TESTS,
-    "crowds": MANY_DISC_TESTS,
-    "friction": FRICTION_TESTS,
-    "walls": WALL_TESTS,
-    "contact": CONTACT_TESTS,
-}
-#: Stress tests with moving walls.
-DRIVEN = ("paddle", "legs")
-
-
-def list_stress_tests() -> list[tuple[str, StressTest]]:
-    """Return all stress tests with their groups, in the order of the table."""
-    # Trials are cached, because methods are often tested at equal values. The exact motion takes longer to compute than
-    # a run.
-    return [
-        ("driven" if stress_test.name in DRIVEN else group, replace(stress_test, trials=cache(stress_test.trials)))
-        for group, of_group in GROUPS.items()
-        for stress_test in of_group
-    ]
+#: Stress tests, in the order of the table.
+STRESS_TESTS = (*PAIR_TESTS, *MANY_DISC_TESTS, *FRICTION_TESTS, *WALL_TESTS, *CONTACT_TESTS)
 
 
 def list_rows(*, quick: bool = False) -> list[StressRow]:
@@ -166,49 +146,26 @@ def _request_cell(cell: TableCell, refused: Answer[Any] | None) -> TaskRequest[t
 @cache
 def _list_all_tasks(quick: bool) -> list[StressTask]:
     tasks: list[StressTask] = []
-    for group, stress_test in list_stress_tests():
-        if quick and stress_test.full_only:
-            continue
-        ladder = tuple(stress_test.build_ladder(quick))
-        row = StressRow(
-            "attack",
-            stress_test.name,
-            stress_test.axis,
-            stress_test.truth,
-            stress_test.failure_rule,
-            ladder,
-            group=group,
-        )
-        tasks.append((row, partial(find_failure, stress_test, quick=quick)))
+    for test in STRESS_TESTS:
+        if not (quick and test.full_only):
+            about = (test.name, test.axis, test.truth, test.failure_rule)
+            row = StressRow("attack", *about, tuple(test.build_ladder(quick)), group=test.group)
+            tasks.append((row, partial(find_failure, test, quick=quick)))
     truth = "not needed, because the two runs of the method are compared with each other"
     fails = f"the deviation is above {DEVIATION_LIMIT:g}; rounding errors after three impacts are smaller"
-    tasks += [
-        (
-            StressRow("relation", invariance.name, invariance.statement, truth, fails),
-            partial(check_invariance, invariance),
-        )
-        for invariance in list_invariances()
-    ]
-    tasks += [
-        (_build_bug_report_row(entry), partial(check_bug_report, entry))
-        for entry in all_scenes().values()
-        if isinstance(entry, BugReport)
-    ]
-    return tasks
+    for invariance in list_invariances():
+        row = StressRow("relation", invariance.name, invariance.statement, truth, fails)
+        tasks.append((row, partial(check_invariance, invariance)))
+    bug_reports = [entry for entry in all_scenes().values() if isinstance(entry, BugReport)]
+    return [*tasks, *((_build_bug_report_row(entry), partial(check_bug_report, entry)) for entry in bug_reports)]
 
 
 def _build_bug_report_row(bug_report: BugReport) -> StressRow:
+    axis = f"{bug_report.about}: {bug_report.summary}"
     threshold = f"errors below {100 * bug_report.smallest_error:g} % do not count"
-    criterion = f"{bug_report.symptom.value}; {threshold}. {bug_report.number_sources}"
-    return StressRow(
-        "complaint",
-        bug_report.name.partition("/")[2],
-        f"{bug_report.about}: {bug_report.summary}",
-        bug_report.known.source,
-        capitalise(criterion),
-        link=bug_report.thread,
-        about=bug_report.engine,
-    )
+    fails = capitalise(f"{bug_report.symptom.value}; {threshold}. {bug_report.number_sources}")
+    about = (bug_report.name.partition("/")[2], axis, bug_report.known.source, fails)
+    return StressRow("complaint", *about, link=bug_report.thread, about=bug_report.engine)
 
 
 def _select_rows(names: Sequence[str], quick: bool) -> tuple[StressRow, ...]:

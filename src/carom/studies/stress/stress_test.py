@@ -17,9 +17,9 @@ from carom.execution.job import Status
 from carom.model.energy import kinetic_energy
 from carom.model.scene import Scene
 from carom.model.trace import Outcome, Trace, Vector
+from carom.report.formatting import format_count, format_number
 from carom.studies.stress.result import STRESS
 from carom.studies.stress.true_motion import TrueMotion
-from carom.support.formatting import format_number
 
 #: A method fails if its error exceeds this fraction of the velocity change by an impact. This error is too large for
 #: any purpose, and larger than the usual errors of all engines at sensible step sizes. Therefore a stress test finds
@@ -50,6 +50,8 @@ class CheckResult:
 
 TraceCheck = Callable[[Trace], CheckResult]
 
+_DESCRIPTIONS: dict[str, Any] = json.loads(Path(__file__).with_name("stress_tests.json").read_text(encoding="utf-8"))
+
 
 @dataclass(frozen=True)
 class Trial:
@@ -65,6 +67,7 @@ class StressTest:
 
     Attributes:
         name: Short name, as on the command line.
+        group: Group of similar stress tests.
         axis: Description of the varied quantity, with its unit.
         harmless: The harmless end of the range. Every sound method should pass at this value.
         extreme: The extreme end of the range, which may be larger or smaller than `harmless`.
@@ -82,6 +85,7 @@ class StressTest:
     """
 
     name: str
+    group: str
     axis: str
     harmless: float
     extreme: float
@@ -128,22 +132,15 @@ def build_stress_test(name: str, trials: Callable[[float], Iterable[Trial]]) -> 
     stress test's name.
     """
     name = name.strip("_").replace("_", "-")
-    stress_tests, sentences = _read_descriptions()
-    fields = stress_tests[name] | {
-        key: stress_tests[name][key].format_map(sentences) for key in ("truth", "failure_rule")
-    }
+    fields = _DESCRIPTIONS["stress_tests"][name]
+    sentences = {key: fields[key].format_map(_DESCRIPTIONS["sentences"]) for key in ("truth", "failure_rule")}
 
+    @cache  # methods are often tested at equal values, and the exact motion takes longer to compute than a run
     def build_trials(value: float) -> list[Trial]:
         title = {"name": f"{STRESS}{name}"}
         return [replace(trial, scene=trial.scene.model_copy(update=title)) for trial in trials(value)]
 
-    return StressTest(name, trials=build_trials, **fields)
-
-
-@cache
-def _read_descriptions() -> tuple[dict[str, dict[str, Any]], dict[str, str]]:
-    found = json.loads(Path(__file__).with_name("stress_tests.json").read_text(encoding="utf-8"))
-    return found["stress_tests"], found["sentences"]
+    return StressTest(name, trials=build_trials, **(fields | sentences))
 
 
 def stress_test(trials: Callable[[float], Iterable[Trial]]) -> StressTest:
@@ -213,7 +210,7 @@ def build_closed_form_check(
         if is_wrong and found == 0 and impacts:
             return CheckResult(error, "no impact is found: the discs pass through each other")
         if is_wrong:
-            counted = f"{found} impact{'' if found == 1 else 's'}" + (f" of {impacts}" if impacts else "")
+            counted = format_count(found, "impact") + (f" of {impacts}" if impacts else "")
             wrong = f"a velocity is wrong by {format_number(error)} times the change by {cause}"
             return CheckResult(error, f"{counted}, and {wrong}")
         if final_rim_m_s is None:

@@ -20,7 +20,7 @@ from carom.model.trace import Outcome
 from carom.studies.stress.bug_reports import find_symptom
 from carom.studies.stress.failure_search import RESOLUTION, find_failure
 from carom.studies.stress.result import CellEnding
-from carom.studies.stress.run import list_stress_tests
+from carom.studies.stress.run import STRESS_TESTS
 from carom.studies.stress.stress_test import StressTest
 
 METHOD = Method("pic", "tuned")
@@ -28,7 +28,7 @@ METHOD = Method("pic", "tuned")
 
 @pytest.fixture
 def stress_test() -> StressTest:
-    return next(stress_test for _, stress_test in list_stress_tests() if stress_test.name == "mass-ratio")
+    return next(stress_test for stress_test in STRESS_TESTS if stress_test.name == "mass-ratio")
 
 
 class Answering(InProcessPool):
