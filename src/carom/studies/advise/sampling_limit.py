@@ -92,14 +92,10 @@ def compute_direction_limit(
     radius = 0.5 * push * speed
     centre = (velocity_before[0] + sign * 0.5 * push * ux, velocity_before[1] + sign * 0.5 * push * uy)
     start = 2.0 * math.atan2(window.normal[1], window.normal[0]) - math.atan2(uy, ux)
-    # The signed angle by which w turns until the closest approach: 0 for a head-on impact.
-    turn = (
-        math.copysign(2.0 * math.acos(min(1.0, window.relative_offset)), window.miss_m)
-        if window.relative_offset > 0.0
-        else 0.0
-    )
-    if radius == 0.0 or turn == 0.0:
+    if radius == 0.0 or window.relative_offset == 0.0:  # a head-on impact stays head-on
         return math.inf
+    # The signed angle by which w turns until the closest approach.
+    turn = math.copysign(2.0 * math.acos(min(1.0, window.relative_offset)), window.miss_m)
     reference = (centre[0] + sign * radius * math.cos(start), centre[1] + sign * radius * math.sin(start))
     # A disc at rest after the impact has no direction. Its velocity before the impact and the change of velocity
     # cancel, except for rounding.

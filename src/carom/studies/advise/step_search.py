@@ -75,6 +75,11 @@ class StepRange:
     finer_failures: tuple[StepTrial, ...]
 
     @property
+    def largest_passing_s(self) -> float:
+        """The largest step size that passes, in seconds; 0 if there is none."""
+        return 0.0 if self.largest_passing is None else self.largest_passing.dt_s
+
+    @property
     def monotone(self) -> bool:
         """Whether all tested step sizes that are smaller than a passing one also pass."""
         return not self.finer_failures

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
-from carom.execution.job import Method
 from carom.report import formatting
 from carom.report.document import Block, Document, Figure, Figures, Lines, Media, Section, Text
 from carom.report.files import fields_of, format_json
@@ -129,7 +128,7 @@ def _describe_coverage(bench: Bench) -> Iterator[str]:
 def _describe_missing_points(bench: SceneBench) -> Iterator[str]:
     """Yield a line for each reason why points were not scored or not timed."""
     missing = formatting.group_by(
-        ((problem, reason), (Method(point.engine, point.profile).label, formatting.format_step(point.dt_s)))
+        ((problem, reason), (point.method.label, formatting.format_step(point.dt_s)))
         for point in bench.points
         for problem, reason in (("not scored", point.reason), ("not timed", point.untimed))
         if reason

@@ -177,9 +177,9 @@ class GrowthCurve:
     gravity: bool = False
 
     @property
-    def label(self) -> str:
-        """Name of the method."""
-        return Method(self.engine, self.profile).label
+    def method(self) -> Method:
+        """Engine and profile."""
+        return Method(self.engine, self.profile)
 
     @property
     def ran(self) -> list[GrowthPoint]:

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from carom.execution.job import Method
 from carom.report import formatting
 from carom.studies.bench.axes import ErrorKind
-from carom.studies.bench.result import Bench, Curve, Point, SceneBench, read_run_time
+from carom.studies.bench.result import Bench, Point, SceneBench, read_run_time
 from carom.studies.bench.tables import format_error, format_losses, format_milliseconds
 
 #: Largest number of scenes that the headline describes one by one.
@@ -23,7 +22,7 @@ def describe_bench(bench: Bench) -> Iterator[str]:
     exact = [scene.exact for scene in bench.scenes if scene.exact is not None]
     scene_count = formatting.format_count(len(bench.scenes), "scene")
     results = [(scene, scene.find_cheapest_engine(target)) for scene in bench.scenes]
-    fastest = formatting.group_by((_format_method(point), scene) for scene, point in results if point is not None)
+    fastest = formatting.group_by((point.method.phrase, scene) for scene, point in results if point is not None)
     parts = [f"PIC is exact on {len(exact)} of {scene_count}{_format_time_range(exact)}"] if exact else []
     target_text = f"{format_error(target, kind)} error"
     if fastest:
@@ -70,31 +69,26 @@ def describe_scene(scene: SceneBench, target: float, kind: ErrorKind, *, next_be
     if exact is not None:
         timing = exact.timing
         parts.append(f"PIC takes {format_milliseconds(timing.advance_s)} ms" if timing else "PIC is exact")
-    ranked = [(curve, curve.best) for curve in scene.engines]
-    sound = [(curve, best) for curve, best in ranked if best is not None and best.is_correct]
+    best_points = [curve.best for curve in scene.engines if curve.best is not None]
+    sound = [point for point in best_points if point.is_correct]
     if sound:
-        parts += _describe_engines(scene, sound, target, kind)
-        other_points = [best for curve, best in sound if curve.engine != sound[0][0].engine]
-        parts += [f"the next engine is {_describe_point(best, kind)}" for best in other_points[:next_best]]
-    elif lossy := [best for _, best in ranked if best is not None]:
-        best = lossy[0]
-        if best.missed_and_spurious:
-            parts.append(
-                f"every engine misses or invents impacts at every step size; the best is {_format_method(best)}, which "
-                f"{format_losses(best)}{_format_run_time(best)} at steps of {formatting.format_step(best.dt_s)}"
-            )
-        else:
-            parts.append("the scene has no error to measure")
-    else:
+        parts += _describe_engines(scene, sound[0], target, kind)
+        other_points = [point for point in sound if point.engine != sound[0].engine]
+        parts += [f"the next engine is {_describe_point(point, kind)}" for point in other_points[:next_best]]
+    elif not best_points:
         parts.append("no engine was scored")
+    elif (best := best_points[0]).missed_and_spurious:
+        parts.append(
+            f"every engine misses or invents impacts at every step size; the best is {best.method.phrase}, which "
+            f"{format_losses(best)}{_format_run_time(best)} at steps of {formatting.format_step(best.dt_s)}"
+        )
+    else:
+        parts.append("the scene has no error to measure")
     return f"{scene.scene.name}: {'. '.join([parts[0], *map(formatting.capitalise, parts[1:])])}."
 
 
-def _describe_engines(
-    scene: SceneBench, sound: list[tuple[Curve, Point]], target: float, kind: ErrorKind
-) -> Iterator[str]:
-    target_text = f"{format_error(target, kind)} error"
-    cheap, (_, best) = scene.find_cheapest_engine(target), sound[0]
+def _describe_engines(scene: SceneBench, best: Point, target: float, kind: ErrorKind) -> Iterator[str]:
+    target_text, cheap = f"{format_error(target, kind)} error", scene.find_cheapest_engine(target)
     if cheap is None:
         which = "the most accurate engine"
         if best.error > target:  # without run times, no engine is the fastest
@@ -107,18 +101,14 @@ def _describe_engines(
         at = f" ms at steps of {formatting.format_step(cheap.dt_s)}"
         cost = f" with {format_milliseconds(cheap.timing.advance_s)}{at}" if cheap.timing else ""
         ratio = _format_pic_ratio(scene, cheap)
-        yield f"the fastest engine with at most {target_text} is {_format_method(cheap)}{cost}{ratio}"
+        yield f"the fastest engine with at most {target_text} is {cheap.method.phrase}{cost}{ratio}"
         yield f"the most accurate is {_describe_point(best, kind)}"
 
 
 def _describe_point(point: Point, kind: ErrorKind) -> str:
     error = format_error(point.error, kind)
     step = formatting.format_step(point.dt_s)
-    return f"{_format_method(point)} with {error} error{_format_run_time(point)} at steps of {step}"
-
-
-def _format_method(point: Point) -> str:
-    return Method(point.engine, point.profile).phrase
+    return f"{point.method.phrase} with {error} error{_format_run_time(point)} at steps of {step}"
 
 
 def _format_run_time(point: Point) -> str:

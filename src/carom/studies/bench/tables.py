@@ -43,7 +43,7 @@ LEAST_PERCENT = 1e-4
 TARGETS_SHOWN = 3
 
 #: The first column of every table of a bench.
-METHOD = Column("method", lambda of: Method(of.engine, of.profile).label)
+METHOD = Column("method", lambda curve: curve.method.label)
 
 
 def format_error(error: float, kind: ErrorKind) -> str:
@@ -114,7 +114,7 @@ def build_suite_table(bench: Bench, targets: Sequence[float]) -> Table:
     For each target error, the table counts the scenes in which a method finds every impact and reaches the target.
     """
     curves = [(scene, curve) for scene in bench.scenes for curve in scene.curves]
-    by_method = formatting.group_by(((curve.engine, curve.profile), (scene, curve)) for scene, curve in curves)
+    by_method = formatting.group_by((curve.method, (scene, curve)) for scene, curve in curves)
     kind = bench.plan.error
     columns = [
         METHOD,
@@ -127,7 +127,7 @@ def build_suite_table(bench: Bench, targets: Sequence[float]) -> Table:
         ),
         Column("order", _format_median_order, "median", number=True),
     ]
-    methods = [_Method(engine, profile, tuple(method_curves)) for (engine, profile), method_curves in by_method.items()]
+    methods = [_MethodCurves(method, method_curves) for method, method_curves in by_method.items()]
     return Table(
         columns,
         sorted(methods, key=lambda method: method.build_sort_key(targets)),
@@ -136,12 +136,11 @@ def build_suite_table(bench: Bench, targets: Sequence[float]) -> Table:
     )
 
 
-class _Method(NamedTuple):
+class _MethodCurves(NamedTuple):
     """A method, with its curve on each scene."""
 
-    engine: str
-    profile: str
-    curves: tuple[tuple[SceneBench, Curve], ...]
+    method: Method
+    curves: list[tuple[SceneBench, Curve]]
 
     @property
     def best(self) -> list[Point]:
@@ -167,11 +166,11 @@ class _Method(NamedTuple):
         return reached, [math.inf if math.isnan(cost) else cost for cost in median_costs]
 
 
-def _format_share(method: _Method, count: int) -> str:
+def _format_share(method: _MethodCurves, count: int) -> str:
     return f"{count} of {len(method.curves)}"
 
 
-def _format_median_order(method: _Method) -> str:
+def _format_median_order(method: _MethodCurves) -> str:
     orders = [curve.order for _, curve in method.curves]
     if all(order.verdict is Convergence.EXACT for order in orders):
         return EXACT
@@ -179,7 +178,7 @@ def _format_median_order(method: _Method) -> str:
     return f"{statistics.median(known):.2f}" if known else ""
 
 
-def _build_reach_cell(target: float, method: _Method) -> Cell:
+def _build_reach_cell(target: float, method: _MethodCurves) -> Cell:
     scenes = method.list_scenes_within(target)
     found = method.compute_median_cost(target)
     cost = "" if math.isnan(found) else f", {formatting.format_ratio(found)}"
@@ -303,7 +302,7 @@ def build_point_table(bench: SceneBench, plan: BenchPlan) -> Table:
 
 def format_point_name(point: Point) -> str:
     """Return the name of a point of the diagrams."""
-    return f"{Method(point.engine, point.profile).label} at {formatting.format_step(point.dt_s)}"
+    return f"{point.method.label} at {formatting.format_step(point.dt_s)}"
 
 
 def build_point_anchor(scene: str, point: Point) -> str:

@@ -294,9 +294,8 @@ def _measure_visit_costs(
         if answer.value is None:
             untimed[method_step] = answer.problem
             continue
-        visit_costs_s[method_step] = answer.value.whole_s + answer.value.empty_s * min(
-            1.0, EMPTY_STEPS / scene.step_count(dt_s)
-        )
+        empty_part = min(1.0, EMPTY_STEPS / scene.step_count(dt_s))
+        visit_costs_s[method_step] = answer.value.whole_s + answer.value.empty_s * empty_part
         last[method] = (dt_s, visit_costs_s[method_step])
         progress(k + 1, len(ordered), f"warming up {method.engine}")
     return visit_costs_s, untimed
@@ -327,6 +326,7 @@ def _summarise_visits(steps: int, visits: Sequence[Visit], pit: Sequence[Visit] 
     # The k-th runs of all methods are in round k, so run times are divided by PIT's of the same round.
     rounds = list(zip(visits, pit, strict=True)) if pit else []
     ratios = tuple(own_visit.advance_s / base.advance_s for own_visit, base in rounds)
+    whole_ratios = [own_visit.whole_s / base.whole_s for own_visit, base in rounds]
     return CellTiming(
         steps=steps,
         rounds=len(visits),
@@ -337,8 +337,6 @@ def _summarise_visits(steps: int, visits: Sequence[Visit], pit: Sequence[Visit] 
         empty_s=compute_spread([visit.empty_s for visit in visits]),
         net_s=compute_spread([visit.net_s for visit in visits]),
         ratio=compute_spread(list(ratios)) if ratios else None,
-        whole_ratio=compute_spread([own_visit.whole_s / base.whole_s for own_visit, base in rounds])
-        if rounds
-        else None,
+        whole_ratio=compute_spread(whole_ratios) if whole_ratios else None,
         ratios=ratios,
     )
