@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from enum import StrEnum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 if TYPE_CHECKING:
     from carom.execution.score_jobs import Measures
@@ -29,49 +29,48 @@ class Diagram(StrEnum):
 
 
 class ErrorKind(StrEnum):
-    """Kinds of error. Each value is the name on the command line."""
+    """Kinds of error. Each value is the name on the command line.
 
-    IMPACT = "impact"
-    TIME = "time"
-    VELOCITY = "velocity"
-    DIRECTION = "direction"
-    POSITION = "position"
+    Attributes:
+        label: Label of an axis, with the unit.
+        meaning: Full name of the error.
+    """
 
-    @property
-    def label(self) -> str:
-        """Label of an axis, with the unit."""
-        return _TEXTS[self][0]
+    label: str
+    meaning: str
+
+    IMPACT = (
+        "impact",
+        "largest impact error, % of greatest speed or duration",
+        "error of the worst impact (the larger of time error / duration and velocity error / greatest speed)",
+    )
+    TIME = (
+        "time",
+        "largest time error of an impact, % of the duration",
+        "time error of the worst impact, divided by the scene's duration",
+    )
+    VELOCITY = (
+        "velocity",
+        "largest velocity error, % of greatest speed",
+        "velocity error of the worst impact, divided by the scene's greatest speed",
+    )
+    DIRECTION = ("direction", "largest direction error, rad", "direction error of the worst impact, radians")
+    POSITION = (
+        "position",
+        "largest position error at the end, % of a radius",
+        "error of the worst final position, divided by the largest radius",
+    )
+
+    def __new__(cls, name: str, label: str, meaning: str) -> Self:
+        """Create a member whose value is the name."""
+        kind = str.__new__(cls, name)
+        kind._value_, kind.label, kind.meaning = name, label, meaning
+        return kind
 
     @property
     def is_percent(self) -> bool:
         """Whether the error is shown in per cent. Angles are shown in radians."""
         return self is not ErrorKind.DIRECTION
-
-    @property
-    def meaning(self) -> str:
-        """Full name of the error."""
-        return _TEXTS[self][1]
-
-
-_TEXTS = {
-    ErrorKind.IMPACT: (
-        "largest impact error, % of greatest speed or duration",
-        "error of the worst impact (the larger of time error / duration and velocity error / greatest speed)",
-    ),
-    ErrorKind.TIME: (
-        "largest time error of an impact, % of the duration",
-        "time error of the worst impact, divided by the scene's duration",
-    ),
-    ErrorKind.VELOCITY: (
-        "largest velocity error, % of greatest speed",
-        "velocity error of the worst impact, divided by the scene's greatest speed",
-    ),
-    ErrorKind.DIRECTION: ("largest direction error, rad", "direction error of the worst impact, radians"),
-    ErrorKind.POSITION: (
-        "largest position error at the end, % of a radius",
-        "error of the worst final position, divided by the largest radius",
-    ),
-}
 
 
 def compute_error(measures: Measures, kind: ErrorKind) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -243,7 +243,7 @@ def measure_growth(
         points: dict[tuple[str, bool], list[GrowthPoint]] = {(i.name, gravity): [] for _, gravity, i in planned_runs}
         spent = dict.fromkeys(points, 0.0)
         for done, (size, gravity, info) in enumerate(planned_runs):
-            before = time.perf_counter()
+            before, curve = time.perf_counter(), (info.name, gravity)
             remaining_s = 2 * budget_s - (before - started)
             waiting_curves = {(one.name, falls) for _, falls, one in planned_runs[done:]}
             # A curve whose last run failed needs no more time.
@@ -252,17 +252,19 @@ def measure_growth(
                 for key in waiting_curves
                 if not (points[key] and points[key][-1].reason)
             }
-            available_s = _compute_available_time((info.name, gravity), time_shares_s, remaining_s)
+            # A run may use its curve's share of the time, or the time that the other curves' shares leave.
+            other_shares_s = sum(share_s for key, share_s in time_shares_s.items() if key != curve)
+            available_s = min(remaining_s, max(time_shares_s.get(curve, 0.0), remaining_s - other_shares_s))
             description = f"{size} {'falling ' if gravity else ''}discs on {info.name}"
             progress(done, len(planned_runs), f"{description}{formatting.format_time_left(remaining_s)}")
-            curve_points, method = points[info.name, gravity], methods[info.name]
+            curve_points, method = points[curve], methods[info.name]
             key = GrowthKey(size, method, find_versions(info.name), environment.machine, gravity, STEPS)
             reason = info.unavailable or _find_skip_reason(curve_points, size, min(available_s, options.time_limit_s))
             refused = Answer[GrowthRun](Status.UNSUPPORTED, reason) if reason else None
             pool.renew()
             ask = TaskRequest(size, key, GrowthTask(size, method, environment.date, gravity), refused)
             ((_, answer),) = run_tasks([ask], pool, notes, one_at_a_time=True)
-            spent[info.name, gravity] += time.perf_counter() - before
+            spent[curve] += time.perf_counter() - before
             curve_points.append(_build_point(size, answer))
     curves = []
     for (name, gravity), curve_points in points.items():
@@ -270,14 +272,6 @@ def measure_growth(
         curves.append(_build_curve(methods[name], gravity, curve_points, pit))
     elapsed_s = time.perf_counter() - started
     return Growth(tuple(curves), environment, budget_s, command, elapsed_s)
-
-
-def _compute_available_time(
-    curve: tuple[str, bool], time_shares_s: Mapping[tuple[str, bool], float], remaining_s: float
-) -> float:
-    """Return a run's time limit in seconds: its curve's share, or the time that the other curves' shares leave."""
-    other_shares_s = sum(share_s for key, share_s in time_shares_s.items() if key != curve)
-    return min(remaining_s, max(time_shares_s.get(curve, 0.0), remaining_s - other_shares_s))
 
 
 def _find_skip_reason(curve_points: Sequence[GrowthPoint], size: int, allowed_s: float) -> str:

@@ -227,8 +227,8 @@ class TimeScene(DependentTasks[SceneTiming]):
         """Return the measured times. Each engine has one worker process for all its runs."""
         scene, progress = self.scene, self.progress
         requested = set(self.requested)
-        pit = [(PIT_METHOD, dt_s) for dt_s in sorted({dt_s for _, dt_s in requested}, reverse=True)]
-        ordered = [*pit, *sorted(requested - set(pit), key=lambda method_step: (method_step[0], -method_step[1]))]
+        pit = {(PIT_METHOD, dt_s) for _, dt_s in requested}
+        ordered = sorted(requested | pit, key=lambda at: (at[0] != PIT_METHOD, at[0], -at[1]))
         until_s = time.perf_counter() + self.budget_s
         probe = NoiseProbe()
         warm, untimed = _measure_visit_costs(scene, ordered, runner, self.budget_s, progress)

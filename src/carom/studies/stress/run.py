@@ -43,9 +43,8 @@ CellKey = tuple[str, str, str]
 #: Function that opens the journal of a campaign.
 stress_journal = partial(Journal[CellKey, CellResult], "spots", JournalEntry[CellKey, CellResult])
 
-#: A test, and the function that computes its result for a method.
-StressTask = tuple[StressRow, Callable[[Method, TaskRunner], UnsavedResult]]
-
+#: Function that computes the result of a test for a method.
+FindResult = Callable[[Method, TaskRunner], UnsavedResult]
 
 #: Stress tests, in the order of the table.
 STRESS_TESTS = (*PAIR_TESTS, *MANY_DISC_TESTS, *FRICTION_TESTS, *WALL_TESTS, *CONTACT_TESTS)
@@ -53,7 +52,7 @@ STRESS_TESTS = (*PAIR_TESTS, *MANY_DISC_TESTS, *FRICTION_TESTS, *WALL_TESTS, *CO
 
 def list_rows(*, quick: bool = False) -> list[StressRow]:
     """Return all rows of the table: stress tests, invariances and reported bugs."""
-    return [row for row, _ in _list_all_tasks(quick)]
+    return list(_find_tests(quick))
 
 
 def run_stress_campaign(
@@ -92,7 +91,7 @@ def run_stress_campaign(
         environment = describe_environment(infos)
         stamp = options.stamp | {"carom": environment.carom, "versions": environment.versions}
         asks = [
-            _request_cell(TableCell(row.kind, row.name, method, options.quick, out), methods.find_refusal(method, DT_S))
+            _request_cell(TableCell(row, method, options.quick, out), methods.find_refusal(method, DT_S))
             for row in rows
             for method in columns
         ]
@@ -111,10 +110,9 @@ def run_stress_campaign(
 
 @dataclass(frozen=True)
 class TableCell(DependentTasks[CellResult]):
-    """Task that runs a test (given by kind and name) with a method, and saves the result's scenes into `out`."""
+    """Task that runs the test of a row with a method, and saves the result's scenes into `out`."""
 
-    kind: str
-    name: str
+    row: StressRow
     method: Method
     quick: bool
     out: Path
@@ -126,8 +124,7 @@ class TableCell(DependentTasks[CellResult]):
 
     def run(self, runner: TaskRunner) -> Answer[UnsavedResult]:
         """Return the result with its scenes."""
-        find = next(find for row, find in _list_all_tasks(self.quick) if (row.kind, row.name) == (self.kind, self.name))
-        return Answer(Status.RAN, value=find(self.method, runner))
+        return Answer(Status.RAN, value=_find_tests(self.quick)[self.row](self.method, runner))
 
     def complete(self, answer: Answer[UnsavedResult]) -> Answer[CellResult]:
         """Save the scenes, and return the result with their file names."""
@@ -136,28 +133,31 @@ class TableCell(DependentTasks[CellResult]):
 
 
 def _request_cell(cell: TableCell, refused: Answer[Any] | None) -> TaskRequest[tuple[str, str], CellKey, CellResult]:
-    known, subject = None, (cell.name, cell.method.name)
+    known, subject = None, (cell.row.name, cell.method.name)
     if refused is not None:
-        result = CellResult(cell.kind, *subject, CellEnding.NOT_RUN, reason=refused.problem, status=refused.status)
+        result = CellResult(cell.row.kind, *subject, CellEnding.NOT_RUN, reason=refused.problem, status=refused.status)
         known = Answer(Status.RAN, value=result)
-    return TaskRequest(subject, (cell.kind, *subject), cell, known)
+    return TaskRequest(subject, (cell.row.kind, *subject), cell, known)
 
 
 @cache
-def _list_all_tasks(quick: bool) -> list[StressTask]:
-    tasks: list[StressTask] = []
+def _find_tests(quick: bool) -> dict[StressRow, FindResult]:
+    """Return the functions of all tests by their rows of the table."""
+    tests: dict[StressRow, FindResult] = {}
     for test in STRESS_TESTS:
         if not (quick and test.full_only):
             about = (test.name, test.axis, test.truth, test.failure_rule)
             row = StressRow("attack", *about, tuple(test.build_ladder(quick)), group=test.group)
-            tasks.append((row, partial(find_failure, test, quick=quick)))
+            tests[row] = partial(find_failure, test, quick=quick)
     truth = "not needed, because the two runs of the method are compared with each other"
     fails = f"the deviation is above {DEVIATION_LIMIT:g}; rounding errors after three impacts are smaller"
     for invariance in list_invariances():
         row = StressRow("relation", invariance.name, invariance.statement, truth, fails)
-        tasks.append((row, partial(check_invariance, invariance)))
-    bug_reports = [entry for entry in all_scenes().values() if isinstance(entry, BugReport)]
-    return [*tasks, *((_build_bug_report_row(entry), partial(check_bug_report, entry)) for entry in bug_reports)]
+        tests[row] = partial(check_invariance, invariance)
+    for entry in all_scenes().values():
+        if isinstance(entry, BugReport):
+            tests[_build_bug_report_row(entry)] = partial(check_bug_report, entry)
+    return tests
 
 
 def _build_bug_report_row(bug_report: BugReport) -> StressRow:

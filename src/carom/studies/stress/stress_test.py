@@ -172,8 +172,20 @@ def build_velocity_check(truth: TrueMotion) -> TraceCheck:
 
 
 def _require_end(check: TraceCheck) -> TraceCheck:
-    """Extend a check, so that a trace that ends early fails."""
-    return lambda trace: _check_early_end(trace) or check(trace)
+    """Extend a check, so that a trace that ends early fails.
+
+    A trace may end in infinitely many impacts or in a lasting contact.
+    """
+
+    def check_to_end(trace: Trace) -> CheckResult:
+        if not (np.isfinite(trace.final_velocity_m_s).all() and np.isfinite(trace.final_position_m).all()):
+            return CheckResult(math.nan, Outcome.NON_FINITE.value)
+        if trace.outcome in {Outcome.COMPLETED, Outcome.STANDSTILL} or trace.outcome.in_contact:
+            return check(trace)
+        note = f": {trace.notes[0]}" if trace.notes else ""
+        return CheckResult(math.nan, f"{trace.outcome.value}{note}")
+
+    return check_to_end
 
 
 def build_closed_form_check(
@@ -263,16 +275,3 @@ def build_pressure_check(compressibility: float) -> TraceCheck:
         return CheckResult(error, note=note) if error <= TOLERANCE else CheckResult(error, note)
 
     return check
-
-
-def _check_early_end(trace: Trace) -> CheckResult | None:
-    """Return a failure for a run that ended early.
-
-    Return None if the run reached its end, infinitely many impacts or a lasting contact.
-    """
-    if not (np.isfinite(trace.final_velocity_m_s).all() and np.isfinite(trace.final_position_m).all()):
-        return CheckResult(math.nan, Outcome.NON_FINITE.value)
-    if trace.outcome in {Outcome.COMPLETED, Outcome.STANDSTILL} or trace.outcome.in_contact:
-        return None
-    note = f": {trace.notes[0]}" if trace.notes else ""
-    return CheckResult(math.nan, f"{trace.outcome.value}{note}")
