@@ -113,15 +113,15 @@ class GrowthKey:
         versions: Names and versions of all packages that affect run time or memory.
         machine: See `carom.execution.environment.Environment.machine`.
         gravity: Whether the discs fall.
-        steps: Number of steps. Runs in journals of an earlier version have 30 steps.
+        steps: Number of steps.
     """
 
     discs: int
     method: Method
     versions: tuple[tuple[str, str], ...]
     machine: tuple[str, str, int]
-    gravity: bool = False
-    steps: int = 30
+    gravity: bool
+    steps: int
 
 
 #: Function that opens the journal of a growth bench.

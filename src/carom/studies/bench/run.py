@@ -22,7 +22,7 @@ from carom.execution.scheduler import TaskRequest, run_tasks
 from carom.execution.score_jobs import Measures
 from carom.model.scene import Scene
 from carom.report import formatting
-from carom.studies.bench.axes import ErrorKind, compute_error
+from carom.studies.bench.axes import ErrorKind
 from carom.studies.bench.convergence import fit_order
 from carom.studies.bench.options import SERIES_STEPS, BenchPlan, compute_geometric_steps
 from carom.studies.bench.own_methods import EXACT_METHOD, add_own_methods, list_own_methods
@@ -171,3 +171,16 @@ def _build_scene_bench(scene: Scene, points: Sequence[Point], timing: SceneTimin
         timing.rounds if timing else 0,
         timing.date if timing else "",
     )
+
+
+def compute_error(measures: Measures, kind: ErrorKind) -> float:
+    """Return a run's error of one kind; NaN if no impact was matched. Missed impacts are counted separately."""
+    total, time = measures.total, abs(measures.total.time_s) / measures.duration_s
+    both = (time, total.velocity)
+    return {
+        ErrorKind.IMPACT: math.nan if any(map(math.isnan, both)) else max(both),
+        ErrorKind.TIME: time,
+        ErrorKind.VELOCITY: total.velocity,
+        ErrorKind.DIRECTION: total.direction_rad,
+        ErrorKind.POSITION: total.final_position,
+    }[kind]

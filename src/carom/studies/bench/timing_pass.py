@@ -122,7 +122,7 @@ class CellTiming:
         net_s: Rest of `advance_s`, without `call_s` and `empty_s`.
         ratio: `advance_s` divided by PIT's with the same step size in the same round; None if PIT was not timed.
         whole_ratio: `whole_s` divided by PIT's with the same step size in the same round; None if PIT was not timed.
-        ratios: For each round, `advance_s` divided by PIT's; empty in files of an earlier version.
+        ratios: For each round, `advance_s` divided by PIT's; empty if PIT was not timed.
     """
 
     steps: int
