@@ -36,8 +36,7 @@ def build_advice_document(advice: Advice, scene_word: str = "") -> Document:
     """
 
     def order(one: StepAdvice) -> tuple[bool, float, float]:
-        passing_s = (one.meets_target.largest_passing_s, one.never_misses.largest_passing_s)
-        return one.method in advice.located, -passing_s[0], -passing_s[1]
+        return one.method in advice.located, -one.meets_target.largest_passing_s, -one.never_misses.largest_passing_s
 
     rows = sorted(advice.answers, key=order)
     answer, *further_lines = _build_headline(advice)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from itertools import takewhile
+from itertools import count, takewhile
 
 from carom.execution.job import Method
 from carom.model.scene import Scene
@@ -139,15 +139,13 @@ def generate_step_grid(scene: Scene, guess_s: float) -> Iterator[float]:
     frame_s, whole_s = 1.0 / scene.frame_rate_hz, scene.duration_s
     finest = min(guess_s, frame_s, whole_s) * FINEST
     yield whole_s
-    doubled = math.floor(math.log2(1.0 / (scene.frame_rate_hz * whole_s)))
-    while True:
+    for doubled in count(math.floor(math.log2(1.0 / (scene.frame_rate_hz * whole_s)))):
         for times in IN_AN_OCTAVE:
             dt_s = 1.0 / (scene.frame_rate_hz * times * 2.0**doubled)
             if dt_s < finest:
                 return
             if dt_s < whole_s:
                 yield dt_s
-        doubled += 1
 
 
 def count_steps_per_frame(dt_s: float, frame_rate_hz: float) -> int | None:

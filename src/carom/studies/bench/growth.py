@@ -253,8 +253,8 @@ def measure_growth(
                 if not (points[key] and points[key][-1].reason)
             }
             # A run may use its curve's share of the time, or the time that the other curves' shares leave.
-            other_shares_s = sum(share_s for key, share_s in time_shares_s.items() if key != curve)
-            available_s = min(remaining_s, max(time_shares_s.get(curve, 0.0), remaining_s - other_shares_s))
+            own_share_s = time_shares_s.pop(curve, 0.0)
+            available_s = min(remaining_s, max(own_share_s, remaining_s - sum(time_shares_s.values())))
             description = f"{size} {'falling ' if gravity else ''}discs on {info.name}"
             progress(done, len(planned_runs), f"{description}{formatting.format_time_left(remaining_s)}")
             curve_points, method = points[curve], methods[info.name]
@@ -323,8 +323,7 @@ def _build_curve(
     pit_s = [pit.get((point.discs, point.bench_start), math.nan) for point in points]
     rated_points = tuple(replace(point, ratio=point.advance_s / of) for point, of in zip(points, pit_s, strict=True))
     fitted = select_same_method([point for point in rated_points if not point.reason and point.discs >= FIT_FROM])
-    sizes = [float(point.discs) for point in fitted]
-    time_exponent = fit_power(sizes, [point.advance_s for point in fitted])[:3]
+    time_exponent = fit_power([point.discs for point in fitted], [point.advance_s for point in fitted])[:3]
     with_memory = [point for point in fitted if point.memory_bytes > 0]
-    memory_exponent = fit_power([float(p.discs) for p in with_memory], [p.memory_bytes for p in with_memory])[:3]
+    memory_exponent = fit_power([p.discs for p in with_memory], [p.memory_bytes for p in with_memory])[:3]
     return GrowthCurve(method.engine, method.profile, rated_points, time_exponent, memory_exponent, gravity)

@@ -23,7 +23,7 @@ from carom.execution.job import Method, Status
 from carom.execution.pool import TaskRunner
 from carom.model.scene import Disc, Scene
 from carom.model.trace import Outcome, Trace
-from carom.studies.stress.failure_search import NotRunError, observe, rename_scene
+from carom.studies.stress.failure_search import observe, rename_scene
 from carom.studies.stress.result import CellEnding, CellResult, UnsavedResult
 from carom.support.formatting import format_number
 
@@ -299,8 +299,6 @@ def check_invariance(invariance: Invariance, method: Method, runner: TaskRunner)
     def run(scene: Scene) -> Trace:
         used.append(scene)
         answer = observe(scene, method, runner)
-        if answer.status in {Status.UNAVAILABLE, Status.UNSUPPORTED}:
-            raise NotRunError(answer)
         if answer.value is None:
             raise _StoppedError(answer.problem, answer.status)
         if answer.value.outcome is not Outcome.COMPLETED:
@@ -314,13 +312,13 @@ def check_invariance(invariance: Invariance, method: Method, runner: TaskRunner)
         value = invariance.deviation(invariance.base(), run)
         deviates = f"it deviates by {format_number(value)} times the scene's length or speed"
         reason = "" if value <= DEVIATION_LIMIT else deviates
-    except NotRunError as error:
-        return UnsavedResult(cell(CellEnding.NOT_RUN, reason=str(error), status=error.status))
     except _StoppedError as error:
         reason, status = error.args
     except InputError as error:
         why = "a run can't start from the final state of the first run"
         reason = f"no second scene: {why} ({str(error).splitlines()[0]})"
+    if status in {Status.UNAVAILABLE, Status.UNSUPPORTED}:
+        return UnsavedResult(cell(CellEnding.NOT_RUN, reason=reason, status=status))
     ending = CellEnding.VIOLATED if reason else CellEnding.HOLDS
     result = cell(ending, value, reason=reason, runs=len(used), status=status)
     return UnsavedResult(result, _build_named_scenes(invariance, method, used))
