@@ -17,7 +17,6 @@ from carom.studies.bench.axes import Diagram, ErrorKind
 from carom.studies.bench.baseline import PointChange, build_baseline_section, describe_baseline
 from carom.studies.bench.figure import render_diagram_png, render_diagram_svg
 from carom.studies.bench.result import Bench, Point, SceneBench, read_run_time
-from carom.studies.bench.tables import format_error, format_losses, format_milliseconds
 from carom.support.folders import build_file_name, write_files
 
 DIAGRAM_NOTE = (
@@ -123,7 +122,7 @@ def _describe_bench(bench: Bench) -> Iterator[str]:
     results = [(scene, scene.find_cheapest_engine(target)) for scene in bench.scenes]
     fastest = formatting.group_by((point.method.phrase, scene) for scene, point in results if point is not None)
     parts = [f"PIC is exact on {len(exact)} of {scene_count}{_format_time_range(exact)}"] if exact else []
-    target_text = f"{format_error(target, kind)} error"
+    target_text = f"{tables.format_error(target, kind)} error"
     if fastest:
         most_common = sorted(fastest.items(), key=lambda item: -len(item[1]))
         best = formatting.join_words([f"{name} on {_format_scenes(scenes, bench)}" for name, scenes in most_common])
@@ -142,7 +141,7 @@ def _describe_bench(bench: Bench) -> Iterator[str]:
 def _format_time_range(points: list[Point]) -> str:
     """Return the smallest and the largest run time as text; only one time if both have the same text."""
     spent = sorted((point.timing.advance_s for point in points if point.timing), key=lambda time: time.median)
-    ends = dict.fromkeys(format_milliseconds(time) for time in (*spent[:1], *spent[-1:]))
+    ends = dict.fromkeys(tables.format_milliseconds(time) for time in (*spent[:1], *spent[-1:]))
     return f" in {' to '.join(ends)} ms" if ends else ""
 
 
@@ -167,7 +166,7 @@ def describe_scene(scene: SceneBench, target: float, kind: ErrorKind, *, next_be
     exact, parts = scene.exact, list[str]()
     if exact is not None:
         timing = exact.timing
-        parts.append(f"PIC takes {format_milliseconds(timing.advance_s)} ms" if timing else "PIC is exact")
+        parts.append(f"PIC takes {tables.format_milliseconds(timing.advance_s)} ms" if timing else "PIC is exact")
     best_points = [curve.best for curve in scene.engines if curve.best is not None]
     sound = [point for point in best_points if point.is_correct]
     if sound:
@@ -179,7 +178,7 @@ def describe_scene(scene: SceneBench, target: float, kind: ErrorKind, *, next_be
     elif (best := best_points[0]).missed_and_spurious:
         parts.append(
             f"every engine misses or invents impacts at every step size; the best is {best.method.phrase}, which "
-            f"{format_losses(best)}{_format_run_time(best)} at steps of {formatting.format_step(best.dt_s)}"
+            f"{tables.format_losses(best)}{_format_run_time(best)} at steps of {formatting.format_step(best.dt_s)}"
         )
     else:
         parts.append("the scene has no error to measure")
@@ -187,7 +186,8 @@ def describe_scene(scene: SceneBench, target: float, kind: ErrorKind, *, next_be
 
 
 def _describe_engines(scene: SceneBench, best: Point, target: float, kind: ErrorKind) -> Iterator[str]:
-    target_text, cheap = f"{format_error(target, kind)} error", scene.find_cheapest_engine(target)
+    target_text = f"{tables.format_error(target, kind)} error"
+    cheap = scene.find_cheapest_engine(target)
     if cheap is None:
         which = "the most accurate engine"
         if best.error > target:  # without run times, no engine is the fastest
@@ -198,20 +198,20 @@ def _describe_engines(scene: SceneBench, best: Point, target: float, kind: Error
         yield f"the most accurate engine, and the fastest with at most {target_text}, is {described}"
     else:
         at = f" ms at steps of {formatting.format_step(cheap.dt_s)}"
-        cost = f" with {format_milliseconds(cheap.timing.advance_s)}{at}" if cheap.timing else ""
+        cost = f" with {tables.format_milliseconds(cheap.timing.advance_s)}{at}" if cheap.timing else ""
         ratio = _format_pic_ratio(scene, cheap)
         yield f"the fastest engine with at most {target_text} is {cheap.method.phrase}{cost}{ratio}"
         yield f"the most accurate is {_describe_point(best, kind)}"
 
 
 def _describe_point(point: Point, kind: ErrorKind) -> str:
-    error = format_error(point.error, kind)
+    error = tables.format_error(point.error, kind)
     step = formatting.format_step(point.dt_s)
     return f"{point.method.phrase} with {error} error{_format_run_time(point)} at steps of {step}"
 
 
 def _format_run_time(point: Point) -> str:
-    return f" in {format_milliseconds(point.timing.advance_s)} ms" if point.timing else ""
+    return f" in {tables.format_milliseconds(point.timing.advance_s)} ms" if point.timing else ""
 
 
 def _format_pic_ratio(scene: SceneBench, point: Point) -> str:

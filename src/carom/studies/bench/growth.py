@@ -243,7 +243,8 @@ def measure_growth(
         points: dict[tuple[str, bool], list[GrowthPoint]] = {(i.name, gravity): [] for _, gravity, i in planned_runs}
         spent = dict.fromkeys(points, 0.0)
         for done, (size, gravity, info) in enumerate(planned_runs):
-            before, curve = time.perf_counter(), (info.name, gravity)
+            before = time.perf_counter()
+            curve = (info.name, gravity)
             remaining_s = 2 * budget_s - (before - started)
             waiting_curves = {(one.name, falls) for _, falls, one in planned_runs[done:]}
             # A curve whose last run failed needs no more time.

@@ -11,10 +11,11 @@ from carom.execution.shared_options import (
     LimitOptions,
     declare_engines,
     declare_no_scheduler,
+    declare_phases,
     declare_profiles,
 )
 from carom.studies.bench.axes import ErrorKind
-from carom.support.limits import LARGEST, MOST_DISCS, MOST_PHASES, MOST_ROUNDS, MOST_SERIES
+from carom.support.limits import LARGEST, MOST_DISCS, MOST_ROUNDS, MOST_SERIES
 from carom.support.options import (
     build_enum_kind,
     build_flag_kind,
@@ -110,12 +111,7 @@ class BenchPlan(LimitOptions):
         default_text="six step sizes, from one frame of each scene to 1/167 of it",
     )
     profiles: Sequence[str] = declare_profiles("default", "tuned")
-    phases: int = declare_option(
-        4,
-        build_whole_number_kind(1, MOST_PHASES),
-        "Number of phases: shifts of the scene by fractions of a step.",
-        "--phases",
-    )
+    phases: int = declare_phases(4)
     error: ErrorKind = declare_option(ErrorKind.IMPACT, build_enum_kind(ErrorKind), "Error to plot.", "--error")
     target: float = declare_option(
         0.01,

@@ -75,14 +75,10 @@ def _is_within_target(point: Point, target: float) -> bool:
 
 def build_method_table(scene: SceneBench, kind: ErrorKind, targets: Sequence[float]) -> Table:
     """Return a table with one row per method, best first: smallest error, and run time for each target."""
-
-    def best(format_point: Callable[[Point], Cell | str]) -> Callable[[Curve], Cell | str]:
-        return lambda curve: "" if curve.best is None else format_point(curve.best)
-
     columns = [
         METHOD,
         Column("least", partial(_build_least_error_cell, kind), "error", number=True),
-        Column("run", best(lambda p: format_milliseconds(p.timing.advance_s) if p.timing else ""), "ms", number=True),
+        Column("run", _format_best_time, "ms", number=True),
         Column("at", _format_best_step, "step", number=True),
         *(
             Column(format_error(target, kind), partial(_build_cost_cell, scene, target), "ms", number=True, only=only)
@@ -217,6 +213,11 @@ def format_losses(point: Point) -> str:
     if not losses:
         return "has no error to measure"
     return f"{formatting.join_words(losses)} of {formatting.format_count(point.expected, 'impact')}"
+
+
+def _format_best_time(curve: Curve) -> str:
+    timing = None if curve.best is None else curve.best.timing
+    return "" if timing is None else format_milliseconds(timing.advance_s)
 
 
 def _format_best_step(curve: Curve) -> str:

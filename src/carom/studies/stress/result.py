@@ -41,7 +41,8 @@ class CellEnding(StrEnum):
     def __new__(cls, phrase: str, in_files: str) -> Self:
         """Create a member whose value is the phrase."""
         ending = str.__new__(cls, phrase)
-        ending._value_, ending.in_files = phrase, in_files
+        ending._value_ = phrase
+        ending.in_files = in_files
         return ending
 
 
