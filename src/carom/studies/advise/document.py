@@ -14,7 +14,6 @@ from carom.report.document import Block, Code, Column, Document, Figure, Figures
 from carom.report.provenance import build_provenance
 from carom.studies.advise.figure import render_advice_svg
 from carom.studies.advise.run import Advice
-from carom.studies.advise.sampling_limit import Cause
 from carom.studies.advise.step_search import CONFIRM, SearchEnding, StepAdvice, StepRange, count_steps_per_frame
 from carom.studies.advise.step_trial import StepTrial
 from carom.support.formatting import format_step_option
@@ -328,14 +327,9 @@ def _describe_hardest_impact(advice: Advice) -> str:
     speed, reach = formatting.format_number(window.speed_m_s), formatting.format_number(window.reach_m)
     size = f"relative speed {speed} m/s, centres {reach} m apart"
     offset = formatting.format_number(window.relative_offset, 4)
-    why = {
-        Cause.GRAZE: f"a graze, off centre by {offset} of the contact distance",
-        Cause.FAST: f"the discs are fast for their size ({size})",
-        Cause.TURN: f"the line between their centres turns fast ({size})",
-    }[impact.cause]
+    why = impact.cause.value.format(offset=offset, size=size)
     late = impact.limit.direction_dt_s
-    late_text = formatting.format_seconds(late)
-    direction = f"error is too large if the impact is found more than {late_text} late"
+    direction = f"error is too large if the impact is found more than {formatting.format_seconds(late)} late"
     if math.isinf(late):
         direction = "meets the target even if the impact is found late"
     if advice.scene.arrays.has_disc_friction:  # there is no formula for the effect of friction

@@ -178,11 +178,11 @@ GRAZE = math.cos(math.pi / 6)
 
 
 class Cause(Enum):
-    """Reason why an impact is hard to find. Each value is the phrase that the report shows."""
+    """Reason why an impact is hard to find. Each value is the phrase that the report shows, with numbers in braces."""
 
-    GRAZE = "a graze"
-    FAST = "a fast small disc"
-    TURN = "the line between the centres turns fast"
+    GRAZE = "a graze, off centre by {offset} of the contact distance"
+    FAST = "the discs are fast for their size ({size})"
+    TURN = "the line between their centres turns fast ({size})"
     WALL = "the other body is a wall, which a disc cannot pass without overlapping it in some frame"
     EDGE = "the other body is a thin wall, which a disc passes unnoticed if it moves too far in a step"
 
