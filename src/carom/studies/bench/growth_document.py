@@ -31,11 +31,10 @@ _SIMULATED_S = STEPS * DT_S
 
 def build_growth_document(growth: Growth) -> Document:
     """Return the document of a growth bench: run time and memory against the number of discs."""
+    dashed = "Dashed lines are runs with gravity."
     figures = (
-        Figure(
-            partial(_render_svg, growth, False), "Run time per simulated second. Dashed lines are runs with gravity."
-        ),
-        Figure(partial(_render_svg, growth, True), "Memory. Dashed lines are runs with gravity."),
+        Figure(partial(_render_svg, growth, False), f"Run time per simulated second. {dashed}"),
+        Figure(partial(_render_svg, growth, True), f"Memory. {dashed}"),
     )
     left_out = tuple(
         f"{curve.method.label}{_format_gas(curve)}, {point.discs} discs, not run: {point.reason}"
@@ -153,9 +152,8 @@ class _Run(NamedTuple):
 
     @property
     def name(self) -> str:
-        return (
-            f"{self.curve.method.label}{_format_gas(self.curve)}, {formatting.format_count(self.point.discs, 'disc')}"
-        )
+        discs = formatting.format_count(self.point.discs, "disc")
+        return f"{self.curve.method.label}{_format_gas(self.curve)}, {discs}"
 
     @property
     def anchor(self) -> str:

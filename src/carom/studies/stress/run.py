@@ -146,8 +146,8 @@ def _find_tests(quick: bool) -> dict[StressRow, FindResult]:
     tests: dict[StressRow, FindResult] = {}
     for test in STRESS_TESTS:
         if not (quick and test.full_only):
-            about = (test.name, test.axis, test.truth, test.failure_rule)
-            row = StressRow("attack", *about, tuple(test.build_ladder(quick)), group=test.group)
+            ladder = tuple(test.build_ladder(quick))
+            row = StressRow("attack", test.name, test.axis, test.truth, test.failure_rule, ladder, group=test.group)
             tests[row] = partial(find_failure, test, quick=quick)
     truth = "not needed, because the two runs of the method are compared with each other"
     fails = f"the deviation is above {DEVIATION_LIMIT:g}; rounding errors after three impacts are smaller"
@@ -161,11 +161,11 @@ def _find_tests(quick: bool) -> dict[StressRow, FindResult]:
 
 
 def _build_bug_report_row(bug_report: BugReport) -> StressRow:
+    name, truth = bug_report.name.partition("/")[2], bug_report.known.source
     axis = f"{bug_report.about}: {bug_report.summary}"
     threshold = f"errors below {100 * bug_report.smallest_error:g} % do not count"
     fails = capitalise(f"{bug_report.symptom.value}; {threshold}. {bug_report.number_sources}")
-    about = (bug_report.name.partition("/")[2], axis, bug_report.known.source, fails)
-    return StressRow("complaint", *about, link=bug_report.thread, about=bug_report.engine)
+    return StressRow("complaint", name, axis, truth, fails, link=bug_report.thread, about=bug_report.engine)
 
 
 def _select_rows(names: Sequence[str], quick: bool) -> tuple[StressRow, ...]:
