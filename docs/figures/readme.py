@@ -25,8 +25,8 @@ from carom.report.formatting import format_number
 from carom.report.svg import to_separate_svg
 from carom.studies.bench.axes import Diagram, ErrorKind
 from carom.studies.bench.convergence import Convergence, ConvergenceOrder
+from carom.studies.bench.document import describe_scene
 from carom.studies.bench.figure import render_diagram_svg
-from carom.studies.bench.headline import describe_scene
 from carom.studies.bench.machine_noise import Noise, Spread
 from carom.studies.bench.result import Curve, Point, SceneBench
 from carom.studies.bench.tables import format_error

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
-from carom.support.limits import DEFAULT_TIME_LIMIT_S, MOST_JOBS
+from carom.support.limits import DEFAULT_TIME_LIMIT_S, MOST_JOBS, MOST_PHASES
 from carom.support.options import (
     DeclaredOptions,
     ValueKind,
@@ -62,6 +62,12 @@ def declare_steps(default_text: str) -> Any:
     """Declare the option for step sizes. `default_text` describes the default."""
     help_text = "Step size in seconds, such as 1/240; repeatable."
     return declare_option(None, build_step_kind(), help_text, "--dt", many=True, default_text=default_text)
+
+
+def declare_phases(default: int) -> Any:
+    """Declare the option for the number of phases."""
+    help_text = "Number of phases: shifts of the scene by fractions of a step."
+    return declare_option(default, build_whole_number_kind(1, MOST_PHASES), help_text, "--phases")
 
 
 def declare_seed() -> Any:

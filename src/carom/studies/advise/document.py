@@ -10,23 +10,10 @@ from functools import partial
 from carom.engines.registry import format_engine_argument
 from carom.model.trace import body_name
 from carom.report import formatting
-from carom.report.document import (
-    Block,
-    Code,
-    Column,
-    Document,
-    Figure,
-    Figures,
-    Lines,
-    Media,
-    Section,
-    Table,
-    Text,
-)
+from carom.report.document import Block, Code, Column, Document, Figure, Figures, Lines, Media, Section, Table, Text
 from carom.report.provenance import build_provenance
 from carom.studies.advise.figure import render_advice_svg
 from carom.studies.advise.run import Advice
-from carom.studies.advise.sampling_limit import Cause
 from carom.studies.advise.step_search import CONFIRM, SearchEnding, StepAdvice, StepRange, count_steps_per_frame
 from carom.studies.advise.step_trial import StepTrial
 from carom.support.formatting import format_step_option
@@ -48,7 +35,7 @@ def build_advice_document(advice: Advice, scene_word: str = "") -> Document:
     """
 
     def order(one: StepAdvice) -> tuple[bool, float, float]:
-        return one.method in advice.located, _compute_sort_key(one.meets_target), _compute_sort_key(one.never_misses)
+        return one.method in advice.located, -one.meets_target.largest_passing_s, -one.never_misses.largest_passing_s
 
     rows = sorted(advice.answers, key=order)
     answer, *further_lines = _build_headline(advice)
@@ -144,18 +131,15 @@ def _describe_longest_step(advice: Advice, criterion: Callable[[StepAdvice], Ste
     Methods whose steps Carom shortens are considered only if there are no other methods. Users can't shorten steps by a
     setting of the engine.
     """
-    candidates = [one for one in advice.answers if one.method not in advice.located] or list(advice.answers)
-    passing = [(found, answer) for answer in candidates if (found := criterion(answer)).largest_passing]
-    if not passing:
+    candidates = [one for one in advice.answers if one.method not in advice.located] or advice.answers
+    longest_s = max(criterion(answer).largest_passing_s for answer in candidates)
+    if not longest_s:
         return "no tested step size of any engine suffices"
-    longest = max(found.largest_passing.dt_s for found, _ in passing if found.largest_passing)
-    best = [
-        (found, answer) for found, answer in passing if found.largest_passing and found.largest_passing.dt_s == longest
-    ]
-    names = formatting.join_words([answer.method.label for _, answer in best], "or")
-    any_step = all(_has_no_step_limit(answer, found) for found, answer in best)
+    best = [answer for answer in candidates if criterion(answer).largest_passing_s == longest_s]
+    names = formatting.join_words([answer.method.label for answer in best], "or")
+    any_step = all(_has_no_step_limit(answer, criterion(answer)) for answer in best)
     steps = "any tested step size ({} or more steps per second)" if any_step else "{} steps/s"
-    return f"use {steps.format(_format_rate(longest))}{_describe_substeps(advice, best[0][0])} with {names}"
+    return f"use {steps.format(_format_rate(longest_s))}{_describe_substeps(advice, criterion(best[0]))} with {names}"
 
 
 def _has_no_step_limit(answer: StepAdvice, step_range: StepRange) -> bool:
@@ -167,11 +151,11 @@ def _describe_substeps(advice: Advice, step_range: StepRange) -> str:
     """Describe the number of steps per frame at the largest passing step size that divides a frame."""
     if (times := _count_steps_per_frame(advice, step_range)) is None:
         return ""
-    rate = formatting.format_number(advice.scene.frame_rate_hz, 4)
-    enough = (
-        "" if step_range.frame_divisor is step_range.largest_passing else f" {'is' if times == 1 else 'are'} enough"
-    )
-    return f" ({formatting.format_count(times, 'step')} per frame at {rate} Hz{enough})"
+    steps = formatting.format_count(times, "step")
+    per_frame = f"per frame at {formatting.format_number(advice.scene.frame_rate_hz, 4)} Hz"
+    if step_range.frame_divisor is step_range.largest_passing:
+        return f" ({steps} {per_frame})"
+    return f" ({steps} {per_frame} {'is' if times == 1 else 'are'} enough)"
 
 
 def _count_steps_per_frame(advice: Advice, step_range: StepRange) -> int | None:
@@ -207,9 +191,9 @@ def _build_code_blocks(advice: Advice, rows: Sequence[StepAdvice], scene_word: s
 
 
 def _describe_passing_step(answer: StepAdvice, step_range: StepRange) -> str:
-    if step_range.largest_passing is None:
+    if not step_range.largest_passing_s:
         return _format_rate_range(step_range)
-    return "any tried" if _has_no_step_limit(answer, step_range) else _format_rate(step_range.largest_passing.dt_s)
+    return "any tried" if _has_no_step_limit(answer, step_range) else _format_rate(step_range.largest_passing_s)
 
 
 def _format_frame_step_result(advice: Advice, answer: StepAdvice) -> str:
@@ -273,10 +257,6 @@ def _build_trials_table(answer: StepAdvice) -> Table:
     return Table(columns, answer.trials, title=name, folded=name, only=Media.IN_FULL)
 
 
-def _compute_sort_key(step_range: StepRange) -> float:
-    return math.inf if step_range.largest_passing is None else -step_range.largest_passing.dt_s
-
-
 def _format_rate(dt_s: float) -> str:
     return formatting.format_number(1.0 / dt_s, 4)
 
@@ -293,14 +273,12 @@ def _format_rates(trials: Iterable[StepTrial]) -> str:
 
 
 def _format_rate_range(step_range: StepRange) -> str:
-    if step_range.largest_passing is not None:
-        return f"{_format_rate(step_range.largest_passing.dt_s)}-{_format_rate(step_range.smallest_tested_s)}"
+    if step_range.largest_passing_s:
+        return f"{_format_rate(step_range.largest_passing_s)}-{_format_rate(step_range.smallest_tested_s)}"
     if math.isnan(step_range.smallest_tested_s):
         return formatting.ABSENT
-    failed = (
-        step_range.smallest_failing is not None and step_range.smallest_failing.dt_s == step_range.smallest_tested_s
-    )
-    return "none" if failed else "unfinished"
+    failing = step_range.smallest_failing
+    return "none" if failing is not None and failing.dt_s == step_range.smallest_tested_s else "unfinished"
 
 
 def _format_failing_rate(answer: StepAdvice, step_range: StepRange) -> str:
@@ -349,14 +327,9 @@ def _describe_hardest_impact(advice: Advice) -> str:
     speed, reach = formatting.format_number(window.speed_m_s), formatting.format_number(window.reach_m)
     size = f"relative speed {speed} m/s, centres {reach} m apart"
     offset = formatting.format_number(window.relative_offset, 4)
-    why = {
-        Cause.GRAZE: f"a graze, off centre by {offset} of the contact distance",
-        Cause.FAST: f"the discs are fast for their size ({size})",
-        Cause.TURN: f"the line between their centres turns fast ({size})",
-    }[impact.cause]
+    why = impact.cause.value.format(offset=offset, size=size)
     late = impact.limit.direction_dt_s
-    late_text = formatting.format_seconds(late)
-    direction = f"error is too large if the impact is found more than {late_text} late"
+    direction = f"error is too large if the impact is found more than {formatting.format_seconds(late)} late"
     if math.isinf(late):
         direction = "meets the target even if the impact is found late"
     if advice.scene.arrays.has_disc_friction:  # there is no formula for the effect of friction

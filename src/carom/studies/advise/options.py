@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from carom.execution.shared_options import LimitOptions, declare_engines, declare_profiles
-from carom.support.limits import ADVICE_STEPS, MOST_PHASES, MOST_STEPS
+from carom.execution.shared_options import LimitOptions, declare_engines, declare_phases, declare_profiles
+from carom.support.limits import ADVICE_STEPS, MOST_STEPS
 from carom.support.options import build_measure_kind, build_whole_number_kind, declare_option
 
 
@@ -55,12 +55,7 @@ class AdviceOptions(LimitOptions):
     miss_probability: float = declare_option(
         0.0, _FRACTION, "Allowed fraction of phases with a missed or spurious impact.", "--miss-probability"
     )
-    phases: int = declare_option(
-        8,
-        build_whole_number_kind(1, MOST_PHASES),
-        "Number of phases: shifts of the scene by fractions of a step.",
-        "--phases",
-    )
+    phases: int = declare_phases(8)
     budget_steps: int = declare_option(
         ADVICE_STEPS,
         build_whole_number_kind(1, MOST_STEPS),

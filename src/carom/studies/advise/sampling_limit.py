@@ -12,6 +12,7 @@ the angle of u.
 
 from __future__ import annotations
 
+import cmath
 import math
 from dataclasses import dataclass
 from enum import Enum
@@ -88,28 +89,23 @@ def compute_direction_limit(
     Returns:
         Delay in seconds; infinite if no delay causes a larger error.
     """
-    (ux, uy), speed = window.relative_m_s, window.speed_m_s
-    radius = 0.5 * push * speed
-    centre = (velocity_before[0] + sign * 0.5 * push * ux, velocity_before[1] + sign * 0.5 * push * uy)
-    start = 2.0 * math.atan2(window.normal[1], window.normal[0]) - math.atan2(uy, ux)
-    # The signed angle by which w turns until the closest approach: 0 for a head-on impact.
-    turn = (
-        math.copysign(2.0 * math.acos(min(1.0, window.relative_offset)), window.miss_m)
-        if window.relative_offset > 0.0
-        else 0.0
-    )
-    if radius == 0.0 or turn == 0.0:
+    before, relative = complex(*velocity_before), complex(*window.relative_m_s)
+    radius = 0.5 * push * window.speed_m_s
+    centre = before + sign * 0.5 * push * relative
+    start = 2.0 * cmath.phase(complex(*window.normal)) - cmath.phase(relative)
+    if radius == 0.0 or window.relative_offset == 0.0:  # a head-on impact stays head-on
         return math.inf
-    reference = (centre[0] + sign * radius * math.cos(start), centre[1] + sign * radius * math.sin(start))
+    # The signed angle by which w turns until the closest approach.
+    turn = math.copysign(2.0 * math.acos(min(1.0, window.relative_offset)), window.miss_m)
+    reference = centre + cmath.rect(sign * radius, start)
     # A disc at rest after the impact has no direction. Its velocity before the impact and the change of velocity
     # cancel, except for rounding.
-    if math.hypot(*reference) <= 8 * 2.0**-53 * (math.hypot(*velocity_before) + push * speed):
+    if abs(reference) <= 8 * 2.0**-53 * (abs(before) + push * window.speed_m_s):
         return math.inf
-    heading = math.atan2(reference[1], reference[0])
     crossings = []
-    for side in (heading - angle_rad, heading + angle_rad):
+    for side in (cmath.phase(reference) - angle_rad, cmath.phase(reference) + angle_rad):
         for place in _find_circle_ray_points(centre, radius, side):
-            swept = (math.atan2(sign * place[1], sign * place[0]) - start) % math.tau
+            swept = (cmath.phase(place if sign > 0 else -place) - start) % math.tau
             crossings.append(swept if turn > 0 else math.tau - swept)
     crossings_in_window = [swept for swept in crossings if 0.0 < swept < abs(turn)]
     return _delay_of_angle(window, math.copysign(min(crossings_in_window), turn)) if crossings_in_window else math.inf
@@ -125,16 +121,15 @@ def _delay_of_angle(window: ContactWindow, swept: float) -> float:
     return (along - aside * math.tan(angle_left)) / window.speed_m_s
 
 
-def _find_circle_ray_points(centre: Vector, radius: float, heading: float) -> list[Vector]:
+def _find_circle_ray_points(centre: complex, radius: float, heading: float) -> list[complex]:
     """Return the points at which a ray from the origin meets a circle, as vectors from the circle's centre."""
-    dx, dy = math.cos(heading), math.sin(heading)
-    half = centre[0] * dx + centre[1] * dy
-    aside = centre[0] * dy - centre[1] * dx
-    inside = (radius - abs(aside)) * (radius + abs(aside))
+    ray = cmath.rect(1.0, heading)
+    turned = centre * ray.conjugate()  # the centre's coordinates along and across the ray
+    inside = (radius - abs(turned.imag)) * (radius + abs(turned.imag))
     if inside < 0.0:
         return []
     root = math.sqrt(inside)
-    return [(along * dx - centre[0], along * dy - centre[1]) for along in (half - root, half + root) if along > 0.0]
+    return [along * ray - centre for along in (turned.real - root, turned.real + root) if along > 0.0]
 
 
 @dataclass(frozen=True)
@@ -183,11 +178,11 @@ GRAZE = math.cos(math.pi / 6)
 
 
 class Cause(Enum):
-    """Reason why an impact is hard to find. Each value is the phrase that the report shows."""
+    """Reason why an impact is hard to find. Each value is the phrase that the report shows, with numbers in braces."""
 
-    GRAZE = "a graze"
-    FAST = "a fast small disc"
-    TURN = "the line between the centres turns fast"
+    GRAZE = "a graze, off centre by {offset} of the contact distance"
+    FAST = "the discs are fast for their size ({size})"
+    TURN = "the line between their centres turns fast ({size})"
     WALL = "the other body is a wall, which a disc cannot pass without overlapping it in some frame"
     EDGE = "the other body is a thin wall, which a disc passes unnoticed if it moves too far in a step"
 

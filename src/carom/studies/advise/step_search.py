@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from itertools import takewhile
+from itertools import count, takewhile
 
 from carom.execution.job import Method
 from carom.model.scene import Scene
@@ -75,6 +75,11 @@ class StepRange:
     finer_failures: tuple[StepTrial, ...]
 
     @property
+    def largest_passing_s(self) -> float:
+        """The largest step size that passes, in seconds; 0 if there is none."""
+        return 0.0 if self.largest_passing is None else self.largest_passing.dt_s
+
+    @property
     def monotone(self) -> bool:
         """Whether all tested step sizes that are smaller than a passing one also pass."""
         return not self.finer_failures
@@ -114,12 +119,11 @@ class StepAdvice:
 
         Only step sizes below the smallest step size with a missed or invented impact are considered.
         """
-        run: list[StepTrial] = []
-        for trial in reversed(_select_finest_passing(self.trials, lambda trial: trial.never_misses)):
-            if not _is_constant([one.direction_error_rad for one in (trial, *run)]):
-                break
-            run.insert(0, trial)
-        return run[0].dt_s if _has_octaves(run, LONGEST) else None
+        passing = _select_finest_passing(self.trials, lambda trial: trial.never_misses)
+        for k, trial in enumerate(passing):
+            if _is_constant([one.direction_error_rad for one in passing[k:]]):
+                return trial.dt_s if _has_octaves(passing[k:], LONGEST) else None
+        return None
 
 
 @dataclass(frozen=True)
@@ -135,15 +139,13 @@ def generate_step_grid(scene: Scene, guess_s: float) -> Iterator[float]:
     frame_s, whole_s = 1.0 / scene.frame_rate_hz, scene.duration_s
     finest = min(guess_s, frame_s, whole_s) * FINEST
     yield whole_s
-    doubled = math.floor(math.log2(1.0 / (scene.frame_rate_hz * whole_s)))
-    while True:
+    for doubled in count(math.floor(math.log2(1.0 / (scene.frame_rate_hz * whole_s)))):
         for times in IN_AN_OCTAVE:
             dt_s = 1.0 / (scene.frame_rate_hz * times * 2.0**doubled)
             if dt_s < finest:
                 return
             if dt_s < whole_s:
                 yield dt_s
-        doubled += 1
 
 
 def count_steps_per_frame(dt_s: float, frame_rate_hz: float) -> int | None:
@@ -154,12 +156,13 @@ def count_steps_per_frame(dt_s: float, frame_rate_hz: float) -> int | None:
     return rounded if rounded and abs(times - rounded) <= 8 * 2.0**-53 * rounded else None
 
 
+@dataclass
 class StepSearch:
     """Search for the largest step size with which one method is accurate enough.
 
     The search requests step sizes, which the caller tests.
 
-    Args:
+    Attributes:
         scene: The scene.
         method: Engine and profile.
         target: Required accuracy.
@@ -173,23 +176,20 @@ class StepSearch:
             step size.
     """
 
-    def __init__(
-        self,
-        scene: Scene,
-        method: Method,
-        target: AccuracyTarget,
-        guess_s: float,
-        phases: int,
-        aimed_phases: int,
-        budget_steps: int,
-        refusal: Callable[[float], str],
-    ) -> None:
-        self._method, self._target, self._phases, self._aimed_phases = method, target, phases, aimed_phases
-        self._duration_s, self._budget_left, self._refusal = scene.duration_s, budget_steps, refusal
-        self._rate_hz, self._guess_s = scene.frame_rate_hz, guess_s
-        self._frame_s = 1.0 / scene.frame_rate_hz
-        self._coarsest_end_s = max(min(self._frame_s, guess_s), self._frame_s / 2**OCTAVES_COVERED)
-        self._grid = tuple(generate_step_grid(scene, guess_s))
+    scene: Scene
+    method: Method
+    target: AccuracyTarget
+    guess_s: float
+    phases: int
+    aimed_phases: int
+    budget_steps: int
+    refusal: Callable[[float], str]
+
+    def __post_init__(self) -> None:
+        self._frame_s = 1.0 / self.scene.frame_rate_hz
+        self._coarsest_end_s = max(min(self._frame_s, self.guess_s), self._frame_s / 2**OCTAVES_COVERED)
+        self._budget_left = self.budget_steps
+        self._grid = tuple(generate_step_grid(self.scene, self.guess_s))
         self._trials: dict[float, StepTrial] = {}
         self._confirmed: set[float] = set()
         self._refused_step: tuple[float, str] | None = None
@@ -201,7 +201,7 @@ class StepSearch:
     @property
     def is_refused(self) -> bool:
         """Whether the method refuses every step size."""
-        return all(self._refusal(dt_s) for dt_s in self._grid)
+        return all(self.refusal(dt_s) for dt_s in self._grid)
 
     def add_result(self, trial: StepTrial | str) -> None:
         """Store the result of the requested step size, or the reason why the step size could not be tested.
@@ -217,7 +217,7 @@ class StepSearch:
         """Return the result."""
         refused_s, refusal = self._refused_step or (None, "")
         never_misses, meets_target = (self._build_range(passes) for passes in self._criteria)
-        return StepAdvice(self._method, self._tested, never_misses, meets_target, self._ending, refused_s, refusal)
+        return StepAdvice(self.method, self._tested, never_misses, meets_target, self._ending, refused_s, refusal)
 
     @property
     def _tested(self) -> tuple[StepTrial, ...]:
@@ -225,17 +225,17 @@ class StepSearch:
 
     @property
     def _criteria(self) -> tuple[Callable[[StepTrial], bool], ...]:
-        return (lambda trial: trial.never_misses, lambda trial: trial.is_within(self._target))
+        return (lambda trial: trial.never_misses, lambda trial: trial.is_within(self.target))
 
     def _generate_steps(self) -> Generator[StepRequest, StepTrial | str, None]:
         for dt_s in self._grid:
-            if reason := self._refusal(dt_s):
+            if reason := self.refusal(dt_s):
                 self._refused_step = (dt_s, reason)
                 continue
-            if not (yield from self._test(dt_s, self._phases)):
+            if not (yield from self._test(dt_s, self.phases)):
                 return
             while unconfirmed := self._find_unconfirmed():
-                if not (yield from self._test(unconfirmed.dt_s, max(CONFIRM, self._phases))):
+                if not (yield from self._test(unconfirmed.dt_s, max(CONFIRM, self.phases))):
                     return
             if all(self._is_found(passes) for passes in self._criteria):
                 self._ending = SearchEnding.FOUND
@@ -246,7 +246,7 @@ class StepSearch:
 
     def _test(self, dt_s: float, even_phases: int) -> Generator[StepRequest, StepTrial | str, bool]:
         """Request a step size, and return whether the search continues."""
-        max_steps = compute_step_limit(self._duration_s, dt_s, even_phases + self._aimed_phases)
+        max_steps = compute_step_limit(self.scene.duration_s, dt_s, even_phases + self.aimed_phases)
         if max_steps * self._used_part > self._budget_left:
             self._ending = SearchEnding.BUDGET
             return False
@@ -276,7 +276,7 @@ class StepSearch:
 
     def _select_frame_divisor(self, run: Sequence[StepTrial]) -> Sequence[StepTrial]:
         """Return the largest step size that divides a frame into equal steps, in a list; an empty list if none does."""
-        return [trial for trial in run if count_steps_per_frame(trial.dt_s, self._rate_hz)][:1]
+        return [trial for trial in run if count_steps_per_frame(trial.dt_s, self.scene.frame_rate_hz)][:1]
 
     def _is_long_enough(self, run: Sequence[StepTrial]) -> bool:
         """Whether enough smaller step sizes were tested to recommend the largest step size in `run`."""
@@ -292,7 +292,7 @@ class StepSearch:
 
         The result is False for step sizes above a frame, or above the step size that PIT needs.
         """
-        if dt_s > min(self._frame_s, self._guess_s):
+        if dt_s > min(self._frame_s, self.guess_s):
             return False
         never_misses, meets_target = self._criteria
         run = _select_finest_passing(self._tested, lambda trial: never_misses(trial) and not meets_target(trial))

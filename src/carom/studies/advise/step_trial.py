@@ -115,13 +115,11 @@ class StepTrial:
 
     def is_within(self, target: AccuracyTarget) -> bool:
         """Return whether the accuracy target is met; False if the direction error is unknown."""
-        allowed = target.miss_probability
-        few = (
-            self.never_misses
-            if allowed == 0.0
-            else not self.reason and self.lost_even_phases <= allowed * self.even_phases
-        )
-        return few and self.direction_error_rad <= target.direction_error_rad
+        if target.miss_probability == 0.0:
+            few_lost = self.lost_phases == 0
+        else:
+            few_lost = self.lost_even_phases <= target.miss_probability * self.even_phases
+        return not self.reason and few_lost and self.direction_error_rad <= target.direction_error_rad
 
     @classmethod
     def of(

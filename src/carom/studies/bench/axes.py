@@ -2,13 +2,7 @@
 
 from __future__ import annotations
 
-import math
 from enum import StrEnum
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from carom.execution.score_jobs import Measures
-
 
 #: Target errors. A bench reports the run time for each target error that an engine reaches.
 TARGETS = (0.1, 0.01, 1e-3, 1e-4, 1e-6)
@@ -72,16 +66,3 @@ _TEXTS = {
         "error of the worst final position, divided by the largest radius",
     ),
 }
-
-
-def compute_error(measures: Measures, kind: ErrorKind) -> float:
-    """Return a run's error of one kind; NaN if no impact was matched. Missed impacts are counted separately."""
-    total, time = measures.total, abs(measures.total.time_s) / measures.duration_s
-    both = (time, total.velocity)
-    return {
-        ErrorKind.IMPACT: math.nan if any(map(math.isnan, both)) else max(both),
-        ErrorKind.TIME: time,
-        ErrorKind.VELOCITY: total.velocity,
-        ErrorKind.DIRECTION: total.direction_rad,
-        ErrorKind.POSITION: total.final_position,
-    }[kind]

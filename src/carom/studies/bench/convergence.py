@@ -57,10 +57,10 @@ def fit_order(dts_s: Sequence[float], errors: Sequence[float]) -> ConvergenceOrd
     """
     finite = [(dt_s, error) for dt_s, error in zip(dts_s, errors, strict=True) if math.isfinite(error)]
     above = [(dt_s, error) for dt_s, error in finite if error > THRESHOLDS.rounding]
-    if finite and not above:
-        return ConvergenceOrder(Convergence.EXACT, math.nan, math.nan, math.nan, math.nan, 0)
     exponent, low, high, factor = fit_power([dt_s for dt_s, _ in above], [error for _, error in above])
-    if math.isnan(low):
+    if finite and not above:
+        verdict = Convergence.EXACT
+    elif math.isnan(low):
         verdict = Convergence.TOO_FEW
     elif low >= LEAST_ORDER:
         verdict = Convergence.CONVERGES
@@ -103,8 +103,6 @@ def compute_student_quantile(probability: float, freedom: int) -> float:
         high *= 2.0
     while high - low > 1e-13 * high:
         middle = 0.5 * (low + high)
-        if not low < middle < high:
-            break
         low, high = (middle, high) if _compute_student_cdf(middle, freedom) < probability else (low, middle)
     return high
 

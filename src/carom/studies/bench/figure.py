@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from carom.comparator.thresholds import THRESHOLDS
-from carom.execution.job import Method
 from carom.report import formatting, svg
 from carom.studies.bench.axes import Diagram, ErrorKind
 from carom.studies.bench.result import Curve, Point, SceneBench, read_run_time
@@ -86,7 +85,7 @@ class _Drawing:
         drawn_points = [(place, point) for place, point in placed_points if all(map(math.isfinite, place))]
         if not drawn_points:
             return
-        name = {"pit": "PIT"}.get(curve.engine, Method(curve.engine, curve.profile).label)
+        name = {"pit": "PIT"}.get(curve.engine, curve.method.label)
         end = drawn_points[-1][0]
         if curve.is_pic:
             name, end = "PIC", (self.axes.get_xlim()[1], end[1])

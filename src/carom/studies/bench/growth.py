@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -113,15 +113,15 @@ class GrowthKey:
         versions: Names and versions of all packages that affect run time or memory.
         machine: See `carom.execution.environment.Environment.machine`.
         gravity: Whether the discs fall.
-        steps: Number of steps. Runs in journals of an earlier version have 30 steps.
+        steps: Number of steps.
     """
 
     discs: int
     method: Method
     versions: tuple[tuple[str, str], ...]
     machine: tuple[str, str, int]
-    gravity: bool = False
-    steps: int = 30
+    gravity: bool
+    steps: int
 
 
 #: Function that opens the journal of a growth bench.
@@ -177,9 +177,9 @@ class GrowthCurve:
     gravity: bool = False
 
     @property
-    def label(self) -> str:
-        """Name of the method."""
-        return Method(self.engine, self.profile).label
+    def method(self) -> Method:
+        """Engine and profile."""
+        return Method(self.engine, self.profile)
 
     @property
     def ran(self) -> list[GrowthPoint]:
@@ -244,6 +244,7 @@ def measure_growth(
         spent = dict.fromkeys(points, 0.0)
         for done, (size, gravity, info) in enumerate(planned_runs):
             before = time.perf_counter()
+            curve = (info.name, gravity)
             remaining_s = 2 * budget_s - (before - started)
             waiting_curves = {(one.name, falls) for _, falls, one in planned_runs[done:]}
             # A curve whose last run failed needs no more time.
@@ -252,17 +253,19 @@ def measure_growth(
                 for key in waiting_curves
                 if not (points[key] and points[key][-1].reason)
             }
-            available_s = _compute_available_time((info.name, gravity), time_shares_s, remaining_s)
+            # A run may use its curve's share of the time, or the time that the other curves' shares leave.
+            own_share_s = time_shares_s.pop(curve, 0.0)
+            available_s = min(remaining_s, max(own_share_s, remaining_s - sum(time_shares_s.values())))
             description = f"{size} {'falling ' if gravity else ''}discs on {info.name}"
             progress(done, len(planned_runs), f"{description}{formatting.format_time_left(remaining_s)}")
-            curve_points, method = points[info.name, gravity], methods[info.name]
+            curve_points, method = points[curve], methods[info.name]
             key = GrowthKey(size, method, find_versions(info.name), environment.machine, gravity, STEPS)
             reason = info.unavailable or _find_skip_reason(curve_points, size, min(available_s, options.time_limit_s))
             refused = Answer[GrowthRun](Status.UNSUPPORTED, reason) if reason else None
             pool.renew()
             request = TaskRequest(size, key, GrowthTask(size, method, environment.date, gravity), refused)
             ((_, answer),) = run_tasks([request], pool, notes, one_at_a_time=True)
-            spent[info.name, gravity] += time.perf_counter() - before
+            spent[curve] += time.perf_counter() - before
             curve_points.append(_build_point(size, answer))
     curves = []
     for (name, gravity), curve_points in points.items():
@@ -270,14 +273,6 @@ def measure_growth(
         curves.append(_build_curve(methods[name], gravity, curve_points, pit))
     elapsed_s = time.perf_counter() - started
     return Growth(tuple(curves), environment, budget_s, command, elapsed_s)
-
-
-def _compute_available_time(
-    curve: tuple[str, bool], time_shares_s: Mapping[tuple[str, bool], float], remaining_s: float
-) -> float:
-    """Return a run's time limit in seconds: its curve's share, or the time that the other curves' shares leave."""
-    other_shares_s = sum(share_s for key, share_s in time_shares_s.items() if key != curve)
-    return min(remaining_s, max(time_shares_s.get(curve, 0.0), remaining_s - other_shares_s))
 
 
 def _find_skip_reason(curve_points: Sequence[GrowthPoint], size: int, allowed_s: float) -> str:
@@ -329,8 +324,7 @@ def _build_curve(
     pit_s = [pit.get((point.discs, point.bench_start), math.nan) for point in points]
     rated_points = tuple(replace(point, ratio=point.advance_s / of) for point, of in zip(points, pit_s, strict=True))
     fitted = select_same_method([point for point in rated_points if not point.reason and point.discs >= FIT_FROM])
-    sizes = [float(point.discs) for point in fitted]
-    time_exponent = fit_power(sizes, [point.advance_s for point in fitted])[:3]
+    time_exponent = fit_power([point.discs for point in fitted], [point.advance_s for point in fitted])[:3]
     with_memory = [point for point in fitted if point.memory_bytes > 0]
-    memory_exponent = fit_power([float(p.discs) for p in with_memory], [p.memory_bytes for p in with_memory])[:3]
+    memory_exponent = fit_power([p.discs for p in with_memory], [p.memory_bytes for p in with_memory])[:3]
     return GrowthCurve(method.engine, method.profile, rated_points, time_exponent, memory_exponent, gravity)

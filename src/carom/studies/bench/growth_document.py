@@ -31,14 +31,13 @@ _SIMULATED_S = STEPS * DT_S
 
 def build_growth_document(growth: Growth) -> Document:
     """Return the document of a growth bench: run time and memory against the number of discs."""
+    dashed = "Dashed lines are runs with gravity."
     figures = (
-        Figure(
-            partial(_render_svg, growth, False), "Run time per simulated second. Dashed lines are runs with gravity."
-        ),
-        Figure(partial(_render_svg, growth, True), "Memory. Dashed lines are runs with gravity."),
+        Figure(partial(_render_svg, growth, False), f"Run time per simulated second. {dashed}"),
+        Figure(partial(_render_svg, growth, True), f"Memory. {dashed}"),
     )
     left_out = tuple(
-        f"{curve.label}{_format_gas(curve)}, {point.discs} discs, not run: {point.reason}"
+        f"{curve.method.label}{_format_gas(curve)}, {point.discs} discs, not run: {point.reason}"
         for curve in growth.curves
         for point in curve.points
         if point.reason
@@ -56,19 +55,20 @@ def build_growth_document(growth: Growth) -> Document:
 def _describe_growth(growth: Growth) -> Iterator[str]:
     """Yield a sentence for each gas, with the run times for the largest number of discs and the exponents of growth."""
     for gravity in (False, True):
-        curves = [curve for curve in growth.curves if curve.gravity == gravity and curve.ran]
-        engines = [curve for curve in curves if curve.engine not in {"pic", "pit"}] or curves
-        if not engines:
+        runs = [run for run in _list_runs(growth) if run.curve.gravity == gravity]
+        of_engines = [run for run in runs if run.curve.engine not in _SHOWN] or runs
+        if not of_engines:
             continue
-        discs = max(point.discs for curve in engines for point in curve.ran)
-        point_of_curve = {id(curve): point for curve in curves for point in curve.ran if point.discs == discs}
-        fastest = min((c for c in engines if id(c) in point_of_curve), key=lambda c: point_of_curve[id(c)].advance_s)
-        compared = [c for c in curves if c.engine in {"pic", "pit"} and id(c) in point_of_curve and c is not fastest]
-        names = [_SHOWN.get(curve.engine, curve.label) for curve in (*compared, fastest)]
-        names[-1] = f"the fastest engine, {names[-1]}," if len(engines) > 1 else names[-1]
+        discs = max(run.point.discs for run in of_engines)
+        fastest = min((run for run in of_engines if run.point.discs == discs), key=lambda run: run.point.advance_s)
+        of_own_methods = [run for run in runs if run.curve.engine in _SHOWN and run.point.discs == discs]
+        compared = [*(run for run in of_own_methods if run is not fastest), fastest]
+        names = [_SHOWN.get(run.curve.engine, run.curve.method.label) for run in compared]
+        if len({run.curve.method.label for run in of_engines}) > 1:
+            names[-1] = f"the fastest engine, {names[-1]},"
         phrases = [
-            f"{name} takes {_format_cost(point_of_curve[id(curve)])}{_format_growth(curve)}"
-            for name, curve in zip(names, (*compared, fastest), strict=True)
+            f"{name} takes {_format_cost(run.point)}{_format_growth(run.curve)}"
+            for name, run in zip(names, compared, strict=True)
         ]
         gas = f"For a simulated second of {discs} {'falling ' if gravity else ''}discs"
         yield f"{gas}, {formatting.join_words(phrases)}."
@@ -92,10 +92,10 @@ def _format_gas(curve: GrowthCurve) -> str:
 
 
 def _build_tables(growth: Growth) -> tuple[Table, ...]:
-    curve_of = {(curve.label, curve.gravity): curve for curve in growth.curves}
+    curve_of = {(curve.method.label, curve.gravity): curve for curve in growth.curves}
 
     def format_falling(format_cell: Callable[[GrowthCurve], Cell | str]) -> Callable[[GrowthCurve], Cell | str]:
-        return lambda curve: format_cell(falling) if (falling := curve_of.get((curve.label, True))) else ""
+        return lambda curve: format_cell(falling) if (falling := curve_of.get((curve.method.label, True))) else ""
 
     def largest_column(head: str, format_cell: Callable[[GrowthPoint], str], only: Media = Media.EVERYWHERE) -> Column:
         return Column(head, _format_largest(format_cell), "max n", number=True, only=only)
@@ -152,7 +152,8 @@ class _Run(NamedTuple):
 
     @property
     def name(self) -> str:
-        return f"{self.curve.label}{_format_gas(self.curve)}, {formatting.format_count(self.point.discs, 'disc')}"
+        discs = formatting.format_count(self.point.discs, "disc")
+        return f"{self.curve.method.label}{_format_gas(self.curve)}, {discs}"
 
     @property
     def anchor(self) -> str:

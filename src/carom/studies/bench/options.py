@@ -11,11 +11,11 @@ from carom.execution.shared_options import (
     LimitOptions,
     declare_engines,
     declare_no_scheduler,
+    declare_phases,
     declare_profiles,
 )
 from carom.studies.bench.axes import ErrorKind
-from carom.studies.bench.series import STEPS, compute_geometric_steps
-from carom.support.limits import LARGEST, MOST_DISCS, MOST_PHASES, MOST_ROUNDS, MOST_SERIES
+from carom.support.limits import LARGEST, MOST_DISCS, MOST_ROUNDS, MOST_SERIES
 from carom.support.options import (
     build_enum_kind,
     build_flag_kind,
@@ -31,8 +31,26 @@ from carom.support.options import (
 #: Smallest number of rounds from which a useful spread can be computed.
 LEAST_ROUNDS = 3
 
+#: Number of step sizes of a series, by default.
+SERIES_STEPS = 6
+
 #: Default time limit of a bench for each scene, or of a growth bench for each gas, in seconds.
 BUDGET_S = 80.0
+
+
+def compute_geometric_steps(coarsest_s: float, finest_s: float, count: int) -> tuple[float, ...]:
+    """Return step sizes that are evenly spread on a logarithmic axis.
+
+    If both ends are whole numbers of steps per second, the others are rounded to whole numbers of steps per second.
+    `count` is 2 or more.
+    """
+    coarsest_s, finest_s = max(coarsest_s, finest_s), min(coarsest_s, finest_s)
+    rates = [(1 / coarsest_s) * (coarsest_s / finest_s) ** (k / (count - 1)) for k in range(count)]
+    ends = rates[0], rates[-1]
+    if all(round(rate) >= 1 and abs(rate - round(rate)) < 1e-9 * rate for rate in ends):
+        rates = [float(round(rate)) for rate in rates]
+        return tuple(1.0 / rate for rate in dict.fromkeys(rates))
+    return (coarsest_s, *(1.0 / rate for rate in rates[1:-1]), finest_s)
 
 
 def parse_step_series(text: str) -> tuple[float, ...]:
@@ -48,7 +66,7 @@ def parse_step_series(text: str) -> tuple[float, ...]:
     if count and not (count.isascii() and count.isdigit() and len(count) < 10 and 2 <= int(count) <= MOST_SERIES):
         raise ValueError
     first, last = (build_step_kind().convert(parse_fraction(end)) for end in (coarsest, finest))
-    return compute_geometric_steps(first, last, int(count) if count else STEPS)
+    return compute_geometric_steps(first, last, int(count) if count else SERIES_STEPS)
 
 
 def declare_own_methods() -> Any:
@@ -93,12 +111,7 @@ class BenchPlan(LimitOptions):
         default_text="six step sizes, from one frame of each scene to 1/167 of it",
     )
     profiles: Sequence[str] = declare_profiles("default", "tuned")
-    phases: int = declare_option(
-        4,
-        build_whole_number_kind(1, MOST_PHASES),
-        "Number of phases: shifts of the scene by fractions of a step.",
-        "--phases",
-    )
+    phases: int = declare_phases(4)
     error: ErrorKind = declare_option(ErrorKind.IMPACT, build_enum_kind(ErrorKind), "Error to plot.", "--error")
     target: float = declare_option(
         0.01,

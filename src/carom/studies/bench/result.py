@@ -62,9 +62,14 @@ class Point:
         return self.missed + self.spurious
 
     @property
+    def method(self) -> Method:
+        """Engine and profile."""
+        return Method(self.engine, self.profile)
+
+    @property
     def at(self) -> At:
         """Method and step size of the point."""
-        return Method(self.engine, self.profile), self.dt_s
+        return self.method, self.dt_s
 
 
 @dataclass(frozen=True)
@@ -86,9 +91,14 @@ class Curve:
     cheapest: Point | None
 
     @property
+    def method(self) -> Method:
+        """Engine and profile."""
+        return Method(self.engine, self.profile)
+
+    @property
     def is_pic(self) -> bool:
         """Whether this is PIC's curve."""
-        return Method(self.engine, self.profile) == EXACT_METHOD
+        return self.method == EXACT_METHOD
 
     @property
     def best(self) -> Point | None:
@@ -200,18 +210,13 @@ def sort_best_first(curves: Iterable[Curve]) -> list[Curve]:
     missed and invented impacts.
     """
 
-    def place(curve: Curve) -> tuple[bool, bool, float, float, float]:
+    def place(curve: Curve) -> tuple[float, ...]:
         best = curve.best
         if best is None:
-            return (True, True, math.inf, math.inf, math.inf)
+            return (True,)
         # Errors that look equal in tables count as equal. For equal errors, the faster method is better.
         error = 0.0 if best.error <= THRESHOLDS.rounding else float(f"{best.error:.1e}")
-        return (
-            False,
-            not best.is_correct,
-            best.missed_and_spurious / max(1, best.expected),
-            error,
-            read_run_time(best),
-        )
+        lost_share = best.missed_and_spurious / max(1, best.expected)
+        return (False, not best.is_correct, lost_share, error, read_run_time(best))
 
     return sorted(curves, key=place)

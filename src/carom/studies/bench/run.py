@@ -22,14 +22,16 @@ from carom.execution.scheduler import TaskRequest, run_tasks
 from carom.execution.score_jobs import Measures
 from carom.model.scene import Scene
 from carom.report import formatting
-from carom.studies.bench.axes import ErrorKind, compute_error
+from carom.studies.bench.axes import ErrorKind
 from carom.studies.bench.convergence import fit_order
-from carom.studies.bench.options import BenchPlan
+from carom.studies.bench.options import SERIES_STEPS, BenchPlan, compute_geometric_steps
 from carom.studies.bench.own_methods import EXACT_METHOD, add_own_methods, list_own_methods
 from carom.studies.bench.result import Bench, Curve, Point, SceneBench, find_cheapest, find_pareto_front
-from carom.studies.bench.scoring_pass import ScoringPass
-from carom.studies.bench.series import compute_default_steps
+from carom.studies.bench.scoring_pass import score_scene
 from carom.studies.bench.timing_pass import At, SceneTiming, TimeScene, TimingKey, build_timing_key
+
+#: Smallest default step size of a scene, as a fraction of a frame.
+FINEST = 60 / 10_000
 
 
 def measure_work_precision(
@@ -67,8 +69,8 @@ def measure_work_precision(
         done = 0
         for scene in scenes:
             scene_jobs, journal = [job for job in jobs if job.scene is scene], notes or MemoryJournal()
-            scoring = ScoringPass(scene_jobs, methods, plan.budget_s / 2, pool, journal, progress, done, len(jobs))
-            scored.append((scene, scene_jobs, *scoring.run()))
+            found = score_scene(scene_jobs, methods, plan.budget_s / 2, pool, journal, progress, done, len(jobs))
+            scored.append((scene, scene_jobs, *found))
             done += len(scene_jobs)
     benches = []
     for scene, scene_jobs, results, unscored in scored:
@@ -89,6 +91,11 @@ def measure_work_precision(
     return Bench(tuple(benches), plan, describe_environment(infos), command, time.perf_counter() - started)
 
 
+def _compute_default_steps(scene: Scene) -> tuple[float, ...]:
+    frame_s = 1.0 / scene.frame_rate_hz
+    return compute_geometric_steps(frame_s, frame_s * FINEST, SERIES_STEPS)
+
+
 def _build_jobs(
     scenes: Sequence[Scene], infos: Sequence[EngineInfo], profiles: Sequence[str], plan: BenchPlan, pool: Pool
 ) -> tuple[list[Job], Methods]:
@@ -98,7 +105,7 @@ def _build_jobs(
     use the requested profiles only if the user requests PIC and PIT by name.
     """
     plain, _ = resolve_scenes(scenes)
-    steps = {scene.name: sorted(set(plan.dts or compute_default_steps(scene)), reverse=True) for scene in plain}
+    steps = {scene.name: sorted(set(plan.dts or _compute_default_steps(scene)), reverse=True) for scene in plain}
     all_methods = list_methods(infos, profiles, [dt_s for scene_steps in steps.values() for dt_s in scene_steps], pool)
     added = list_own_methods(plan.engines)
     methods_at_step = {
@@ -149,12 +156,12 @@ def _build_point(
 
 
 def _build_scene_bench(scene: Scene, points: Sequence[Point], timing: SceneTiming | None, target: float) -> SceneBench:
-    by_curve = formatting.group_by(((point.engine, point.profile), point) for point in points)
     curves = []
-    for (engine, profile), curve_points in by_curve.items():
+    for method, curve_points in formatting.group_by((point.method, point) for point in points).items():
         sound = [point for point in curve_points if point.is_correct]
         order = fit_order([point.dt_s for point in sound], [point.error for point in sound])
-        curves.append(Curve(engine, profile, tuple(curve_points), order, find_cheapest(curve_points, target)))
+        cheapest = find_cheapest(curve_points, target)
+        curves.append(Curve(method.engine, method.profile, tuple(curve_points), order, cheapest))
     return SceneBench(
         scene,
         tuple(curves),
@@ -164,3 +171,16 @@ def _build_scene_bench(scene: Scene, points: Sequence[Point], timing: SceneTimin
         timing.rounds if timing else 0,
         timing.date if timing else "",
     )
+
+
+def compute_error(measures: Measures, kind: ErrorKind) -> float:
+    """Return a run's error of one kind; NaN if no impact was matched. Missed impacts are counted separately."""
+    total, time = measures.total, abs(measures.total.time_s) / measures.duration_s
+    both = (time, total.velocity)
+    return {
+        ErrorKind.IMPACT: math.nan if any(map(math.isnan, both)) else max(both),
+        ErrorKind.TIME: time,
+        ErrorKind.VELOCITY: total.velocity,
+        ErrorKind.DIRECTION: total.direction_rad,
+        ErrorKind.POSITION: total.final_position,
+    }[kind]

@@ -43,7 +43,7 @@ LEAST_PERCENT = 1e-4
 TARGETS_SHOWN = 3
 
 #: The first column of every table of a bench.
-METHOD = Column("method", lambda of: Method(of.engine, of.profile).label)
+METHOD = Column("method", lambda curve: curve.method.label)
 
 
 def format_error(error: float, kind: ErrorKind) -> str:
@@ -75,14 +75,10 @@ def _is_within_target(point: Point, target: float) -> bool:
 
 def build_method_table(scene: SceneBench, kind: ErrorKind, targets: Sequence[float]) -> Table:
     """Return a table with one row per method, best first: smallest error, and run time for each target."""
-
-    def best(format_point: Callable[[Point], Cell | str]) -> Callable[[Curve], Cell | str]:
-        return lambda curve: "" if curve.best is None else format_point(curve.best)
-
     columns = [
         METHOD,
         Column("least", partial(_build_least_error_cell, kind), "error", number=True),
-        Column("run", best(lambda p: format_milliseconds(p.timing.advance_s) if p.timing else ""), "ms", number=True),
+        Column("run", _format_best_time, "ms", number=True),
         Column("at", _format_best_step, "step", number=True),
         *(
             Column(format_error(target, kind), partial(_build_cost_cell, scene, target), "ms", number=True, only=only)
@@ -114,7 +110,7 @@ def build_suite_table(bench: Bench, targets: Sequence[float]) -> Table:
     For each target error, the table counts the scenes in which a method finds every impact and reaches the target.
     """
     curves = [(scene, curve) for scene in bench.scenes for curve in scene.curves]
-    by_method = formatting.group_by(((curve.engine, curve.profile), (scene, curve)) for scene, curve in curves)
+    by_method = formatting.group_by((curve.method, (scene, curve)) for scene, curve in curves)
     kind = bench.plan.error
     columns = [
         METHOD,
@@ -127,7 +123,7 @@ def build_suite_table(bench: Bench, targets: Sequence[float]) -> Table:
         ),
         Column("order", _format_median_order, "median", number=True),
     ]
-    methods = [_Method(engine, profile, tuple(method_curves)) for (engine, profile), method_curves in by_method.items()]
+    methods = [_MethodCurves(method, method_curves) for method, method_curves in by_method.items()]
     return Table(
         columns,
         sorted(methods, key=lambda method: method.build_sort_key(targets)),
@@ -136,12 +132,11 @@ def build_suite_table(bench: Bench, targets: Sequence[float]) -> Table:
     )
 
 
-class _Method(NamedTuple):
+class _MethodCurves(NamedTuple):
     """A method, with its curve on each scene."""
 
-    engine: str
-    profile: str
-    curves: tuple[tuple[SceneBench, Curve], ...]
+    method: Method
+    curves: list[tuple[SceneBench, Curve]]
 
     @property
     def best(self) -> list[Point]:
@@ -167,11 +162,11 @@ class _Method(NamedTuple):
         return reached, [math.inf if math.isnan(cost) else cost for cost in median_costs]
 
 
-def _format_share(method: _Method, count: int) -> str:
+def _format_share(method: _MethodCurves, count: int) -> str:
     return f"{count} of {len(method.curves)}"
 
 
-def _format_median_order(method: _Method) -> str:
+def _format_median_order(method: _MethodCurves) -> str:
     orders = [curve.order for _, curve in method.curves]
     if all(order.verdict is Convergence.EXACT for order in orders):
         return EXACT
@@ -179,7 +174,7 @@ def _format_median_order(method: _Method) -> str:
     return f"{statistics.median(known):.2f}" if known else ""
 
 
-def _build_reach_cell(target: float, method: _Method) -> Cell:
+def _build_reach_cell(target: float, method: _MethodCurves) -> Cell:
     scenes = method.list_scenes_within(target)
     found = method.compute_median_cost(target)
     cost = "" if math.isnan(found) else f", {formatting.format_ratio(found)}"
@@ -218,6 +213,11 @@ def format_losses(point: Point) -> str:
     if not losses:
         return "has no error to measure"
     return f"{formatting.join_words(losses)} of {formatting.format_count(point.expected, 'impact')}"
+
+
+def _format_best_time(curve: Curve) -> str:
+    timing = None if curve.best is None else curve.best.timing
+    return "" if timing is None else format_milliseconds(timing.advance_s)
 
 
 def _format_best_step(curve: Curve) -> str:
@@ -303,7 +303,7 @@ def build_point_table(bench: SceneBench, plan: BenchPlan) -> Table:
 
 def format_point_name(point: Point) -> str:
     """Return the name of a point of the diagrams."""
-    return f"{Method(point.engine, point.profile).label} at {formatting.format_step(point.dt_s)}"
+    return f"{point.method.label} at {formatting.format_step(point.dt_s)}"
 
 
 def build_point_anchor(scene: str, point: Point) -> str:

@@ -12,7 +12,7 @@ import math
 import statistics
 import time
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
@@ -122,7 +122,7 @@ class CellTiming:
         net_s: Rest of `advance_s`, without `call_s` and `empty_s`.
         ratio: `advance_s` divided by PIT's with the same step size in the same round; None if PIT was not timed.
         whole_ratio: `whole_s` divided by PIT's with the same step size in the same round; None if PIT was not timed.
-        ratios: For each round, `advance_s` divided by PIT's; empty in files of an earlier version.
+        ratios: For each round, `advance_s` divided by PIT's; empty if PIT was not timed.
     """
 
     steps: int
@@ -227,17 +227,14 @@ class TimeScene(DependentTasks[SceneTiming]):
         """Return the measured times. Each engine has one worker process for all its runs."""
         scene, progress = self.scene, self.progress
         requested = set(self.requested)
-        pit = [(PIT_METHOD, dt_s) for dt_s in sorted({dt_s for _, dt_s in requested}, reverse=True)]
-        ordered = [*pit, *sorted(requested - set(pit), key=lambda method_step: (method_step[0], -method_step[1]))]
+        pit = {(PIT_METHOD, dt_s) for _, dt_s in requested}
+        ordered = sorted(requested | pit, key=lambda at: (at[0] != PIT_METHOD, at[0], -at[1]))
         until_s = time.perf_counter() + self.budget_s
         probe = NoiseProbe()
-        warm, untimed = _measure_visit_costs(scene, ordered, runner, self.budget_s, progress)
-        rounds = _count_fitting_rounds(warm, untimed, self.rounds, until_s - time.perf_counter())
-        tasks = {
-            method_step: VisitTask(scene, method_step, min(MOST_REPEATS, math.ceil(VISIT_S / cost)))
-            for method_step, cost in warm.items()
-        }
-        visits: dict[At, list[Visit]] = {method_step: [] for method_step in warm}
+        cells = [_Cell(at) for at in ordered]
+        _warm_up(scene, cells, runner, self.budget_s, progress)
+        rounds = _count_fitting_rounds(cells, self.rounds, until_s - time.perf_counter())
+        warm = [cell for cell in cells if not cell.problem]
         draw = np.random.default_rng(self.seed)
         last_s = 0.0
         for turn in range(rounds):
@@ -245,79 +242,91 @@ class TimeScene(DependentTasks[SceneTiming]):
             if turn >= LEAST_ROUNDS and began + last_s > until_s:
                 rounds = turn  # the runs are slower than during the warm-up
                 break
-            for place, k in enumerate(draw.permutation(len(tasks))):
-                method_step = list(tasks)[k]
-                if method_step not in untimed:
+            for place, k in enumerate(draw.permutation(len(warm))):
+                cell = warm[k]
+                method, dt_s = cell.at
+                if not cell.problem:
                     probe.take()
-                    answer = runner.run(tasks[method_step])
-                    if answer.value is None:
-                        untimed[method_step] = answer.problem
-                    else:
-                        visits[method_step].append(answer.value)
-                method, dt_s = method_step
+                    repeats = min(MOST_REPEATS, math.ceil(VISIT_S / cell.cost_s))
+                    answer = runner.run(VisitTask(scene, cell.at, repeats))
+                    cell.problem = answer.problem
+                    if answer.value is not None:
+                        cell.visits.append(answer.value)
                 left = formatting.format_time_left(until_s - time.perf_counter())
                 description = f"timing {scene.name} on {method.engine} at {formatting.format_step(dt_s)}{left}"
-                progress(turn * len(tasks) + place + 1, rounds * len(tasks), description)
+                progress(turn * len(warm) + place + 1, rounds * len(warm), description)
             last_s = time.perf_counter() - began
         probe.take()
-        timed = {method_step: found for method_step, found in visits.items() if method_step not in untimed}
+        timed = {cell.at: cell.visits for cell in warm if not cell.problem}
         timings = tuple(
-            ((method, dt_s), _summarise_visits(scene.step_count(dt_s), found, timed.get((PIT_METHOD, dt_s))))
-            for (method, dt_s), found in timed.items()
+            ((method, dt_s), _summarise_visits(scene.step_count(dt_s), visits, timed.get((PIT_METHOD, dt_s))))
+            for (method, dt_s), visits in timed.items()
             if (method, dt_s) in requested
         )
-        reasons = tuple((method_step, reason) for method_step, reason in untimed.items() if method_step in requested)
+        reasons = tuple((cell.at, cell.problem) for cell in cells if cell.problem and cell.at in requested)
         date = describe_environment().date
         return Answer(Status.RAN, value=SceneTiming(date, timings, reasons, rounds, probe.compute_noise()))
 
 
-def _measure_visit_costs(
-    scene: Scene, ordered: Sequence[At], runner: TaskRunner, budget_s: float, progress: Progress
-) -> tuple[dict[At, float], dict[At, str]]:
-    """Return the seconds of one run for each method and step size, and the reasons why some were not run."""
-    visit_costs_s: dict[At, float] = {}
-    untimed: dict[At, str] = {}
-    last: dict[Method, tuple[float, float]] = {}
-    for k, method_step in enumerate(ordered):
-        method, dt_s = method_step
+@dataclass(eq=False)
+class _Cell:
+    """A method and step size during the timing pass.
+
+    Attributes:
+        at: The method and the step size.
+        cost_s: Seconds of one run.
+        problem: Reason why the method is not timed with this step size; empty if it is timed.
+        visits: Times of the finished rounds.
+    """
+
+    at: At
+    cost_s: float = math.nan
+    problem: str = ""
+    visits: list[Visit] = field(default_factory=list)
+
+
+def _warm_up(scene: Scene, cells: Sequence[_Cell], runner: TaskRunner, budget_s: float, progress: Progress) -> None:
+    """Measure the seconds of one run of each cell, or state why the cell was not run."""
+    last: dict[Method, _Cell] = {}
+    for k, cell in enumerate(cells):
+        method, dt_s = cell.at
         if method in last:
-            coarser_s, cost = last[method]
-            expected_s = cost * coarser_s / dt_s * LEAST_ROUNDS
+            coarser = last[method]
+            expected_s = coarser.cost_s * coarser.at[1] / dt_s * LEAST_ROUNDS
             # Omit a method that alone would use more than a quarter of the time limit.
             if expected_s > budget_s / 4:
                 budget = f"a budget of {budget_s:.0f} s for this scene; raise --budget"
-                untimed[method_step] = f"its {LEAST_ROUNDS} rounds would take about {expected_s:.0f} s of {budget}"
+                cell.problem = f"its {LEAST_ROUNDS} rounds would take about {expected_s:.0f} s of {budget}"
                 continue
         else:
-            runner.run(VisitTask(scene, method_step))
-        answer: Answer[Visit] = runner.run(VisitTask(scene, method_step))
-        if answer.value is None:
-            untimed[method_step] = answer.problem
-            continue
-        visit_costs_s[method_step] = answer.value.whole_s + answer.value.empty_s * min(
-            1.0, EMPTY_STEPS / scene.step_count(dt_s)
-        )
-        last[method] = (dt_s, visit_costs_s[method_step])
-        progress(k + 1, len(ordered), f"warming up {method.engine}")
-    return visit_costs_s, untimed
+            runner.run(VisitTask(scene, cell.at))
+        answer: Answer[Visit] = runner.run(VisitTask(scene, cell.at))
+        cell.problem = answer.problem
+        if answer.value is not None:
+            empty_part = min(1.0, EMPTY_STEPS / scene.step_count(dt_s))
+            cell.cost_s = answer.value.whole_s + answer.value.empty_s * empty_part
+            last[method] = cell
+            progress(k + 1, len(cells), f"warming up {method.engine}")
 
 
-def _count_fitting_rounds(visit_costs_s: dict[At, float], untimed: dict[At, str], rounds: int, left_s: float) -> int:
+def _count_fitting_rounds(cells: Sequence[_Cell], rounds: int, left_s: float) -> int:
     """Return the number of rounds that fit into the remaining time.
 
-    If even the smallest number of rounds would take too long, the slowest methods are moved to `untimed`.
+    If even the smallest number of rounds would take too long, the slowest cells are omitted.
     """
+    fitting = [cell for cell in cells if not cell.problem]
 
     def compute_round_time() -> float:
-        return sum(max(cost, VISIT_S) for cost in visit_costs_s.values())
+        return sum(max(cell.cost_s, VISIT_S) for cell in fitting)
 
-    while visit_costs_s and compute_round_time() * LEAST_ROUNDS > max(left_s, 0.0):
-        most_expensive = max(visit_costs_s, key=lambda method_step: visit_costs_s[method_step])
-        if visit_costs_s[most_expensive] <= VISIT_S:  # nothing more can be omitted
+    while fitting and compute_round_time() * LEAST_ROUNDS > max(left_s, 0.0):
+        slowest = max(fitting, key=lambda cell: cell.cost_s)
+        if slowest.cost_s <= VISIT_S:  # nothing more can be omitted
             break
-        takes = f"a run takes {format_seconds(visit_costs_s.pop(most_expensive))}"
-        untimed[most_expensive] = f"{takes}, more than the rest of the timing budget; raise --budget"
-    if not visit_costs_s:
+        takes = f"a run takes {format_seconds(slowest.cost_s)}"
+        slowest.problem = f"{takes}, more than the rest of the timing budget; raise --budget"
+        fitting.remove(slowest)
+    if not fitting:
         return LEAST_ROUNDS
     return max(LEAST_ROUNDS, int(min(rounds, left_s / compute_round_time())))
 
@@ -327,6 +336,7 @@ def _summarise_visits(steps: int, visits: Sequence[Visit], pit: Sequence[Visit] 
     # The k-th runs of all methods are in round k, so run times are divided by PIT's of the same round.
     rounds = list(zip(visits, pit, strict=True)) if pit else []
     ratios = tuple(own_visit.advance_s / base.advance_s for own_visit, base in rounds)
+    whole_ratios = [own_visit.whole_s / base.whole_s for own_visit, base in rounds]
     return CellTiming(
         steps=steps,
         rounds=len(visits),
@@ -337,8 +347,6 @@ def _summarise_visits(steps: int, visits: Sequence[Visit], pit: Sequence[Visit] 
         empty_s=compute_spread([visit.empty_s for visit in visits]),
         net_s=compute_spread([visit.net_s for visit in visits]),
         ratio=compute_spread(list(ratios)) if ratios else None,
-        whole_ratio=compute_spread([own_visit.whole_s / base.whole_s for own_visit, base in rounds])
-        if rounds
-        else None,
+        whole_ratio=compute_spread(whole_ratios) if whole_ratios else None,
         ratios=ratios,
     )

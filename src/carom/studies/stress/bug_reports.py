@@ -16,9 +16,9 @@ from carom.execution.pool import TaskRunner
 from carom.model.energy import kinetic_energy
 from carom.model.scene import Chain, Ring, Scene, Wall
 from carom.model.trace import Outcome, Trace
+from carom.report.formatting import format_count, format_number
 from carom.studies.stress.failure_search import observe
 from carom.studies.stress.result import CellEnding, CellResult, UnsavedResult
-from carom.support.formatting import format_number
 
 #: Smallest deviation that is mentioned, relative to the scene's greatest speed or energy. Users notice an error of a
 #: per cent. This deviation is larger than rounding errors in 32-bit floats.
@@ -62,16 +62,14 @@ def find_symptom(bug_report: BugReport, trace: Trace) -> tuple[bool, float, str]
     if symptom is Symptom.MISSES:
         missed = _count_missed(trace, known)
         is_seen = missed > 0 and abs(figure) > threshold
-        reason = f"{missed} impact{' is' if missed == 1 else 's are'} missed"
+        reason = f"{format_count(missed, 'impact is', 'impacts are')} missed"
     elif symptom is Symptom.INVENTS:
         invented = len(trace.impacts) - (known.count or 0)
-        is_seen, reason = invented > 0, f"{invented} impact{' is' if invented == 1 else 's are'} invented"
+        is_seen, reason = invented > 0, f"{format_count(invented, 'impact is', 'impacts are')} invented"
     elif symptom is Symptom.ESCAPES:
         depth = compute_deepest_overlap(trace, scene) / min(disc.radius_m for disc in scene.discs)
-        is_seen, reason = (
-            not depth <= 1.0,
-            f"a disc is {format_number(depth)} radii inside another body or beyond a wall",
-        )
+        is_seen = not depth <= 1.0
+        reason = f"a disc is {format_number(depth)} radii inside another body or beyond a wall"
     elif symptom is Symptom.GAINS_ENERGY:
         is_seen, reason = energy > threshold, f"{format_number(energy)} of the energy is gained"
     elif symptom is Symptom.LOSES_ENERGY:
@@ -79,13 +77,9 @@ def find_symptom(bug_report: BugReport, trace: Trace) -> tuple[bool, float, str]
     elif symptom in {Symptom.WRONG_VELOCITY, Symptom.NEVER_RESTS}:
         is_seen = velocity > threshold
         reason = f"velocities are wrong by {format_number(velocity)} times the scene's greatest speed"
-    if is_seen:
-        return True, figure, reason
-    return (
-        False,
-        figure,
-        f"off by {format_number(figure)} times the scene's {quantity}" if abs(figure) > NOTICED else "",
-    )
+    if not is_seen:
+        reason = f"off by {format_number(figure)} times the scene's {quantity}" if abs(figure) > NOTICED else ""
+    return is_seen, figure, reason
 
 
 def _compute_velocity_error(trace: Trace, known: KnownAnswer, scene: Scene) -> float:

@@ -49,18 +49,20 @@ def _build_floor_trial(
     *,
     up: float = 0.0,
     velocity: complex = 0,
+    spin_rad_s: float = 0.0,
+    inertia_factor: float = _K,
     tangent: float = 0.0,
-    **of: Any,
+    **laws: float,
 ) -> Trial:
     """Make a trial of a disc `up` metres above the line y = 0.
 
-    `tangent` is the tangent of gravity's angle with the vertical.
+    `tangent` is the tangent of gravity's angle with the vertical. `laws` contains further fields of the scene.
     """
-    fields = {key: of.pop(key) for key in ("spin_rad_s", "inertia_factor") if key in of}
     long = math.hypot(1.0, tangent)
-    discs = [build_disc(complex(0.0, RADIUS_M + up), velocity, RADIUS_M, **fields)]
-    laws = {"gravity_m_s2": (_G * tangent / long, -_G / long), "wall_restitution": 0.0, **of}
-    return build_trial(description, discs, check, duration_s, walls=[FLOOR], **laws)
+    place = complex(0.0, RADIUS_M + up)
+    discs = [build_disc(place, velocity, RADIUS_M, spin_rad_s=spin_rad_s, inertia_factor=inertia_factor)]
+    fields = {"gravity_m_s2": (_G * tangent / long, -_G / long), "wall_restitution": 0.0, **laws}
+    return build_trial(description, discs, check, duration_s, walls=[FLOOR], **fields)
 
 
 def _build_contact_check(along: float, rim: float, change: float) -> TraceCheck:

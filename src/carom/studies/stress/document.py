@@ -302,14 +302,13 @@ def _describe_results(results: StressResults, kinds: Mapping[str, list[StressRow
 
 def _describe_ranking(results: StressResults, kind: str, rows: list[StressRow], good: CellEnding) -> Iterator[str]:
     """Yield a sentence on the best and the worst methods, and a sentence on methods that could not run every test."""
-    passed: dict[int, list[str]] = {}
-    partly: list[str] = []
-    for method in results.methods:
-        ran = _list_endings(results, rows, method)
-        if ran and len(ran) == len(rows):
-            passed.setdefault(ran.count(good), []).append(method.phrase)
-        elif ran:
-            partly.append(f"{method.phrase} passed {ran.count(good)} of {len(ran)} that it can run")
+    endings = [(method.phrase, _list_endings(results, rows, method)) for method in results.methods]
+    passed = formatting.group_by((ran.count(good), name) for name, ran in endings if ran and len(ran) == len(rows))
+    partly = [
+        f"{name} passed {ran.count(good)} of {len(ran)} that it can run"
+        for name, ran in endings
+        if 0 < len(ran) < len(rows)
+    ]
     if passed:
         most, fewest = max(passed), min(passed)
         each = "each " if len(passed[most]) > 1 else ""
@@ -336,10 +335,8 @@ def _describe_bug_reports(results: StressResults, bug_reports: list[StressRow]) 
     concerned = sum(bool(own_endings - {CellEnding.NOT_RUN}) for own_endings in endings.values())
     still_seen = [name for name, own_endings in endings.items() if CellEnding.SEEN in own_endings]
     names_text = f": {formatting.join_words(still_seen)}" if 0 < len(still_seen) <= FEW else ""
-    lead = (
-        f"{concerned} of {formatting.format_count(len(bug_reports), WORDS['complaint'])} concern one of these engines"
-    )
-    return f"{lead}, and {len(still_seen)} still occur{names_text}."
+    count = formatting.format_count(len(bug_reports), WORDS["complaint"])
+    return f"{concerned} of {count} concern one of these engines, and {len(still_seen)} still occur{names_text}."
 
 
 def _format_json(results: StressResults) -> str:

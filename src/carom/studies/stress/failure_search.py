@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from functools import partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from carom.errors import InputError
 from carom.execution.job import Answer, Job, Method, Status
@@ -22,16 +22,8 @@ from carom.studies.stress.stress_test import CheckResult, StressTest, Trial
 RESOLUTION, QUICK_RESOLUTION = 1.1, 3.2
 
 
-class NotRunError(Exception):
-    """The method can't be tested: it is unavailable, or does not support the scene.
-
-    Attributes:
-        status: Why there is no run: unavailable or unsupported.
-    """
-
-    def __init__(self, answer: Answer[Any]) -> None:
-        super().__init__(answer.problem)
-        self.status = answer.status
+class _NotRunError(Exception):
+    """The method is unavailable, or does not support the scene. The error's arguments are the reason and the status."""
 
 
 class _TriedValue(NamedTuple):
@@ -64,8 +56,9 @@ def find_failure(stress_test: StressTest, method: Method, runner: TaskRunner, *,
                 value = next(ladder, None)
             else:
                 value = stress_test.find_middle_value(passed.value, failed.value, resolution) if passed else None
-    except NotRunError as error:
-        return UnsavedResult(cell(CellEnding.NOT_RUN, reason=str(error), runs=runs, status=error.status))
+    except _NotRunError as error:
+        reason, status = error.args
+        return UnsavedResult(cell(CellEnding.NOT_RUN, reason=reason, runs=runs, status=status))
     reported = failed or passed
     assert reported is not None  # noqa: S101 - a ladder has at least one value
     description = f"{reported.trial.scene.description} Here {method.name} {'fails' if failed else 'passes'}."
@@ -101,7 +94,7 @@ def _try_value(
     If the engine fails, the check fails with the engine's error as the reason.
 
     Raises:
-        NotRunError: The engine is unavailable, or does not support the scene at the harmless end.
+        _NotRunError: The engine is unavailable, or does not support the scene at the harmless end.
     """
     try:
         trials = stress_test.trials(value)
@@ -112,7 +105,7 @@ def _try_value(
         answer = observe(trial.scene, method, runner)
         status = answer.status
         if status is Status.UNAVAILABLE or (value == stress_test.harmless and status is Status.UNSUPPORTED):
-            raise NotRunError(answer)
+            raise _NotRunError(answer.problem, status)
         found = (
             CheckResult(math.nan, answer.problem, status=status) if answer.value is None else trial.check(answer.value)
         )

@@ -23,7 +23,7 @@ from carom.execution.job import Method, Status
 from carom.execution.pool import TaskRunner
 from carom.model.scene import Disc, Scene
 from carom.model.trace import Outcome, Trace
-from carom.studies.stress.failure_search import NotRunError, observe, rename_scene
+from carom.studies.stress.failure_search import observe, rename_scene
 from carom.studies.stress.result import CellEnding, CellResult, UnsavedResult
 from carom.support.formatting import format_number
 
@@ -38,6 +38,12 @@ _GRIP = 10.0
 _SUPERBALLS = "Four unequal spinning superballs, and their oblique impacts."
 
 Run = Callable[[Scene], Trace]
+
+#: Function that runs a base scene and a changed scene, and returns how much the second result deviates from the
+#: expected result. Deviations of positions are divided by the largest radius, and deviations of velocities and rim
+#: speeds by the greatest speed. The function raises SceneError if the changed scene can't start from the final state of
+#: the first run.
+Deviation = Callable[[Scene, Run], float]
 
 
 class State(NamedTuple):
@@ -96,10 +102,7 @@ class Invariance:
     Attributes:
         name: Short name, as on the command line.
         statement: The invariance in one sentence.
-        deviation: Function that runs a base scene and a changed scene, and returns how much the second result deviates
-            from the expected result. Deviations of positions are divided by the largest radius, and deviations of
-            velocities and rim speeds by the greatest speed. The function raises SceneError if the changed scene can't
-            start from the final state of the first run.
+        deviation: Function that measures the deviation from the invariance.
         base: Function that returns the base scene.
         starts_from_result: Whether the changed scene starts from the final state of the first run, so that it
             differs between methods.
@@ -107,7 +110,7 @@ class Invariance:
 
     name: str
     statement: str
-    deviation: Callable[[Scene, Run], float]
+    deviation: Deviation
     base: Callable[[], Scene] = build_base_scene
     starts_from_result: bool = False
 
@@ -143,24 +146,25 @@ def _final_state_of(trace: Trace) -> State:
     return State(trace.final_position_m, trace.final_velocity_m_s, resting if spin is None else spin)
 
 
-def _build_invariance(
-    name: str, statement: str, change: Callable[[Scene], Scene], undo: Callable[[State], State]
-) -> Invariance:
-    """Build an invariance: if a scene is changed by `change`, its result changes in a known way.
+def _relate_scenes(change: Callable[[Scene], Scene], undo: Callable[[State], State]) -> Deviation:
+    """Return the deviation of an invariance: if a scene is changed by `change`, its result changes in a known way.
 
-    Args:
-        name: Name of the invariance.
-        statement: The invariance in one sentence.
-        change: Function that returns a changed copy of a scene.
-        undo: Function that converts a final state of the changed scene to the corresponding state of the unchanged
-            scene.
+    `undo` converts a final state of the changed scene to the corresponding state of the unchanged scene.
     """
 
     def deviation(base: Scene, run: Run) -> float:
         first = _final_state_of(run(base))
         return _compute_deviation(base, undo(_final_state_of(run(change(base)))), first)
 
-    return Invariance(name, statement, deviation)
+    return deviation
+
+
+def _relate_motions(change: Callable[[State], State], undo: Callable[[State], State]) -> Deviation:
+    """Return the deviation of an invariance: if the starting state is changed, the final state changes in the same way.
+
+    `undo` is the inverse function of `change`.
+    """
+    return _relate_scenes(lambda scene: _build_scene_at_state(scene, change(_start_state_of(scene))), undo)
 
 
 def _measure_reversal_deviation(base: Scene, run: Run) -> float:
@@ -178,9 +182,7 @@ def _measure_split_deviation(base: Scene, run: Run) -> float:
     return _compute_deviation(base, _final_state_of(rest), unsplit_state)
 
 
-def _build_units_invariance(
-    name: str, statement: str, *, length: float = 1.0, time: float = 1.0, mass: float = 1.0
-) -> Invariance:
+def _relate_units(*, length: float = 1.0, time: float = 1.0, mass: float = 1.0) -> Deviation:
     speed = length / time
 
     def scale(disc: Disc) -> Disc:
@@ -193,33 +195,23 @@ def _build_units_invariance(
         times = {"duration_s": scene.duration_s * time, "frame_rate_hz": scene.frame_rate_hz / time}
         return _build_variant(scene, list(map(scale, scene.discs)), **times)
 
-    return _build_invariance(
-        name, statement, change, lambda state: State(state.position / length, state.velocity / speed, state.spin * time)
-    )
+    def undo(state: State) -> State:
+        return State(state.position / length, state.velocity / speed, state.spin * time)
+
+    return _relate_scenes(change, undo)
 
 
-def _build_motion_invariance(
-    name: str, statement: str, change: Callable[[State], State], undo: Callable[[State], State]
-) -> Invariance:
-    """Build an invariance: if the starting state is changed by `change`, the final state changes in the same way."""
-    return _build_invariance(
-        name, statement, lambda scene: _build_scene_at_state(scene, change(_start_state_of(scene))), undo
-    )
-
-
-def _build_boost_invariance() -> Invariance:
+def _relate_boost() -> Deviation:
     velocity = (11.0, -7.0)
     path_m = np.array(velocity) * build_base_scene().duration_s
-    return _build_motion_invariance(
-        "boost",
-        "Adding a velocity of (11, -7) m/s to all discs changes nothing else.",
+    return _relate_motions(
         lambda state: state._replace(velocity=state.velocity + velocity),
         lambda state: State(state.position - path_m, state.velocity - velocity, state.spin),
     )
 
 
-def _build_rotation_invariance() -> Invariance:
-    turn, statement = cmath.rect(1.0, 0.7), "Turning the scene by 0.7 rad turns its result."
+def _relate_rotation() -> Deviation:
+    turn = cmath.rect(1.0, 0.7)
 
     def rotate(state: State) -> State:
         place, velocity = ([to_vector(complex(*row) * turn) for row in rows.tolist()] for rows in state[:2])
@@ -229,7 +221,7 @@ def _build_rotation_invariance() -> Invariance:
         z, w = ((rows[:, 0] + 1j * rows[:, 1]) * turn.conjugate() for rows in state[:2])
         return State(np.stack([z.real, z.imag], axis=1), np.stack([w.real, w.imag], axis=1), state.spin)
 
-    return _build_motion_invariance("rotation", statement, rotate, rotate_back)
+    return _relate_motions(rotate, rotate_back)
 
 
 def _mirror(at: State) -> State:
@@ -240,51 +232,42 @@ def _mirror(at: State) -> State:
 
 def list_invariances() -> list[Invariance]:
     """Return all invariances in the order of the table: first those without friction, then those with friction."""
-    statement = "The mirror image of the scene has the mirror image of its result."
-    mirror = _build_motion_invariance("mirror", statement, _mirror, _mirror)
-    relabelling = _build_invariance(
-        "relabelling",
-        "Listing the discs in reverse order changes nothing.",
+    mirrored = "The mirror image of the scene has the mirror image of its result."
+    reverse_order = _relate_scenes(
         lambda scene: _build_variant(scene, scene.discs[::-1]),
         lambda state: State(*(part[::-1] for part in state)),
     )
-    statement = "Units of 2^10 m, 2^6 s and 2^-10 kg multiply every number by a power of two without changing a digit."
-    units_of_two = _build_units_invariance("units-of-two", statement, length=2.0**-10, time=2.0**-6, mass=2.0**10)
-    reversal = Invariance(
-        "reversal",
-        "If all velocities are reversed at the end, the run returns to its start.",
-        _measure_reversal_deviation,
-        starts_from_result=True,
-    )
+    exact = "Units of 2^10 m, 2^6 s and 2^-10 kg multiply every number by a power of two without changing a digit."
+    general = [
+        Invariance("boost", "Adding a velocity of (11, -7) m/s to all discs changes nothing else.", _relate_boost()),
+        Invariance("rotation", "Turning the scene by 0.7 rad turns its result.", _relate_rotation()),
+        Invariance("mirror", mirrored, _relate_motions(_mirror, _mirror)),
+        Invariance("relabelling", "Listing the discs in reverse order changes nothing.", reverse_order),
+        Invariance("units-of-two", exact, _relate_units(length=2.0**-10, time=2.0**-6, mass=2.0**10)),
+    ]
+    slow_motion = "Slowing the scene and its frames a thousandfold changes nothing but the unit of time."
     far = Disc(position_m=(1000.0, 1000.0), radius_m=0.25)
-    far_disc = _build_invariance(
-        "far-disc",
-        "A disc at rest a kilometre away changes nothing.",
+    add_far_disc = _relate_scenes(
         lambda scene: _build_variant(scene, [*scene.discs, far]),
         lambda state: State(*(part[:-1] for part in state)),
     )
-    split = Invariance(
-        "split",
-        "A run that is stopped at 1 s and continued from its state there ends like the whole run.",
-        _measure_split_deviation,
-        starts_from_result=True,
-    )
-    superballs = "If velocities and spins of superballs are reversed at the end, the run returns to its start."
-    slow_motion = "Slowing the scene and its frames a thousandfold changes nothing but the unit of time."
-    general = [_build_boost_invariance(), _build_rotation_invariance(), mirror, relabelling, units_of_two]
+    returns = "If all velocities are reversed at the end, the run returns to its start."
+    reversal = Invariance("reversal", returns, _measure_reversal_deviation, starts_from_result=True)
+    continued = "A run that is stopped at 1 s and continued from its state there ends like the whole run."
+    split = Invariance("split", continued, _measure_split_deviation, starts_from_result=True)
+    with_friction = "With friction and spin: "
     rough = [
-        replace(
-            one, name=f"rough-{one.name}", statement=f"With friction and spin: {one.statement}", base=build_rough_scene
-        )
+        replace(one, name=f"rough-{one.name}", statement=with_friction + one.statement, base=build_rough_scene)
         for one in (*general, split)
     ]
+    superballs = "If velocities and spins of superballs are reversed at the end, the run returns to its start."
     return [
         *general,
-        _build_units_invariance("kilometres", "Measuring in kilometres changes nothing but the unit.", length=1e-3),
-        _build_units_invariance("millimetres", "Measuring in millimetres changes nothing but the unit.", length=1e3),
-        _build_units_invariance("slow-motion", slow_motion, time=1e3),
-        _build_units_invariance("light", "Masses that are a million times smaller change nothing.", mass=1e-6),
-        far_disc,
+        Invariance("kilometres", "Measuring in kilometres changes nothing but the unit.", _relate_units(length=1e-3)),
+        Invariance("millimetres", "Measuring in millimetres changes nothing but the unit.", _relate_units(length=1e3)),
+        Invariance("slow-motion", slow_motion, _relate_units(time=1e3)),
+        Invariance("light", "Masses that are a million times smaller change nothing.", _relate_units(mass=1e-6)),
+        Invariance("far-disc", "A disc at rest a kilometre away changes nothing.", add_far_disc),
         reversal,
         split,
         *rough,
@@ -299,8 +282,6 @@ def check_invariance(invariance: Invariance, method: Method, runner: TaskRunner)
     def run(scene: Scene) -> Trace:
         used.append(scene)
         answer = observe(scene, method, runner)
-        if answer.status in {Status.UNAVAILABLE, Status.UNSUPPORTED}:
-            raise NotRunError(answer)
         if answer.value is None:
             raise _StoppedError(answer.problem, answer.status)
         if answer.value.outcome is not Outcome.COMPLETED:
@@ -312,18 +293,15 @@ def check_invariance(invariance: Invariance, method: Method, runner: TaskRunner)
     value, status = None, Status.RAN
     try:
         value = invariance.deviation(invariance.base(), run)
-        reason = (
-            ""
-            if value <= DEVIATION_LIMIT
-            else f"it deviates by {format_number(value)} times the scene's length or speed"
-        )
-    except NotRunError as error:
-        return UnsavedResult(cell(CellEnding.NOT_RUN, reason=str(error), status=error.status))
+        deviates = f"it deviates by {format_number(value)} times the scene's length or speed"
+        reason = "" if value <= DEVIATION_LIMIT else deviates
     except _StoppedError as error:
         reason, status = error.args
     except InputError as error:
         why = "a run can't start from the final state of the first run"
         reason = f"no second scene: {why} ({str(error).splitlines()[0]})"
+    if status in {Status.UNAVAILABLE, Status.UNSUPPORTED}:
+        return UnsavedResult(cell(CellEnding.NOT_RUN, reason=reason, status=status))
     ending = CellEnding.VIOLATED if reason else CellEnding.HOLDS
     result = cell(ending, value, reason=reason, runs=len(used), status=status)
     return UnsavedResult(result, _build_named_scenes(invariance, method, used))
@@ -338,16 +316,9 @@ def _build_named_scenes(invariance: Invariance, method: Method, used: list[Scene
 
     A scene that does not depend on the method has the same name for all methods.
     """
-    renamed = []
-    for k, scene in enumerate(used):
-        own_name = (
-            f"{invariance.name}/{method.engine}/{method.profile}/{k}"
-            if invariance.starts_from_result
-            else invariance.name
-        )
-        base = f"{scene.name.partition('/')[2]}-base"
-        name, description = (
-            (own_name, f"{scene.description} {invariance.statement}") if k else (base, scene.description)
-        )
-        renamed.append(rename_scene(name, scene, description))
+    base, *others = used
+    renamed = [rename_scene(f"{base.name.partition('/')[2]}-base", base, base.description)]
+    for k, scene in enumerate(others, start=1):
+        own = f"/{method.engine}/{method.profile}/{k}" if invariance.starts_from_result else ""
+        renamed.append(rename_scene(f"{invariance.name}{own}", scene, f"{scene.description} {invariance.statement}"))
     return tuple(renamed)

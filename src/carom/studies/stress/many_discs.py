@@ -157,7 +157,7 @@ def _restitution(restitution: float) -> Iterator[Trial]:
     if restitution > CRITICAL_RESTITUTION:
         # Near the critical value, there are too many impacts to compute.
         with suppress(UndecidedError):
-            trial = replace(trial, check=build_velocity_check(compute_true_motion(trial.scene, most_impacts=300)))
+            trial = replace(trial, check_end=build_velocity_check(compute_true_motion(trial.scene, most_impacts=300)))
     yield trial
 
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
+from typing import Self
 
 from carom.engines.registry import EngineInfo
 from carom.execution.environment import Environment
@@ -18,49 +19,31 @@ from carom.support.folders import build_file_name
 #: Subfolder for scenes in the folder of results, and prefix of the names of generated scenes.
 SCENES, STRESS = "scenes", "stress/"
 
-#: Phrases in journals of earlier versions, each with the phrase that is used today.
-_EARLIER = {
-    "gives way": "fails at this size",
-    "stands to the end": "passes to the end",
-    "gives way at the harmless end": "fails at the harmless end",
-    "still does it": "still seen",
-    "does not do it": "not seen",
-}
-
 
 class CellEnding(StrEnum):
-    """Outcome of a test with one method. Each value is the phrase that the report shows."""
+    """Outcome of a test with one method. Each value is the phrase that the report shows.
 
-    FAILS_AT_SIZE = "fails at this size"
-    PASSES = "passes to the end"
-    FAILS_AT_START = "fails at the harmless end"
-    HOLDS = "holds"
-    VIOLATED = "fails"
-    SEEN = "still seen"
-    NOT_SEEN = "not seen"
-    NOT_RUN = "not run"
+    Attributes:
+        in_files: Name of the outcome in ``stress.json``, which stays the same when a member of this class is renamed.
+    """
 
-    @property
-    def in_files(self) -> str:
-        """Name of the outcome in ``stress.json``, which stays the same when a member of this class is renamed."""
-        return _NAMES_IN_FILES[self]
+    in_files: str
 
-    @classmethod
-    def _missing_(cls, value: object) -> CellEnding | None:
-        """Return the outcome for a phrase of an earlier version."""
-        return cls(_EARLIER[value]) if isinstance(value, str) and value in _EARLIER else None
+    FAILS_AT_SIZE = "fails at this size", "gives_way"
+    PASSES = "passes to the end", "stands"
+    FAILS_AT_START = "fails at the harmless end", "never_stood"
+    HOLDS = "holds", "holds"
+    VIOLATED = "fails", "fails"
+    SEEN = "still seen", "still_does"
+    NOT_SEEN = "not seen", "does_not"
+    NOT_RUN = "not run", "not_run"
 
-
-_NAMES_IN_FILES = {
-    CellEnding.FAILS_AT_SIZE: "gives_way",
-    CellEnding.PASSES: "stands",
-    CellEnding.FAILS_AT_START: "never_stood",
-    CellEnding.VIOLATED: "fails",
-    CellEnding.SEEN: "still_does",
-    CellEnding.NOT_SEEN: "does_not",
-    CellEnding.HOLDS: "holds",
-    CellEnding.NOT_RUN: "not_run",
-}
+    def __new__(cls, phrase: str, in_files: str) -> Self:
+        """Create a member whose value is the phrase."""
+        ending = str.__new__(cls, phrase)
+        ending._value_ = phrase
+        ending.in_files = in_files
+        return ending
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
@@ -29,7 +29,6 @@ from carom.studies.stress.many_discs import MANY_DISC_TESTS
 from carom.studies.stress.options import StressOptions
 from carom.studies.stress.pairs import DT_S, PAIR_TESTS
 from carom.studies.stress.result import CellEnding, CellResult, StressResults, StressRow, UnsavedResult
-from carom.studies.stress.stress_test import StressTest
 from carom.support.escaping import build_name_hints
 from carom.support.folders import claim_while_writing
 
@@ -44,36 +43,16 @@ CellKey = tuple[str, str, str]
 #: Function that opens the journal of a campaign.
 stress_journal = partial(Journal[CellKey, CellResult], "spots", JournalEntry[CellKey, CellResult])
 
-#: A test, and the function that computes its result for a method.
-StressTask = tuple[StressRow, Callable[[Method, TaskRunner], UnsavedResult]]
+#: Function that computes the result of a test for a method.
+FindResult = Callable[[Method, TaskRunner], UnsavedResult]
 
-
-#: Stress tests by group.
-GROUPS = {
-    "pairs": PAIR_TESTS,
-    "crowds": MANY_DISC_TESTS,
-    "friction": FRICTION_TESTS,
-    "walls": WALL_TESTS,
-    "contact": CONTACT_TESTS,
-}
-#: Stress tests with moving walls.
-DRIVEN = ("paddle", "legs")
-
-
-def list_stress_tests() -> list[tuple[str, StressTest]]:
-    """Return all stress tests with their groups, in the order of the table."""
-    # Trials are cached, because methods are often tested at equal values. The exact motion takes longer to compute than
-    # a run.
-    return [
-        ("driven" if stress_test.name in DRIVEN else group, replace(stress_test, trials=cache(stress_test.trials)))
-        for group, of_group in GROUPS.items()
-        for stress_test in of_group
-    ]
+#: Stress tests, in the order of the table.
+STRESS_TESTS = (*PAIR_TESTS, *MANY_DISC_TESTS, *FRICTION_TESTS, *WALL_TESTS, *CONTACT_TESTS)
 
 
 def list_rows(*, quick: bool = False) -> list[StressRow]:
     """Return all rows of the table: stress tests, invariances and reported bugs."""
-    return [row for row, _ in _list_all_tasks(quick)]
+    return list(_find_tests(quick))
 
 
 def run_stress_campaign(
@@ -112,7 +91,7 @@ def run_stress_campaign(
         environment = describe_environment(infos)
         stamp = options.stamp | {"carom": environment.carom, "versions": environment.versions}
         asks = [
-            _request_cell(TableCell(row.kind, row.name, method, options.quick, out), methods.find_refusal(method, DT_S))
+            _request_cell(TableCell(row, method, options.quick, out), methods.find_refusal(method, DT_S))
             for row in rows
             for method in columns
         ]
@@ -131,10 +110,9 @@ def run_stress_campaign(
 
 @dataclass(frozen=True)
 class TableCell(DependentTasks[CellResult]):
-    """Task that runs a test (given by kind and name) with a method, and saves the result's scenes into `out`."""
+    """Task that runs the test of a row with a method, and saves the result's scenes into `out`."""
 
-    kind: str
-    name: str
+    row: StressRow
     method: Method
     quick: bool
     out: Path
@@ -146,8 +124,7 @@ class TableCell(DependentTasks[CellResult]):
 
     def run(self, runner: TaskRunner) -> Answer[UnsavedResult]:
         """Return the result with its scenes."""
-        find = next(find for row, find in _list_all_tasks(self.quick) if (row.kind, row.name) == (self.kind, self.name))
-        return Answer(Status.RAN, value=find(self.method, runner))
+        return Answer(Status.RAN, value=_find_tests(self.quick)[self.row](self.method, runner))
 
     def complete(self, answer: Answer[UnsavedResult]) -> Answer[CellResult]:
         """Save the scenes, and return the result with their file names."""
@@ -156,59 +133,39 @@ class TableCell(DependentTasks[CellResult]):
 
 
 def _request_cell(cell: TableCell, refused: Answer[Any] | None) -> TaskRequest[tuple[str, str], CellKey, CellResult]:
-    known, subject = None, (cell.name, cell.method.name)
+    known, subject = None, (cell.row.name, cell.method.name)
     if refused is not None:
-        result = CellResult(cell.kind, *subject, CellEnding.NOT_RUN, reason=refused.problem, status=refused.status)
+        result = CellResult(cell.row.kind, *subject, CellEnding.NOT_RUN, reason=refused.problem, status=refused.status)
         known = Answer(Status.RAN, value=result)
-    return TaskRequest(subject, (cell.kind, *subject), cell, known)
+    return TaskRequest(subject, (cell.row.kind, *subject), cell, known)
 
 
 @cache
-def _list_all_tasks(quick: bool) -> list[StressTask]:
-    tasks: list[StressTask] = []
-    for group, stress_test in list_stress_tests():
-        if quick and stress_test.full_only:
-            continue
-        ladder = tuple(stress_test.build_ladder(quick))
-        row = StressRow(
-            "attack",
-            stress_test.name,
-            stress_test.axis,
-            stress_test.truth,
-            stress_test.failure_rule,
-            ladder,
-            group=group,
-        )
-        tasks.append((row, partial(find_failure, stress_test, quick=quick)))
+def _find_tests(quick: bool) -> dict[StressRow, FindResult]:
+    """Return the functions of all tests by their rows of the table."""
+    tests: dict[StressRow, FindResult] = {}
+    for test in STRESS_TESTS:
+        if not (quick and test.full_only):
+            ladder = tuple(test.build_ladder(quick))
+            row = StressRow("attack", test.name, test.axis, test.truth, test.failure_rule, ladder, group=test.group)
+            tests[row] = partial(find_failure, test, quick=quick)
     truth = "not needed, because the two runs of the method are compared with each other"
     fails = f"the deviation is above {DEVIATION_LIMIT:g}; rounding errors after three impacts are smaller"
-    tasks += [
-        (
-            StressRow("relation", invariance.name, invariance.statement, truth, fails),
-            partial(check_invariance, invariance),
-        )
-        for invariance in list_invariances()
-    ]
-    tasks += [
-        (_build_bug_report_row(entry), partial(check_bug_report, entry))
-        for entry in all_scenes().values()
-        if isinstance(entry, BugReport)
-    ]
-    return tasks
+    for invariance in list_invariances():
+        row = StressRow("relation", invariance.name, invariance.statement, truth, fails)
+        tests[row] = partial(check_invariance, invariance)
+    for entry in all_scenes().values():
+        if isinstance(entry, BugReport):
+            tests[_build_bug_report_row(entry)] = partial(check_bug_report, entry)
+    return tests
 
 
 def _build_bug_report_row(bug_report: BugReport) -> StressRow:
+    name, truth = bug_report.name.partition("/")[2], bug_report.known.source
+    axis = f"{bug_report.about}: {bug_report.summary}"
     threshold = f"errors below {100 * bug_report.smallest_error:g} % do not count"
-    criterion = f"{bug_report.symptom.value}; {threshold}. {bug_report.number_sources}"
-    return StressRow(
-        "complaint",
-        bug_report.name.partition("/")[2],
-        f"{bug_report.about}: {bug_report.summary}",
-        bug_report.known.source,
-        capitalise(criterion),
-        link=bug_report.thread,
-        about=bug_report.engine,
-    )
+    fails = capitalise(f"{bug_report.symptom.value}; {threshold}. {bug_report.number_sources}")
+    return StressRow("complaint", name, axis, truth, fails, link=bug_report.thread, about=bug_report.engine)
 
 
 def _select_rows(names: Sequence[str], quick: bool) -> tuple[StressRow, ...]:

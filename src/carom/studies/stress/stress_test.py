@@ -17,9 +17,9 @@ from carom.execution.job import Status
 from carom.model.energy import kinetic_energy
 from carom.model.scene import Scene
 from carom.model.trace import Outcome, Trace, Vector
+from carom.report.formatting import format_count, format_number
 from carom.studies.stress.result import STRESS
 from carom.studies.stress.true_motion import TrueMotion
-from carom.support.formatting import format_number
 
 #: A method fails if its error exceeds this fraction of the velocity change by an impact. This error is too large for
 #: any purpose, and larger than the usual errors of all engines at sensible step sizes. Therefore a stress test finds
@@ -50,13 +50,29 @@ class CheckResult:
 
 TraceCheck = Callable[[Trace], CheckResult]
 
+_DESCRIPTIONS: dict[str, Any] = json.loads(Path(__file__).with_name("stress_tests.json").read_text(encoding="utf-8"))
+
 
 @dataclass(frozen=True)
 class Trial:
-    """A scene of a stress test, and the check of the scene's traces. The scene runs at its own frame rate."""
+    """A scene of a stress test, which runs at its own frame rate.
+
+    Attributes:
+        scene: The scene.
+        check_end: Function that checks a trace of the whole scene.
+    """
 
     scene: Scene
-    check: TraceCheck
+    check_end: TraceCheck
+
+    def check(self, trace: Trace) -> CheckResult:
+        """Check a trace. A trace that ends early fails, except in infinitely many impacts or in a lasting contact."""
+        if not (np.isfinite(trace.final_velocity_m_s).all() and np.isfinite(trace.final_position_m).all()):
+            return CheckResult(math.nan, Outcome.NON_FINITE.value)
+        if trace.outcome in {Outcome.COMPLETED, Outcome.STANDSTILL} or trace.outcome.in_contact:
+            return self.check_end(trace)
+        note = f": {trace.notes[0]}" if trace.notes else ""
+        return CheckResult(math.nan, f"{trace.outcome.value}{note}")
 
 
 @dataclass(frozen=True)
@@ -65,6 +81,7 @@ class StressTest:
 
     Attributes:
         name: Short name, as on the command line.
+        group: Group of similar stress tests.
         axis: Description of the varied quantity, with its unit.
         harmless: The harmless end of the range. Every sound method should pass at this value.
         extreme: The extreme end of the range, which may be larger or smaller than `harmless`.
@@ -82,6 +99,7 @@ class StressTest:
     """
 
     name: str
+    group: str
     axis: str
     harmless: float
     extreme: float
@@ -128,22 +146,15 @@ def build_stress_test(name: str, trials: Callable[[float], Iterable[Trial]]) -> 
     stress test's name.
     """
     name = name.strip("_").replace("_", "-")
-    stress_tests, sentences = _read_descriptions()
-    fields = stress_tests[name] | {
-        key: stress_tests[name][key].format_map(sentences) for key in ("truth", "failure_rule")
-    }
+    fields = _DESCRIPTIONS["stress_tests"][name]
+    sentences = {key: fields[key].format_map(_DESCRIPTIONS["sentences"]) for key in ("truth", "failure_rule")}
 
+    @cache  # methods are often tested at equal values, and the exact motion takes longer to compute than a run
     def build_trials(value: float) -> list[Trial]:
         title = {"name": f"{STRESS}{name}"}
         return [replace(trial, scene=trial.scene.model_copy(update=title)) for trial in trials(value)]
 
-    return StressTest(name, trials=build_trials, **fields)
-
-
-@cache
-def _read_descriptions() -> tuple[dict[str, dict[str, Any]], dict[str, str]]:
-    found = json.loads(Path(__file__).with_name("stress_tests.json").read_text(encoding="utf-8"))
-    return found["stress_tests"], found["sentences"]
+    return StressTest(name, trials=build_trials, **(fields | sentences))
 
 
 def stress_test(trials: Callable[[float], Iterable[Trial]]) -> StressTest:
@@ -174,11 +185,6 @@ def build_velocity_check(truth: TrueMotion) -> TraceCheck:
     return build_closed_form_check(truth.final_velocity_m_s, len(truth.impacts), truth.greatest_change_m_s, note)
 
 
-def _require_end(check: TraceCheck) -> TraceCheck:
-    """Extend a check, so that a trace that ends early fails."""
-    return lambda trace: _check_early_end(trace) or check(trace)
-
-
 def build_closed_form_check(
     final_velocity_m_s: Sequence[Vector],
     impacts: int,
@@ -203,7 +209,6 @@ def build_closed_form_check(
     """
     final, change = np.array(final_velocity_m_s), np.array(change_m_s)
 
-    @_require_end
     def check(trace: Trace) -> CheckResult:
         greatest = max(math.hypot(*disc.velocity_m_s) for disc in trace.scene.discs)
         scale = np.where(change > 0, change, change.max() or greatest or 1.0)
@@ -213,7 +218,7 @@ def build_closed_form_check(
         if is_wrong and found == 0 and impacts:
             return CheckResult(error, "no impact is found: the discs pass through each other")
         if is_wrong:
-            counted = f"{found} impact{'' if found == 1 else 's'}" + (f" of {impacts}" if impacts else "")
+            counted = format_count(found, "impact") + (f" of {impacts}" if impacts else "")
             wrong = f"a velocity is wrong by {format_number(error)} times the change by {cause}"
             return CheckResult(error, f"{counted}, and {wrong}")
         if final_rim_m_s is None:
@@ -229,7 +234,6 @@ def build_closed_form_check(
     return check
 
 
-@_require_end
 def check_energy(trace: Trace) -> CheckResult:
     """Check a run of an elastic scene: kinetic energy may change by at most a tenth, and no overlap may be deep."""
     start = kinetic_energy(trace.scene, trace.scene.arrays.velocity_m_s)
@@ -251,7 +255,6 @@ def build_pressure_check(compressibility: float) -> TraceCheck:
     omitted, because the initial lattice still has an effect.
     """
 
-    @_require_end
     def check(trace: Trace) -> CheckResult:
         scene, radius = trace.scene, trace.scene.arrays.radius_m
         mass = np.array([disc.mass_kg for disc in scene.discs])
@@ -266,16 +269,3 @@ def build_pressure_check(compressibility: float) -> TraceCheck:
         return CheckResult(error, note=note) if error <= TOLERANCE else CheckResult(error, note)
 
     return check
-
-
-def _check_early_end(trace: Trace) -> CheckResult | None:
-    """Return a failure for a run that ended early.
-
-    Return None if the run reached its end, infinitely many impacts or a lasting contact.
-    """
-    if not (np.isfinite(trace.final_velocity_m_s).all() and np.isfinite(trace.final_position_m).all()):
-        return CheckResult(math.nan, Outcome.NON_FINITE.value)
-    if trace.outcome in {Outcome.COMPLETED, Outcome.STANDSTILL} or trace.outcome.in_contact:
-        return None
-    note = f": {trace.notes[0]}" if trace.notes else ""
-    return CheckResult(math.nan, f"{trace.outcome.value}{note}")

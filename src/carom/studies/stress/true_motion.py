@@ -30,6 +30,8 @@ DIGITS = 120
 #: of a float, and far above the error that the lost digits cause.
 AGREEMENT = Decimal("1e-30")
 
+NEVER = Decimal("Infinity")
+
 
 class UndecidedError(InputError):
     """The exact motion can't be computed: there are too many impacts, or more digits are needed for their order."""
@@ -147,44 +149,40 @@ class _Motion:
         pairs = [(i, j) for i, j in combinations(range(len(self.place)), 2) if i in changed or j in changed]
         pairs += [(i, wall_body(k)) for i in changed for k in range(len(self.walls))]
         for first, second in pairs:
-            is_wall = second < 0
-            wait = self._compute_wall_wait(first, second) if is_wall else self._compute_pair_wait(first, second)
-            if wait is None:
-                self._upcoming.pop((first, second), None)
-            else:
-                self._upcoming[first, second] = self.now + wait
+            compute_wait = self._compute_wall_wait if second < 0 else self._compute_pair_wait
+            self._upcoming[first, second] = self.now + compute_wait(first, second)
 
     def _find_next_impact(self, last: tuple[int, int] | None) -> tuple[Decimal, tuple[int, int]] | None:
         """Return the earliest impact; among impacts at the same instant, the impact with the lowest body numbers."""
         # Two discs can't meet again before one of them has another impact.
         times = {pair: time for pair, time in self._upcoming.items() if pair != last}
-        if not times or (earliest := min(times.values())) > self.end:
+        if (earliest := min(times.values(), default=NEVER)) > self.end:
             return None
         together = [pair for pair, time in times.items() if time - earliest <= self.tie * self.end]
         return earliest, min(together, key=lambda pair: (pair[0], pair[1] if pair[1] >= 0 else math.inf))
 
-    def _compute_pair_wait(self, i: int, j: int) -> Decimal | None:
+    def _compute_pair_wait(self, i: int, j: int) -> Decimal:
         if self.weight[i] == self.weight[j] == 0:
-            return None
+            return NEVER
         gap, relative = self.place[j] - self.place[i], self.velocity[j] - self.velocity[i]
         approach: Decimal = gap @ relative
         if approach >= 0:
-            return None
+            return NEVER
         contact = self.radius[i] + self.radius[j]
         square_difference: Decimal = gap @ gap - contact * contact
         if square_difference <= 0:
             return Decimal(0)
         discriminant = approach * approach - relative @ relative * square_difference
         if discriminant <= 0:
-            return None
+            return NEVER
         wait: Decimal = square_difference / (discriminant.sqrt() - approach)
         return wait
 
-    def _compute_wall_wait(self, i: int, wall: int) -> Decimal | None:
+    def _compute_wall_wait(self, i: int, wall: int) -> Decimal:
         point, normal = self.walls[wall_index(wall)]
         approach: Decimal = self.velocity[i] @ normal
         if self.weight[i] == 0 or approach >= 0:
-            return None
+            return NEVER
         clearance: Decimal = (self.place[i] - point) @ normal - self.radius[i]
         return max(clearance, Decimal(0)) / -approach
 

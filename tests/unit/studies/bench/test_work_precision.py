@@ -27,10 +27,9 @@ from carom.studies.bench.axes import ErrorKind
 from carom.studies.bench.convergence import Convergence
 from carom.studies.bench.growth import GrowthPoint, measure_growth, select_same_method
 from carom.studies.bench.machine_noise import NoiseProbe, Spread
-from carom.studies.bench.options import BenchPlan, GrowthOptions, parse_step_series
+from carom.studies.bench.options import BenchPlan, GrowthOptions, compute_geometric_steps, parse_step_series
 from carom.studies.bench.result import Bench, Point, find_cheapest, find_pareto_front
 from carom.studies.bench.run import measure_work_precision
-from carom.studies.bench.series import compute_geometric_steps
 from carom.studies.bench.timing_pass import CellTiming, TimeScene, timing_journal
 from carom.support.limits import MOST_DISCS
 
@@ -141,9 +140,9 @@ def test_methods_beyond_the_scoring_budget_have_a_reason(scene: Scene, monkeypat
     plan = BenchPlan(engines=("pic", "pit"), dts=(1 / 60, 1 / 120), phases=1, timing=False)
     # Each look at the clock takes a second: of the finer steps one of two fits into half of the budget.
     monkeypatch.setattr("carom.studies.bench.scoring_pass.time", Clock(1.0))
-    found = measure_work_precision([scene], replace(plan, budget_s=26.0), InProcessPool()).scenes[0]
+    found = measure_work_precision([scene], replace(plan, budget_s=24.0), InProcessPool()).scenes[0]
     unscored = {(c.engine, c.profile, p.dt_s): p.reason for c in found.curves for p in c.points if p.reason}
-    assert unscored == {("pit", "tuned", 1 / 120): "the 13 s for scoring this scene are used up; raise --budget"}
+    assert unscored == {("pit", "tuned", 1 / 120): "the 12 s for scoring this scene are used up; raise --budget"}
 
 
 @pytest.mark.long

@@ -3,7 +3,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from tests.cases import each
 from tests.in_process_pool import InProcessPool
 from tests.scene_builders import require_value
 
@@ -121,17 +120,3 @@ def test_stress_documents_contain_every_test(results: StressResults, tmp_path: P
     assert all(line.name in text for line in results.rows for text in (markdown, html))
     assert "scenes/tunnelling.pit.tuned.toml" in html
     assert "tunnelling.pit.tuned.toml" in markdown
-
-
-@each(
-    "phrase, ending",
-    [
-        ("gives way", CellEnding.FAILS_AT_SIZE),
-        ("stands to the end", CellEnding.PASSES),
-        ("gives way at the harmless end", CellEnding.FAILS_AT_START),
-        ("fails at this size", CellEnding.FAILS_AT_SIZE),
-    ],
-)
-def test_earlier_words_for_cell_endings_are_read(phrase: str, ending: CellEnding) -> None:
-    """The words for endings in earlier journals are read as today's endings."""
-    assert CellEnding(phrase) is ending

@@ -23,10 +23,9 @@ from carom.studies.stress import stress_test as stress_test_module
 from carom.studies.stress.contact import CONTACT_TESTS
 from carom.studies.stress.finite_walls import WALL_TESTS
 from carom.studies.stress.friction import FRICTION_TESTS
-from carom.studies.stress.run import list_stress_tests
+from carom.studies.stress.run import STRESS_TESTS
 from carom.studies.stress.stress_test import StressTest
 
-STRESS_TESTS = [stress_test for _, stress_test in list_stress_tests()]
 each_stress_test = each("stress_test", STRESS_TESTS)
 
 #: Stress tests that no float64 method can pass to the end: an error doubles faster than once a bounce.

@@ -13,8 +13,9 @@ from carom import Scene, Trace, solve_pic
 from carom.catalogue import CatalogueScene, Tag, catalogue
 from carom.comparator import Errors
 from carom.execution.score_jobs import Measures
-from carom.studies.bench.axes import ErrorKind, compute_error
+from carom.studies.bench.axes import ErrorKind
 from carom.studies.bench.result import Point
+from carom.studies.bench.run import compute_error
 from carom.studies.stress.invariances import build_base_scene, build_rough_scene, list_invariances
 from carom.studies.stress.true_motion import UndecidedError, compute_true_motion
 
