@@ -8,7 +8,7 @@ from functools import cached_property
 from itertools import pairwise
 
 from carom.execution.environment import Environment
-from carom.studies.history.compare_cells import CellChange, ChangeKind, ReleaseCell, classify_change
+from carom.studies.history.compare_cells import CellChange, ChangeKind, ReleaseCell, ReleaseRun, classify_change
 from carom.studies.history.options import HistoryOptions
 from carom.studies.history.release_engines import Origin
 
@@ -39,19 +39,20 @@ class Release:
     cells: Mapping[RunCell, ReleaseCell] = field(default_factory=dict)
 
     @property
+    def results(self) -> dict[RunCell, ReleaseRun]:
+        """Results of the unshifted scenes. Runs that failed have no result."""
+        return {cell: run for cell, one in self.cells.items() if (run := one.at_phase_0.value) is not None}
+
+    @property
     def observes_no_contact(self) -> bool:
         """Whether the release never reports a contact when velocities change, so that its results are useless."""
-        results = [
-            one.at_phase_0.value
-            for one in self.cells.values()
-            if one.at_phase_0.value is not None and one.at_phase_0.value.expected
-        ]
-        return bool(results) and all(one.observes_no_contact for one in results)
+        results = [run for run in self.results.values() if run.expected]
+        return bool(results) and all(run.observes_no_contact for run in results)
 
     @property
     def not_run(self) -> str:
         """Most frequent reason why the release could not run; empty if the release ran at least one scene."""
-        if self.reason or any(one.runs for one in self.cells.values()):
+        if self.reason or self.results:
             return self.reason
         reasons = [one.at_phase_0.problem for one in self.cells.values()]
         return max(dict.fromkeys(reasons), key=reasons.count, default="there is no cell")
@@ -111,7 +112,7 @@ class History:
     @property
     def completed(self) -> tuple[Release, ...]:
         """Releases that ran at least one scene."""
-        return tuple(one for one in self.releases if any(release_cell.runs for release_cell in one.cells.values()))
+        return tuple(release for release in self.releases if release.results)
 
     @cached_property
     def transitions(self) -> tuple[Transition, ...]:

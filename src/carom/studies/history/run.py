@@ -31,7 +31,6 @@ from carom.studies.history.compare_cells import (
     ReleaseCell,
     ReleaseRun,
     classify_change,
-    has_changed,
 )
 from carom.studies.history.options import HistoryOptions
 from carom.studies.history.registry_clients import CLIENTS, Client, ClientError
@@ -140,30 +139,19 @@ class _ReleaseRuns:
         If the results of consecutive engines differ, both engines are run again at all phases.
         """
         answers = self.run_jobs((self.job(name, cell) for name in names for cell in cells), pool)
-        cells_of_release = {
-            name: {cell: ReleaseCell(answers[self.job(name, cell)]) for cell in cells} for name in names
-        }
+        found = {name: {cell: ReleaseCell(answers[self.job(name, cell)]) for cell in cells} for name in names}
         todo = set[tuple[str, RunCell]]()
         for cell in cells:
-            for pair in pairwise(name for name in names if cells_of_release[name][cell].runs):
-                if _needs_phases(*(cells_of_release[name][cell] for name in pair)):
+            for pair in pairwise(name for name in names if found[name][cell].runs):
+                change = classify_change(*(found[name][cell] for name in pair))
+                if change.kind is ChangeKind.OVERLAP:  # the phase may explain the change
                     todo.update((name, cell) for name in pair)
         phases = generate_phases(self.options.phases, self.options.seed)
         jobs = {place: [self.job(*place, phase) for phase in phases] for place in sorted(todo)}
-        found = self.run_jobs(chain.from_iterable(jobs.values()), pool)
-        for (name, cell), several in jobs.items():
-            cells_of_release[name][cell] = replace(
-                cells_of_release[name][cell], phases=tuple(found[job] for job in several)
-            )
-        return cells_of_release
-
-
-def _needs_phases(old: ReleaseCell, new: ReleaseCell) -> bool:
-    """Whether the results of two releases differ in a way that the phase may explain."""
-    a, b = old.at_phase_0.value, new.at_phase_0.value
-    if a is None or b is None or a.settings != b.settings or a.misses_contacts or b.misses_contacts:
-        return False
-    return has_changed(a, b)
+        answers |= self.run_jobs(chain.from_iterable(jobs.values()), pool)
+        for (name, cell), shifted in jobs.items():
+            found[name][cell] = replace(found[name][cell], phases=tuple(answers[job] for job in shifted))
+        return found
 
 
 @contextmanager
