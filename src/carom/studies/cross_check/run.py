@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cache, partial
 from itertools import islice
 from types import MappingProxyType
@@ -166,9 +166,9 @@ def execute(
     jobs = [job for job in plan.jobs if job.scene.name in usable]
     shifted = _shift_references(jobs, usable, generate_phases(options.phases, options.seed))
     timed = [job for job in jobs if options.timing and job.refinement == 0]
-    observer = _Observer(plan, pool, notes, progress)
     observed = {_build_key(job) for one in jobs for job in (one, _build_pit_job(one))}
-    observer.total = len(observed) + sum(map(len, shifted.values())) + len(timed)
+    total = len(observed) + sum(map(len, shifted.values())) + len(timed)
+    observer = _Observer(plan, pool, notes, progress, total)
     rows = _score_jobs(jobs, usable, observer)
     rows |= _run_phases(rows, shifted, usable, observer)
     rows |= _time_jobs([rows[_build_key(job)] for job in timed], observer)
@@ -198,35 +198,38 @@ def execute(
     )
 
 
+@dataclass
 class _Observer:
     """Runs the jobs of a cross-check through the scheduler, and reports progress."""
 
-    def __init__(self, plan: Plan, pool: Pool, notes: MemoryJournal[JobKey, Trace] | None, progress: Progress) -> None:
-        self.total = 0
-        self._refusal, self._samples = plan.methods.find_job_refusal, plan.options.samples
-        self._pool, self._notes, self._progress, self._done = pool, notes, progress, 0
+    plan: Plan
+    pool: Pool
+    notes: MemoryJournal[JobKey, Trace] | None
+    progress: Progress
+    total: int
+    done: int = 0
 
     def count(self, description: str, done: int = 1) -> None:
-        self._done += done
-        self._progress(self._done, self.total, description)
+        self.done += done
+        self.progress(self.done, self.total, description)
 
     def observe_traces(self, jobs: Iterable[Job], *, shifted: bool = False) -> Iterator[tuple[Job, Answer[Trace]]]:
         """Yield the result of each job as it arrives.
 
         For drawing, states are kept at the largest step size if the scene has few enough discs for a picture.
         """
-        asks = []
+        asks, samples = [], self.plan.options.samples and not shifted
         for job in jobs:
-            drawn = self._samples and not shifted and job.refinement == 0 and len(job.scene.discs) <= MOST_DISCS_DRAWN
-            key = build_job_key(job, DRAWN if drawn else "")
-            asks.append(TaskRequest(job, key, ObserveTask(job, drawn), self._refusal(job), estimate_steps(job)))
-        for job, answer in self._count_each(run_tasks(asks, self._pool, self._notes)):
+            drawn = samples and job.refinement == 0 and len(job.scene.discs) <= MOST_DISCS_DRAWN
+            key, refusal = build_job_key(job, DRAWN if drawn else ""), self.plan.methods.find_job_refusal(job)
+            asks.append(TaskRequest(job, key, ObserveTask(job, drawn), refusal, estimate_steps(job)))
+        for job, answer in self._count_each(run_tasks(asks, self.pool, self.notes)):
             yield job, check_own_scene(job, answer)
 
     def measure_timings(self, jobs: Iterable[Job]) -> Iterator[tuple[Job, Answer[Timing]]]:
         """Time the jobs one after another with nothing else running, and yield their run times."""
         asks = [TaskRequest(job, build_job_key(job), TimeTask(job)) for job in jobs]
-        with self._pool.to_local_pool() as pool:
+        with self.pool.to_local_pool() as pool:
             yield from self._count_each(run_tasks(asks, pool, one_at_a_time=True))
 
     def _count_each(self, answers: Iterable[tuple[Job, Answer[T]]]) -> Iterator[tuple[Job, Answer[T]]]:

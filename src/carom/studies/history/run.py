@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 import tempfile
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import chain, pairwise
 from pathlib import Path
 
@@ -90,21 +90,17 @@ def _list_versions(origin: Origin, options: HistoryOptions, cache: ReleaseCache)
         raise UnavailableError(f"the releases of {origin.package} can't be listed: {error}{hint}") from None
 
 
+@dataclass
 class _ReleaseRuns:
     """Runs of one engine's releases on some scenes."""
 
-    def __init__(
-        self,
-        engine: str,
-        scenes: Sequence[Scene],
-        options: HistoryOptions,
-        notes: MemoryJournal[JobKey, ReleaseRun] | None,
-        progress: Progress,
-    ) -> None:
-        self.engine, self.options = engine, options
-        self.scenes = {scene.name: scene for scene in scenes}
-        self.notes = MemoryJournal[JobKey, ReleaseRun]() if notes is None else notes
-        self._progress, self._done, self._total = progress, 0, 0
+    engine: str
+    scenes: Mapping[str, Scene]
+    options: HistoryOptions
+    notes: MemoryJournal[JobKey, ReleaseRun]
+    progress: Progress
+    done: int = 0
+    total: int = 0
 
     def job(self, name: str, cell: RunCell, phase: float = 0.0) -> Job:
         """Return the job that runs a scene, with a profile and a step size, on an engine."""
@@ -119,7 +115,7 @@ class _ReleaseRuns:
             TaskRequest(job, build_job_key(job), HistoryTask(job), methods.find_job_refusal(job), estimate_steps(job))
             for job in todo
         ]
-        self._total += len(asks)
+        self.total += len(asks)
         found = {}
         for job, answer in run_tasks(asks, pool, self.notes):
             found[job] = answer
@@ -128,8 +124,8 @@ class _ReleaseRuns:
 
     def report(self, description: str) -> None:
         """Report progress."""
-        self._done += 1
-        self._progress(self._done, max(self._total, self._done), description)
+        self.done += 1
+        self.progress(self.done, max(self.total, self.done), description)
 
     def run_cells(
         self, names: Sequence[str], cells: Sequence[RunCell], pool: Pool
@@ -218,10 +214,11 @@ def run_history(
         UnavailableError: The registry's client is missing, or returns no list.
     """
     started = time.perf_counter()
-    study = _ReleaseRuns(engine, scenes, options, notes, progress)
+    scenes_by_name = {scene.name: scene for scene in scenes}
+    study = _ReleaseRuns(engine, scenes_by_name, options, notes or MemoryJournal(), progress)
     cells = [
         RunCell(scene.name, profile, dt_s)
-        for scene in study.scenes.values()
+        for scene in scenes_by_name.values()
         for dt_s in options.list_steps(scene)
         for profile in options.profiles
     ]
@@ -274,7 +271,7 @@ def bisect_change(
         CaromError: A release can't run this scene with this profile and step size. See also `run_history`.
     """
     options, cell = replace(options, profiles=(profile,), dts=(dt_s,)), RunCell(scene.name, profile, dt_s)
-    study = _ReleaseRuns(engine, [scene], options, None, progress)
+    study = _ReleaseRuns(engine, {scene.name: scene}, options, MemoryJournal(), progress)
     order: list[str] = []
     with options.open_pool() as pool:
         origin, versions = _select_releases(engine, options, cache, pool)

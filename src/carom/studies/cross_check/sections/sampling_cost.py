@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from functools import partial
 from typing import NamedTuple
 
@@ -60,7 +60,7 @@ class EngineCost(NamedTuple):
     @property
     def worse_than_pit(self) -> int:
         """Number of scenes with errors above PIT's largest error."""
-        return sum(cell.cost > 1 and cell.scene in self.scenes_unlike_pit for cell in self.cells)
+        return sum(cell.cost > 1 and not cell.line.equals_pit for cell in self.cells)
 
     @property
     def own_errors(self) -> list[float]:
@@ -146,17 +146,12 @@ def draw_sampling_costs(found: Sequence[EngineCost], narrow: bool = False) -> st
         return svg.render(figure, TITLE, narrow=narrow)
 
 
-def _build_median_formatter(numbers: Callable[[EngineCost], list[float]]) -> Callable[[EngineCost], Cell | str]:
-    """Return a function that formats a column's cell with the median, smallest and largest of several numbers."""
-
-    def say(cost: EngineCost) -> Cell | str:
-        known = numbers(cost)
-        if not known:
-            return formatting.ABSENT
-        low, high = formatting.format_number(min(known)), formatting.format_number(max(known))
-        return Cell(formatting.format_number(statistics.median(known)), f"({low} to {high})" if low != high else "")
-
-    return say
+def _format_median(numbers: Sequence[float]) -> Cell | str:
+    """Format the median, the smallest and the largest of several numbers."""
+    if not numbers:
+        return formatting.ABSENT
+    low, high = formatting.format_number(min(numbers)), formatting.format_number(max(numbers))
+    return Cell(formatting.format_number(statistics.median(numbers)), f"({low} to {high})" if low != high else "")
 
 
 def _format_equal_scenes(cost: EngineCost) -> Cell:
@@ -166,14 +161,12 @@ def _format_equal_scenes(cost: EngineCost) -> Cell:
 
 _COLUMNS = (
     Column("engine", lambda cost: cost.column.name),
-    Column("error / PIT's, median", _build_median_formatter(lambda cost: cost.cost_ratios)),
+    Column("error / PIT's, median", lambda cost: _format_median(cost.cost_ratios)),
     Column("no error", lambda cost: f"{cost.cost_ratios.count(0.0)} of {len(cost.cells)}"),
     Column("worse than PIT", lambda cost: f"{cost.worse_than_pit} of {len(cost.cells)}"),
     Column("equals PIT", _format_equal_scenes),
-    Column("velocity error not from sampling, median", _build_median_formatter(lambda cost: cost.own_errors)),
+    Column("velocity error not from sampling, median", lambda cost: _format_median(cost.own_errors)),
     Column("impacts missed", lambda cost: str(sum(cell.missed for cell in cost.cells))),
     Column("missed by PIT", lambda cost: str(sum(int(cell.pit.get("missed") or 0) for cell in cost.cells))),
-    Column(
-        "velocity error not from sampling, single impacts", _build_median_formatter(lambda cost: cost.local_own_errors)
-    ),
+    Column("velocity error not from sampling, single impacts", lambda cost: _format_median(cost.local_own_errors)),
 )

@@ -31,20 +31,19 @@ class TrendPoint(NamedTuple):
     """One engine and profile with one step size.
 
     Attributes:
-        median: Median over scenes of the largest velocity error; None if no scene has such an error.
-        low: Smallest error of the scenes in the median.
-        high: Largest error of the scenes in the median.
-        scenes: Number of scenes in the median.
+        errors: The largest velocity error in each scene of the median, if the run has such an error.
         wrong: Number of scenes with grade *wrong*.
         graded: Number of graded scenes.
     """
 
-    median: float | None
-    low: float
-    high: float
-    scenes: int
+    errors: tuple[float, ...]
     wrong: int
     graded: int
+
+    @property
+    def median(self) -> float:
+        """Median of the errors; NaN without errors."""
+        return statistics.median(self.errors) if self.errors else math.nan
 
 
 class Series(NamedTuple):
@@ -123,11 +122,8 @@ def _find_omission_reason(cells: Sequence[GridCell]) -> str:
 def _build_point(cells: Sequence[GridCell], chosen: Sequence[str]) -> TrendPoint:
     marks = [cell.mark for cell in cells]
     velocities = [cell.errors.velocity for cell in cells if cell.scene in chosen]
-    errors = [error for error in velocities if not math.isnan(error)]
-    median = statistics.median(errors) if errors else None
-    low, high = min(errors, default=0.0), max(errors, default=0.0)
-    graded = sum(mark.rank is not None for mark in marks)
-    return TrendPoint(median, low, high, len(errors), marks.count(Mark.WRONG), graded)
+    errors = tuple(error for error in velocities if not math.isnan(error))
+    return TrendPoint(errors, marks.count(Mark.WRONG), sum(mark.rank is not None for mark in marks))
 
 
 def build_trend_section(grid: Grid) -> Section:
@@ -168,10 +164,10 @@ def _format_wrong(k: int, series: Series) -> str:
 
 def _format_error(k: int, series: Series) -> Cell | str:
     point = series.points[k]
-    if point.median is None:
+    if not point.errors:
         return formatting.ABSENT
-    span = f"{formatting.format_number(point.low)} to {formatting.format_number(point.high)}"
-    return Cell(formatting.format_number(point.median), f"({span}; {point.scenes})")
+    span = f"{formatting.format_number(min(point.errors))} to {formatting.format_number(max(point.errors))}"
+    return Cell(formatting.format_number(point.median), f"({span}; {len(point.errors)})")
 
 
 def _describe_scenes(trend: Trend) -> Iterator[str]:
@@ -185,12 +181,11 @@ def _describe_scenes(trend: Trend) -> Iterator[str]:
 def _render_velocity_chart(trend: Trend, narrow: bool = False) -> str:
     with svg.use_drawing_style():
         figure, axes = svg.build_framed_figure(_WIDTH_IN, _HEIGHT_IN, narrow=narrow, below=len(trend.series))
-        medians = [p.median for series in trend.series for p in series.points if p.median is not None]
-        place = svg.scale_error_axis(axes, "y", medians)
+        place = svg.scale_error_axis(axes, "y", [p.median for series in trend.series for p in series.points])
         for series in trend.series:
-            _draw_line(axes, trend, series, [math.nan if p.median is None else place(p.median) for p in series.points])
+            _draw_line(axes, trend, series, [place(p.median) if p.errors else math.nan for p in series.points])
             if series.column.engine == "pit":
-                low, high = [place(p.low) for p in series.points], [place(p.high) for p in series.points]
+                low, high = ([place(end(p.errors, default=0.0)) for p in series.points] for end in (min, max))
                 axes.fill_between(trend.parts, low, high, color=svg.INK, alpha=0.08, linewidth=0)
         axes.set_ylabel("velocity error, median over scenes", labelpad=2)
         _set_x_axis(axes, trend, figure if narrow else None)
