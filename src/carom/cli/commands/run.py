@@ -129,7 +129,7 @@ def _print_settings(results: Results, scene: str) -> None:
     from carom.support.formatting import format_step_option
 
     grid, infos = build_grid(results), {info.name: info for info in results.engines}
-    for column in rank_methods(grid, grid.columns.values()):
+    for column in rank_methods(grid, grid.columns):
         method, info = column.method, infos[column.engine]
         steps = [cell.line.dt_s for cell in grid.list_cells(column) if cell.scored]
         if column.is_own_method or method.overrides or not info.code or method.profile in info.located or not steps:

@@ -13,7 +13,6 @@ import numpy as np
 from carom.comparator.shifted_scenes import solve_shifted_references
 from carom.engines.registry import EngineInfo
 from carom.execution import time_saved
-from carom.execution.describe_engines import select_engines
 from carom.execution.job import Job
 from carom.execution.phases import generate_phases
 from carom.execution.scene_reference import solve_reference
@@ -31,7 +30,7 @@ MOST_FRAMES = 1_000_000
 
 def explain(plan: Plan) -> Iterator[str]:
     """Yield lines that describe the plan of a cross-check."""
-    options, run = plan.options, select_engines(plan.engines, plan.options.engines)
+    options, run = plan.options, list(plan.methods.infos.values())
     for scene in plan.scenes:
         jobs = [job for job in plan.jobs if job.scene is scene]
         steps = options.list_steps(scene)

@@ -40,10 +40,14 @@ _BROKEN_RANK = 1 + max(mark.rank for mark in Mark if mark.rank is not None)
 
 
 class GridColumn(NamedTuple):
-    """A column of the grid: a method, and whether it is one of Carom's own methods."""
+    """A column of the grid, which contains the runs of a method."""
 
     method: Method
-    is_own_method: bool
+
+    @property
+    def is_own_method(self) -> bool:
+        """Whether the method is one of Carom's own methods."""
+        return self.engine in _OWN
 
     @property
     def engine(self) -> str:
@@ -240,7 +244,7 @@ class Grid:
             results.jsonl.
     """
 
-    columns: Mapping[Method, GridColumn]
+    columns: tuple[GridColumn, ...]
     rows: tuple[GridRow, ...]
     runs: tuple[GridCell, ...]
     step_phrase: str
@@ -248,7 +252,7 @@ class Grid:
 
     def list_cells(self, column: GridColumn) -> tuple[GridCell, ...]:
         """Return the cells of a column, one for each scene."""
-        number = list(self.columns.values()).index(column)
+        number = self.columns.index(column)
         return tuple(row.cells[number] for row in self.rows)
 
     @property
@@ -260,7 +264,7 @@ class Grid:
     @property
     def compared(self) -> list[GridColumn]:
         """The columns to compare with PIC, best first. If only PIC ran, only PIC's column is returned."""
-        scored = [column for column in self.columns.values() if any(cell.scored for cell in self.list_cells(column))]
+        scored = [column for column in self.columns if any(cell.scored for cell in self.list_cells(column))]
         return rank_methods(self, [column for column in scored if column.engine != "pic"] or scored)
 
 
@@ -286,12 +290,11 @@ def _assemble_grid(summary: Summary, lines: Sequence[RowLine], rows: Sequence[Ro
     # in `lines`.
     engines = list(dict.fromkeys(method.engine for method in methods))
     methods.sort(key=lambda method: engines.index(method.engine))
-    columns = {method: GridColumn(method, method.engine in _OWN) for method in methods}
     pit = {(one["scene"], one["dt_s"]): one for one in summary.sampling if "velocity" in one}
     runs = tuple(
         GridCell(
             line.scene,
-            columns[line.method],
+            GridColumn(line.method),
             parse_mark(line.status, line.grade, line.float_bits),
             list_reasons(line, summary.verdicts),
             line,
@@ -301,12 +304,13 @@ def _assemble_grid(summary: Summary, lines: Sequence[RowLine], rows: Sequence[Ro
         )
         for line, row in zip(lines, rows, strict=True)
     )
+    columns = tuple(map(GridColumn, methods))
     coarsest = {(cell.scene, cell.column): cell for cell in runs if cell.line.refinement == 0}
     scenes = {line.scene: row.job.scene.description if row else "" for line, row in zip(lines, rows, strict=True)}
 
     def build_row(name: str) -> GridRow:
         certified = str(results.certified.get(name, "")).partition(";")[0].partition(":")[0]
-        cells = tuple(coarsest.get((name, one)) or _build_absent_cell(name, one) for one in columns.values())
+        cells = tuple(coarsest.get((name, one)) or _build_absent_cell(name, one) for one in columns)
         return GridRow(name, scenes[name], certified, cells)
 
     return Grid(columns, tuple(map(build_row, scenes)), runs, "the largest step size", results)

@@ -138,9 +138,9 @@ def _describe_reference(results: Results) -> str:
 
 def _describe_counts(grid: Grid, columns: Sequence[GridColumn]) -> str:
     """Describe the numbers of runs by grade."""
-    counted_columns, noun = [column for column in grid.columns.values() if not column.is_own_method], "engine run"
+    counted_columns, noun = [column for column in grid.columns if not column.is_own_method], "engine run"
     if not counted_columns:  # if only Carom's own methods ran, count PIT
-        counted_columns = list(columns) or list(grid.columns.values())
+        counted_columns = list(columns) or list(grid.columns)
         labels = {column.label for column in counted_columns}
         noun = f"{labels.pop()} run" if len(labels) == 1 else "run"
     tally = Counter(cell.mark for column in counted_columns for cell in grid.list_cells(column))
@@ -157,7 +157,7 @@ def _describe_counts(grid: Grid, columns: Sequence[GridColumn]) -> str:
 
 def _describe_phase_dependence(grid: Grid) -> Iterator[str]:
     """Describe how often PIT's grade depends on the phase of the step."""
-    for column in grid.columns.values():
+    for column in grid.columns:
         scores = [cell.row.score for cell in grid.list_cells(column) if cell.row and cell.row.score]
         found = [score.lucky_phase for score in scores if score.lucky_phase]
         if column.engine != "pit" or not found:

@@ -65,12 +65,16 @@ class Transition:
     Attributes:
         old: The previous release.
         new: The release.
-        changes: The change for each scene, profile and step size.
     """
 
     old: Release
     new: Release
-    changes: Mapping[RunCell, CellChange]
+
+    @cached_property
+    def changes(self) -> dict[RunCell, CellChange]:
+        """The change for each scene, profile and step size that both releases have."""
+        old, new = self.old.cells, self.new.cells
+        return {cell: classify_change(old[cell], new[cell]) for cell in old if cell in new}
 
     @property
     def engine_changes(self) -> dict[RunCell, CellChange]:
@@ -117,7 +121,7 @@ class History:
     @cached_property
     def transitions(self) -> tuple[Transition, ...]:
         """Changes between consecutive releases that ran."""
-        return tuple(_build_transition(old, new) for old, new in pairwise(self.completed))
+        return tuple(Transition(old, new) for old, new in pairwise(self.completed))
 
     @property
     def is_worse(self) -> bool:
@@ -143,8 +147,3 @@ class Bisection:
     first: str
     change: CellChange
     tested_versions: tuple[str, ...]
-
-
-def _build_transition(old: Release, new: Release) -> Transition:
-    cells = [cell for cell in old.cells if cell in new.cells]
-    return Transition(old, new, {cell: classify_change(old.cells[cell], new.cells[cell]) for cell in cells})

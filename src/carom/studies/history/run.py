@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import tempfile
 import time
+from bisect import bisect_left
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -272,35 +273,29 @@ def bisect_change(
     """
     options, cell = replace(options, profiles=(profile,), dts=(dt_s,)), RunCell(scene.name, profile, dt_s)
     study = _ReleaseRuns(engine, {scene.name: scene}, options, MemoryJournal(), progress)
-    order: list[str] = []
+    changes: dict[str, CellChange] = {}  # of the tested releases, in order
     with options.open_pool() as pool:
         origin, versions = _select_releases(engine, options, cache, pool)
         candidates = [one for one in versions if not is_older(one, origin.oldest)]
 
-        def find_change(version: str) -> CellChange:
-            """Compare a given release with the oldest release."""
-            order.append(version)
+        def is_changed(version: str) -> bool:
+            """Whether a release differs from the oldest release."""
             with _install_releases(study, origin, (candidates[0], version), cache, pool) as columns:
                 if reason := next((one.reason for one in columns if not one.name), ""):
                     raise UnavailableError(f"{origin.package} {version}: {reason}")
                 cells_of_release = study.run_cells([one.name for one in columns], [cell], pool)
                 old, new = (cells_of_release[one.name][cell] for one in columns)
-            change = classify_change(old, new)
+            change = changes[version] = classify_change(old, new)
             if change.kind is ChangeKind.NOT_RUN:
                 what = f"{origin.package} {version} can't run this scene with this profile and step size"
                 raise CaromError(f"{what}: {change.numbers}")
-            return change
+            return change.kind.is_engine_change
 
-        if len(candidates) < 2 or not (newest := find_change(candidates[-1])).kind.is_engine_change:
+        if len(candidates) < 2 or not is_changed(candidates[-1]):
             return None
-        low, high, change = 0, len(candidates) - 1, newest
-        while high - low > 1:
-            middle = (low + high) // 2
-            if (one := find_change(candidates[middle])).kind.is_engine_change:
-                high, change = middle, one
-            else:
-                low = middle
-    return Bisection(cell, candidates[low], candidates[high], change, (candidates[0], *order))
+        first = bisect_left(candidates, True, 1, len(candidates) - 1, key=is_changed)
+    last, changed = candidates[first - 1], candidates[first]
+    return Bisection(cell, last, changed, changes[changed], (candidates[0], *changes))
 
 
 #: Matches versions of final releases, which have no mark such as alpha or nightly. The mark `post` is allowed, because

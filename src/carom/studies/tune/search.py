@@ -125,8 +125,7 @@ class KnobSearch:
         """Evaluate the first profile, and sort the scenes from the worst to the best result."""
         results = self.evaluator.evaluate(self.method, self.scenes)
         first = TriedSettings((), compute_merit(results, results), tuple(results), 0)
-        worst = {k: compute_merit([one]) for k, one in enumerate(results)}
-        self._order = sorted(worst, key=lambda k: worst[k], reverse=True)
+        self._order = sorted(range(len(results)), key=lambda k: compute_merit([results[k]]), reverse=True)
         self._evaluated[()] = (first.merit, False)
         self._full_trials.append(first)
 

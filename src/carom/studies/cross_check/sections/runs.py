@@ -73,7 +73,7 @@ class _RunTimes(NamedTuple):
 def build_run_time_section(grid: Grid) -> Section:
     """Return the measured run times at each scene's largest step size."""
     run_times = []
-    for column in grid.columns.values():
+    for column in grid.columns:
         lines = [cell.line for cell in grid.list_cells(column)]
         ratios = [line.time_ratio for line in lines if line.time_ratio is not None]
         ends = [line.timing.ends for line in lines if line.timing is not None and line.timing.ends is not None]

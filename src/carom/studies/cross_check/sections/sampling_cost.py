@@ -99,7 +99,7 @@ def measure_engine_costs(grid: Grid) -> tuple[EngineCost, ...]:
         cells = grid.list_cells(column)
         return tuple(cell for cell in cells if cell.scored and cell.pit and cell.line.outcome_taken is None)
 
-    found = (EngineCost(column, list_cells(column)) for column in grid.columns.values() if not column.is_own_method)
+    found = (EngineCost(column, list_cells(column)) for column in grid.columns if not column.is_own_method)
     return tuple(cost for cost in found if cost.cells)
 
 

@@ -43,12 +43,9 @@ SHORT_NOTE = (
 def build_scenes_section(grid: Grid) -> Section:
     """Return the table of all scenes and engines."""
     columns = [Column("scene", lambda row: Cell(row.name, row.certified, title=row.description))]
-    contents = {
-        column: tuple((cell.mark, cell.figure) for cell in grid.list_cells(column)) for column in grid.columns.values()
-    }
-    numbers = {column: number for number, column in enumerate(grid.columns.values())}
+    contents = {column: tuple((cell.mark, cell.figure) for cell in grid.list_cells(column)) for column in grid.columns}
     columns += [
-        Column(column.label, partial(_build_cell, numbers[column]), "" if others else column.profile)
+        Column(column.label, partial(_build_cell, grid.columns.index(column)), "" if others else column.profile)
         for *others, column in merge_own_profiles(contents)
     ]
     legend = Legend(tuple((mark.cell, mark.meaning) for mark in grid.marks), Media.MARKDOWN | Media.DETAIL)
@@ -95,7 +92,7 @@ def build_unscored_section(grid: Grid) -> Section:
     """Return a section with the reasons why cells were not run or scored. A terminal shows only important reasons."""
     reasons = list(_list_reasons(grid))
     important = tuple(reason for reason, is_important in reasons if is_important)
-    run = {column.engine for column in grid.columns.values()}
+    run = {column.engine for column in grid.columns}
     missing = [info for info in grid.results.engines if info.missing and info.name not in run]
     folder_prefix = f"{Path.cwd()}{os.sep}"  # reports are shared, so paths are made relative
     unavailable = tuple(f"{one.name} is not run: {one.unavailable.replace(folder_prefix, '')}" for one in missing)
@@ -132,7 +129,7 @@ def _list_reasons(grid: Grid) -> Iterator[tuple[str, bool]]:
 
 def _describe_missing_profiles(grid: Grid) -> Iterator[str]:
     """Describe why an engine lacks a profile that other engines were run with."""
-    profiles = dict.fromkeys(column.method.profile for column in grid.columns.values() if not column.is_own_method)
+    profiles = dict.fromkeys(column.method.profile for column in grid.columns if not column.is_own_method)
     for info in grid.results.engines:
         for profile in profiles:
             if info.available and info.capabilities is not None and not info.own_profiles([profile]):

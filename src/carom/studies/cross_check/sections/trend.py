@@ -92,7 +92,7 @@ def build_trend(grid: Grid) -> Trend:
     chosen = why.pop("", [])
     points = {
         column: tuple(_build_point(by_place.get((column, k), ()), chosen) for k in sorted(ratios))
-        for column in grid.columns.values()
+        for column in grid.columns
     }
     return Trend(
         parts=tuple(statistics.median(ratios[k]) for k in sorted(ratios)),

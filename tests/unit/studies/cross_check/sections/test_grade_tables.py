@@ -141,7 +141,7 @@ def test_methods_are_ranked_by_grade_then_error_ratio(results_with_profiles: Res
 def test_scenes_table_has_one_column_for_pic(results_with_profiles: Results) -> None:
     """The table of scenes has one column for both profiles of PIC and one for each profile of an engine."""
     grid = build_grid(results_with_profiles)
-    assert [column.name for column in grid.columns.values()][:2] == ["PIC frame-by-frame", "PIC event-driven"]
+    assert [column.name for column in grid.columns][:2] == ["PIC frame-by-frame", "PIC event-driven"]
     section = build_scenes_section(grid)
     (table,) = (block for block in section.select_for(Media.PAGE) if isinstance(block, Table))
     heads = [column.line for column in table.select_for(Media.PAGE)[0]]
