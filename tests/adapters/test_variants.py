@@ -17,7 +17,7 @@ from carom.execution.observation.engine_run import observe_run
 from carom.report.outcome_marks import Mark
 from carom.report.render.markdown import render_markdown
 from carom.studies.cross_check.document import cross_check_document
-from carom.studies.cross_check.grid import GridColumn, build_grid
+from carom.studies.cross_check.grid import build_grid
 from carom.studies.cross_check.sections.scenes import explain_missing_profile
 
 SWEPT = ["pybullet", "mujoco", "box2d"]
@@ -79,8 +79,7 @@ def test_missing_profiles_have_reasons_in_the_report() -> None:
     scene = Scene(name="one", discs=[Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=1)], duration_s=0.1)
     results = carom.cross_check([scene], BUILT_IN, profiles=["all"], timing=False, dts=[1 / 60])
     grid = build_grid(results)
-    methods = [column.method for column in grid.columns]
-    profiles = {method.profile for method in methods}
+    profiles = {method.profile for method in grid.methods}
     own = {"frame-by-frame", "event-driven"}
     assert profiles == own | {"default", "tuned", "located", "no-ccd", "resting", "cylinder", "cylinder-plain"}
     said = render_markdown(cross_check_document(results))
@@ -89,13 +88,13 @@ def test_missing_profiles_have_reasons_in_the_report() -> None:
         for profile in profiles - own - set(info.profiles):
             if Method(info.name, profile).profile != profile:
                 continue  # an earlier name of one that it has
-            assert Method(info.name, profile) not in methods
+            assert Method(info.name, profile) not in grid.methods
             assert f"{info.name} has no profile {profile}" in reasons
     assert "two-dimensional" in reasons["pymunk has no profile cylinder"]
     assert "no continuous detection" in reasons["pymunk has no profile no-ccd"]
     assert "does not shorten" in reasons["pit has no profile located"]
     plain = Method("mujoco", "cylinder-plain")
-    assert [cell.mark for cell in grid.list_cells(GridColumn(plain))] == [Mark.UNGRADED]  # it has no impact
+    assert [cell.mark for cell in grid.list_cells(plain)] == [Mark.UNGRADED]  # it has no impact
 
 
 @pytest.mark.long

@@ -155,10 +155,9 @@ def _replace_unreportable(results: Results) -> Results:
 
 def _format_python_call(grid: Grid) -> str:
     """Return a Python call that repeats a cross-check, for results that were not made from the command line."""
-    methods = [column.method for column in grid.columns]
-    engines = list(dict.fromkeys(method.engine for method in methods))
-    profiles = list(dict.fromkeys(method.profile for method in methods))
-    overrides = next((dict(method.overrides) for method in methods if method.overrides), {})
+    engines = list(dict.fromkeys(method.engine for method in grid.methods))
+    profiles = list(dict.fromkeys(method.profile for method in grid.methods))
+    overrides = next((dict(method.overrides) for method in grid.methods if method.overrides), {})
     settings = f", settings={overrides!r}" if overrides else ""
     jobs = [row.job for row in grid.results.rows]
     has_default_steps = all(job.dt_s in compute_default_dts(job.scene) for job in jobs)

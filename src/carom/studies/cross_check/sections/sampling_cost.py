@@ -8,9 +8,10 @@ from collections.abc import Iterable, Sequence
 from functools import partial
 from typing import NamedTuple
 
+from carom.execution.job import Method
 from carom.report import formatting, svg
 from carom.report.document import Cell, Column, Figure, Figures, Media, Section, Table, Text
-from carom.studies.cross_check.grid import Grid, GridCell, GridColumn
+from carom.studies.cross_check.grid import Grid, GridCell
 
 #: Width of the chart, width on a phone, height of a line, and margins for names and for the axis, in inches.
 _WIDTH_IN, _NARROW_IN, _LINE_IN, _NAMES_IN, _FOOT_IN = 10.5, 4.0, 0.22, 1.3, 0.5
@@ -40,11 +41,11 @@ class EngineCost(NamedTuple):
     """An engine and profile, compared with PIT at each scene's largest step size.
 
     Attributes:
-        column: The engine and profile.
+        method: The engine and profile.
         cells: The runs in scenes that PIT also ran and whose simultaneous impacts have a unique result.
     """
 
-    column: GridColumn
+    method: Method
     cells: tuple[GridCell, ...]
 
     @property
@@ -95,11 +96,11 @@ def _select_known_errors(errors: Iterable[float | None]) -> list[float]:
 def measure_engine_costs(grid: Grid) -> tuple[EngineCost, ...]:
     """Compare the errors of every engine with PIT's; return an empty tuple if PIT was not run."""
 
-    def list_cells(column: GridColumn) -> tuple[GridCell, ...]:
-        cells = grid.list_cells(column)
+    def list_cells(method: Method) -> tuple[GridCell, ...]:
+        cells = grid.list_cells(method)
         return tuple(cell for cell in cells if cell.scored and cell.pit and cell.line.outcome_taken is None)
 
-    found = (EngineCost(column, list_cells(column)) for column in grid.columns if not column.is_own_method)
+    found = (EngineCost(method, list_cells(method)) for method in grid.methods if not method.is_own)
     return tuple(cost for cost in found if cost.cells)
 
 
@@ -134,14 +135,14 @@ def draw_sampling_costs(found: Sequence[EngineCost], narrow: bool = False) -> st
         axes = figure.add_axes((left, _FOOT_IN / height, 0.97 - left, 0.96 - _FOOT_IN / height))
         along = svg.scale_error_axis(axes, "x", [value for _, *both in drawn_costs for value in both], narrow=narrow)
         for k, (cost, total, own) in enumerate(drawn_costs):
-            style = svg.choose_line_style(cost.column.engine, profile=cost.column.method.profile)
+            style = svg.choose_line_style(cost.method.engine, profile=cost.method.profile)
             color, dash = style["color"], style["linestyle"]
             axes.plot([along(own), along(total)], [-k, -k], color=color, linestyle=dash, linewidth=2.0, alpha=0.6)
             axes.plot([along(total)], [-k], "o", color=color, markerfacecolor=svg.SURFACE, markersize=8)
             axes.plot([along(own)], [-k], "o", color=color, markersize=6)
         # Leave a margin of half a line above and below.
         axes.set(ylim=(0.5 - max(2, len(drawn_costs)), 0.5), xlabel="velocity error / greatest speed")
-        axes.set_yticks([-k for k in range(len(drawn_costs))], [cost.column.name for cost, _, _ in drawn_costs])
+        axes.set_yticks([-k for k in range(len(drawn_costs))], [cost.method.title for cost, _, _ in drawn_costs])
         svg.finish(axes)
         return svg.render(figure, TITLE, narrow=narrow)
 
@@ -160,7 +161,7 @@ def _format_equal_scenes(cost: EngineCost) -> Cell:
 
 
 _COLUMNS = (
-    Column("engine", lambda cost: cost.column.name),
+    Column("engine", lambda cost: cost.method.title),
     Column("error / PIT's, median", lambda cost: _format_median(cost.cost_ratios)),
     Column("no error", lambda cost: f"{cost.cost_ratios.count(0.0)} of {len(cost.cells)}"),
     Column("worse than PIT", lambda cost: f"{cost.worse_than_pit} of {len(cost.cells)}"),
