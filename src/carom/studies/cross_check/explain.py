@@ -59,8 +59,7 @@ def explain(plan: Plan) -> Iterator[str]:
             profile_names = plan.profiles if info.profiles else plan.profiles[-1:]
             for profile in dict.fromkeys(resolve_profile(info.name, one) for one in profile_names):
                 planned = [job for job in jobs if (job.engine, job.profile) == (info.name, profile)]
-                profile_text = planned[0].method.profile_shown if planned else profile
-                name = f"{info.name} {profile_text}".rstrip()
+                name = planned[0].method.label if planned else f"{info.name} {profile}"
                 yield f"  {name}: {_describe_runs(planned, plan, info, profile, len(steps))}"
     yield from (f"{info.name} is not available: {info.unavailable}" for info in plan.engines if info not in run)
 

@@ -14,10 +14,11 @@ from dataclasses import dataclass, fields, replace
 from typing import NamedTuple, TypeVar
 from urllib.parse import quote
 
-from carom.comparator import Errors, Verdict
+from carom.comparator import Errors, Score, Verdict
 from carom.comparator.thresholds import THRESHOLDS
 from carom.execution.job import Method, Status
 from carom.execution.results import Results, Row
+from carom.model.trace import Trace
 from carom.report import formatting
 from carom.report.document import Media, Text
 from carom.report.outcome_marks import BROKEN, Mark, parse_mark
@@ -74,9 +75,10 @@ class GridCell(NamedTuple):
         return self.line.total is not None
 
     @property
-    def has_replay(self) -> bool:
-        """Whether the cell has a run and a reference for a replay."""
-        return self.scored and self.row is not None
+    def compared_run(self) -> tuple[Trace, Score] | None:
+        """The run and its score, for replays and pictures; None without a score, or if only its numbers are known."""
+        row = self.row
+        return None if row is None or row.trace is None or row.score is None else (row.trace, row.score)
 
     @property
     def replay_key(self) -> str:
@@ -86,7 +88,7 @@ class GridCell(NamedTuple):
     @property
     def link(self) -> str:
         """The link to the replay on the same page; empty without a replay."""
-        return f"#{quote(self.replay_key)}" if self.has_replay else ""
+        return f"#{quote(self.replay_key)}" if self.compared_run else ""
 
     @property
     def expected(self) -> int:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from itertools import islice
@@ -137,8 +137,7 @@ def cross_check(
     """
     parsed = Options.build_from_arguments("cross_check", options, engines=engine_names)
     parsed = replace(parsed, engines=parsed.engines and [resolve_engine(word) for word in parsed.engines])
-    pool_context: AbstractContextManager[Pool] = parsed.open_pool() if pool is None else nullcontext(pool)
-    with pool_context as opened:
+    with parsed.open_pool() if pool is None else nullcontext(pool) as opened:
         plan = build_plan(scenes, parsed, opened)
         return execute(plan, opened, progress=progress or no_progress, command=command)
 
@@ -328,18 +327,14 @@ def _run_phases(
     rows: Mapping[Key, Row], shifted: Mapping[Key, list[Trace]], usable: Mapping[str, Reference], observer: _Observer
 ) -> dict[Key, Row]:
     """Run every successful job again at each phase, and return the job's row with the spread of the errors."""
-    references_by_key = {key: references for key, references in shifted.items() if rows[key].status is Status.RAN}
-    if omitted := sum(len(references) for key, references in shifted.items() if key not in references_by_key):
+    scores: dict[Key, list[Score]] = {key: [] for key in shifted if rows[key].status is Status.RAN}
+    origins = [(key, reference) for key in scores for reference in shifted[key]]
+    if omitted := sum(map(len, shifted.values())) - len(origins):
         observer.count("phases", omitted)
-    jobs = [
-        (key, reference, replace(rows[key].job, scene=reference.scene))
-        for key, references in references_by_key.items()
-        for reference in references
-    ]
-    origin_of = {id(job): (key, reference) for key, reference, job in jobs}
-    scores: dict[Key, list[Score]] = {key: [] for key in references_by_key}
+    jobs = [replace(rows[key].job, scene=reference.scene) for key, reference in origins]
+    origin_of = {id(job): origin for job, origin in zip(jobs, origins, strict=True)}
     failed: dict[Key, Row] = {}
-    for job, answer in observer.observe_traces((job for *_, job in jobs), shifted=True):
+    for job, answer in observer.observe_traces(jobs, shifted=True):
         key, reference = origin_of[id(job)]
         if answer.value is not None:
             try:

@@ -38,9 +38,8 @@ def build_picture_sections(grid: Grid) -> Iterator[Section]:
 
 def _build_pair(grid: Grid, cell: GridCell) -> Pair:
     """Return pictures of the reference and the run, with the method, the step size, and all verdicts."""
-    assert cell.row is not None  # noqa: S101 - cells of `find_divergences` have a trace
-    assert cell.row.trace is not None  # noqa: S101 - as above
-    reference, observed = grid.results.references[cell.scene], cell.row.trace
+    assert cell.compared_run is not None  # noqa: S101 - cells of `find_divergences` have a run
+    reference, (observed, _) = grid.results.references[cell.scene], cell.compared_run
     scene, name = reference.scene, cell.method.title
     sentence = f"{name} at {formatting.format_step(observed.dt_s)}: {'; '.join(cell.reasons)}."
     labels = (f"Exact: {scene.name}, by PIC", f"{scene.name}: {sentence}")
@@ -62,7 +61,7 @@ def find_divergences(grid: Grid) -> tuple[tuple[GridCell, ...], tuple[GridCell, 
     Scenes with too many discs for a picture are omitted.
     """
     drawable = [name for name, one in grid.results.references.items() if len(one.scene.discs) <= MOST_DISCS_DRAWN]
-    cells = [cell for row in grid.rows if row.name in drawable for cell in row.cells if cell.row and cell.row.trace]
+    cells = [cell for row in grid.rows if row.name in drawable for cell in row.cells if cell.compared_run]
     paper = [cell for cell in cells if cell.scene.startswith(f"{PAPER_GROUP}/") and cell.method.engine == "pit"]
     paper_scenes = {cell.scene for cell in paper}
     worst: dict[str, GridCell] = {}

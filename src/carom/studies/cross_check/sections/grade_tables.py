@@ -182,7 +182,7 @@ def find_first_replay(grid: Grid) -> Cell | None:
     If runs have the same grade, runs that miss an impact are preferred, and then scenes with few impacts. Without runs
     of engines, the link leads to a run of one of Carom's own methods.
     """
-    graded = [cell for row in grid.rows for cell in row.cells if cell.mark.rank and cell.has_replay]
+    graded = [cell for row in grid.rows for cell in row.cells if cell.mark.rank and cell.compared_run]
     engines = [cell for cell in graded if not cell.method.is_own] or graded
     if not engines:
         return None
@@ -344,8 +344,8 @@ def _find_impacts(grid: Grid, methods: Sequence[Method]) -> list[_Impact]:
     """Find the impacts of the reference, and invented impacts of all runs, in order of time."""
     found: dict[tuple[str, float | None], dict[Method, str]] = {}
     for cell in grid.rows[0].cells if len(grid.rows) == 1 else ():
-        if cell.method in methods and cell.row and cell.row.trace is not None and cell.row.score is not None:
-            for impact in build_impact_rows(grid.results.references[cell.scene], cell.row.trace, cell.row.score):
+        if cell.method in methods and cell.compared_run:
+            for impact in build_impact_rows(grid.results.references[cell.scene], *cell.compared_run):
                 time_s = impact.get("true", impact.get("reported"))
                 found.setdefault((impact["pair"], time_s), {})[cell.method] = impact["became"]
     return sorted((_Impact(*key, became) for key, became in found.items()), key=lambda one: one.time_s or 0.0)

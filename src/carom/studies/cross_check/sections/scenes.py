@@ -66,7 +66,7 @@ def _build_cell(column_number: int, row: GridRow) -> Cell:
     """Return the cell of a scene in a column of the grid."""
     cell = row.cells[column_number]
     short = cell.short_figure or ("" if cell.mark.ran else cell.mark.word)
-    title = cell.mark.sentence if cell.has_replay else f"{cell.method.title} on {row.name}: {'; '.join(cell.reasons)}"
+    title = cell.mark.sentence if cell.compared_run else f"{cell.method.title} on {row.name}: {'; '.join(cell.reasons)}"
     return cell.mark.cell._replace(note=cell.figure, link=cell.link, short=short, title=title)
 
 
@@ -79,10 +79,10 @@ def pack_replays(grid: Grid) -> Iterator[tuple[str, str]]:
         reference = grid.results.references.get(row.name)
         runs = []
         for cell in row.cells:
-            if (run := cell.row) and run.trace is not None and run.score is not None:
-                command = format_run_command(escape_controls(run.job.scene.name), run.job)
-                description = describe_run(run, cell.method.heading, cell.replay_key, command)
-                runs.append((run.trace, run.score, description))
+            if cell.row and cell.compared_run:
+                command = format_run_command(escape_controls(row.name), cell.row.job)
+                description = describe_run(cell.row, cell.method.heading, cell.replay_key, command)
+                runs.append((*cell.compared_run, description))
         if reference is not None and runs:
             data = build_replay_data(reference, runs) | {"drag": build_play_link(reference.scene)}
             yield escape_controls(row.name), pack_data(data)
