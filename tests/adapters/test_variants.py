@@ -79,8 +79,7 @@ def test_missing_profiles_have_reasons_in_the_report() -> None:
     scene = Scene(name="one", discs=[Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=1)], duration_s=0.1)
     results = carom.cross_check([scene], BUILT_IN, profiles=["all"], timing=False, dts=[1 / 60])
     grid = build_grid(results)
-    columns = grid.columns
-    profiles = {method.profile for method in columns}
+    profiles = {method.profile for method in grid.methods}
     own = {"frame-by-frame", "event-driven"}
     assert profiles == own | {"default", "tuned", "located", "no-ccd", "resting", "cylinder", "cylinder-plain"}
     said = render_markdown(cross_check_document(results))
@@ -89,12 +88,12 @@ def test_missing_profiles_have_reasons_in_the_report() -> None:
         for profile in profiles - own - set(info.profiles):
             if Method(info.name, profile).profile != profile:
                 continue  # an earlier name of one that it has
-            assert Method(info.name, profile) not in columns
+            assert Method(info.name, profile) not in grid.methods
             assert f"{info.name} has no profile {profile}" in reasons
     assert "two-dimensional" in reasons["pymunk has no profile cylinder"]
     assert "no continuous detection" in reasons["pymunk has no profile no-ccd"]
     assert "does not shorten" in reasons["pit has no profile located"]
-    plain = columns[Method("mujoco", "cylinder-plain")]
+    plain = Method("mujoco", "cylinder-plain")
     assert [cell.mark for cell in grid.list_cells(plain)] == [Mark.UNGRADED]  # it has no impact
 
 

@@ -56,6 +56,21 @@ class Method:
         return f"{self.engine} {self.profile_shown}".rstrip()
 
     @property
+    def is_own(self) -> bool:
+        """Whether this is PIC or PIT, Carom's own methods, with which engines are compared."""
+        return self.engine in {"pic", "pit"}
+
+    @property
+    def heading(self) -> str:
+        """The engine's name in headings: PIC, PIT, or the adapter's name."""
+        return self.engine.upper() if self.is_own else self.engine
+
+    @property
+    def title(self) -> str:
+        """Engine and profile, with the engine's name as in headings."""
+        return f"{self.heading} {self.profile_shown}".rstrip()
+
+    @property
     def phrase(self) -> str:
         """Engine with the profile in parentheses, for sentences."""
         return f"{self.engine} ({self.profile_shown})" if self.profile_shown else self.engine

@@ -129,14 +129,14 @@ def _print_settings(results: Results, scene: str) -> None:
     from carom.support.formatting import format_step_option
 
     grid, infos = build_grid(results), {info.name: info for info in results.engines}
-    for column in rank_methods(grid, grid.columns.values()):
-        method, info = column.method, infos[column.engine]
-        steps = [cell.line.dt_s for cell in grid.list_cells(column) if cell.scored]
-        if column.is_own_method or method.overrides or not info.code or method.profile in info.located or not steps:
+    for method in rank_methods(grid, grid.methods):
+        info = infos[method.engine]
+        steps = [cell.line.dt_s for cell in grid.list_cells(method) if cell.scored]
+        if method.is_own or method.overrides or not info.code or method.profile in info.located or not steps:
             continue
         words = ("carom", "engines", format_engine_argument(method.engine), "--show", method.profile)
         command = shlex.join((*words, "--dt", format_step_option(max(steps)), "--scene", scene))
-        output.print_text(f"To print the settings of {column.name} as code:\n{command}")
+        output.print_text(f"To print the settings of {method.title} as code:\n{command}")
         return
 
 

@@ -20,22 +20,9 @@ from carom.studies.cross_check.grid import Grid, build_grid, read_grid
 from carom.studies.cross_check.headline import build_headline
 from carom.studies.cross_check.options import compute_default_dts
 from carom.studies.cross_check.play_page import PLAY_PAGE, build_play_page
-from carom.studies.cross_check.sections.fault_pictures import build_picture_sections
-from carom.studies.cross_check.sections.grade_tables import (
-    build_impacts_section,
-    build_methods_section,
-    find_first_replay,
-)
+from carom.studies.cross_check.sections import fault_pictures, grade_tables, reference, runs, scenes
 from carom.studies.cross_check.sections.impact_tables import build_impact_tables_section
-from carom.studies.cross_check.sections.reference import build_known_answers_section, build_reference_section
-from carom.studies.cross_check.sections.runs import (
-    build_cells_section,
-    build_run_time_section,
-    build_settings_section,
-    build_spread_section,
-)
 from carom.studies.cross_check.sections.sampling_cost import build_sampling_cost_section
-from carom.studies.cross_check.sections.scenes import build_scenes_section, build_unscored_section
 from carom.studies.cross_check.sections.skipping import build_skipping_section
 from carom.studies.cross_check.sections.stepwise import build_steps_section
 from carom.studies.cross_check.sections.trend import build_trend_section
@@ -66,25 +53,27 @@ def rebuild_document(summary: Summary, lines: Sequence[RowLine]) -> Document:
 def _build_document(title: str, about: str, grid: Grid) -> Document:
     results = grid.results
     sections = (
-        build_methods_section(grid),
-        build_impacts_section(grid),
+        grade_tables.build_methods_section(grid),
+        grade_tables.build_impacts_section(grid),
         build_sampling_cost_section(grid),
-        build_scenes_section(grid),
-        build_unscored_section(grid),
+        scenes.build_scenes_section(grid),
+        scenes.build_unscored_section(grid),
         build_steps_section(grid),
-        build_reference_section(grid),
-        build_spread_section(grid),
+        reference.build_reference_section(grid),
+        runs.build_spread_section(grid),
         build_trend_section(grid),
-        *build_picture_sections(grid),
-        build_known_answers_section(grid),
-        build_run_time_section(grid),
+        *fault_pictures.build_picture_sections(grid),
+        reference.build_known_answers_section(grid),
+        runs.build_run_time_section(grid),
         build_skipping_section(grid),
         *build_provenance(results.environment, results.command or _format_python_call(grid), results.elapsed_s),
-        build_settings_section(grid),
-        build_cells_section(grid),
+        runs.build_settings_section(grid),
+        runs.build_cells_section(grid),
         build_impact_tables_section(grid),
     )
-    return Document(title, build_headline(grid), sections, about=about, replay_link=find_first_replay(grid))
+    return Document(
+        title, build_headline(grid), sections, about=about, replay_link=grade_tables.find_first_replay(grid)
+    )
 
 
 class Report(NamedTuple):
@@ -142,7 +131,7 @@ def _render_report(results: Results, fail_on: Grade | None) -> Report:
         "results.jsonl": format_records(results),
         "junit.xml": render_junit(results, fail_on),
     }
-    if page := build_play_page(reference.scene for reference in results.references.values()):
+    if page := build_play_page(trace.scene for trace in results.references.values()):
         files[PLAY_PAGE] = page
     return Report(results, document, files)
 
@@ -166,9 +155,9 @@ def _replace_unreportable(results: Results) -> Results:
 
 def _format_python_call(grid: Grid) -> str:
     """Return a Python call that repeats a cross-check, for results that were not made from the command line."""
-    engines = list(dict.fromkeys(method.engine for method in grid.columns))
-    profiles = list(dict.fromkeys(method.profile for method in grid.columns))
-    overrides = next((dict(method.overrides) for method in grid.columns if method.overrides), {})
+    engines = list(dict.fromkeys(method.engine for method in grid.methods))
+    profiles = list(dict.fromkeys(method.profile for method in grid.methods))
+    overrides = next((dict(method.overrides) for method in grid.methods if method.overrides), {})
     settings = f", settings={overrides!r}" if overrides else ""
     jobs = [row.job for row in grid.results.rows]
     has_default_steps = all(job.dt_s in compute_default_dts(job.scene) for job in jobs)

@@ -13,7 +13,6 @@ import numpy as np
 from carom.comparator.shifted_scenes import solve_shifted_references
 from carom.engines.registry import EngineInfo
 from carom.execution import time_saved
-from carom.execution.describe_engines import select_engines
 from carom.execution.job import Job
 from carom.execution.phases import generate_phases
 from carom.execution.scene_reference import solve_reference
@@ -31,7 +30,7 @@ MOST_FRAMES = 1_000_000
 
 def explain(plan: Plan) -> Iterator[str]:
     """Yield lines that describe the plan of a cross-check."""
-    options, run = plan.options, select_engines(plan.engines, plan.options.engines)
+    options, run = plan.options, list(plan.methods.infos.values())
     for scene in plan.scenes:
         jobs = [job for job in plan.jobs if job.scene is scene]
         steps = options.list_steps(scene)
@@ -60,8 +59,7 @@ def explain(plan: Plan) -> Iterator[str]:
             profile_names = plan.profiles if info.profiles else plan.profiles[-1:]
             for profile in dict.fromkeys(resolve_profile(info.name, one) for one in profile_names):
                 planned = [job for job in jobs if (job.engine, job.profile) == (info.name, profile)]
-                profile_text = planned[0].method.profile_shown if planned else profile
-                name = f"{info.name} {profile_text}".rstrip()
+                name = planned[0].method.label if planned else f"{info.name} {profile}"
                 yield f"  {name}: {_describe_runs(planned, plan, info, profile, len(steps))}"
     yield from (f"{info.name} is not available: {info.unavailable}" for info in plan.engines if info not in run)
 

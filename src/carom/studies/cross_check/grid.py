@@ -14,10 +14,11 @@ from dataclasses import dataclass, fields, replace
 from typing import NamedTuple, TypeVar
 from urllib.parse import quote
 
-from carom.comparator import Errors, Verdict
+from carom.comparator import Errors, Score, Verdict
 from carom.comparator.thresholds import THRESHOLDS
 from carom.execution.job import Method, Status
 from carom.execution.results import Results, Row
+from carom.model.trace import Trace
 from carom.report import formatting
 from carom.report.document import Media, Text
 from carom.report.outcome_marks import BROKEN, Mark, parse_mark
@@ -27,8 +28,6 @@ from carom.support.escaping import escape_controls
 
 T = TypeVar("T")
 
-#: Carom's own methods, with which engines are compared.
-_OWN = frozenset({"pic", "pit"})
 #: Reason for a missing run: `carom.execution` omits a profile that has the same settings as another profile.
 NOT_PLANNED = "not run separately, because another profile of the engine has the same settings at this step size"
 _NO_ERRORS = Errors(**{field.name: math.nan for field in fields(Errors)})
@@ -39,39 +38,12 @@ _MISSES = {verdict.name.lower() for verdict in (Verdict.MISSED, Verdict.MULTIPLE
 _BROKEN_RANK = 1 + max(mark.rank for mark in Mark if mark.rank is not None)
 
 
-class GridColumn(NamedTuple):
-    """A column of the grid: a method, and whether it is one of Carom's own methods."""
-
-    method: Method
-    is_own_method: bool
-
-    @property
-    def engine(self) -> str:
-        """Name of the adapter."""
-        return self.method.engine
-
-    @property
-    def profile(self) -> str:
-        """The profile as reports show it, with the user's settings that replace settings of the profile."""
-        return self.method.profile_shown
-
-    @property
-    def label(self) -> str:
-        """The engine's name in headings: PIC, PIT, or the adapter's name."""
-        return self.engine.upper() if self.is_own_method else self.engine
-
-    @property
-    def name(self) -> str:
-        """Engine and profile."""
-        return f"{self.label} {self.profile}".rstrip()
-
-
 class GridCell(NamedTuple):
     """A run of a scene by a method with a step size, or the reason why there is no run.
 
     Attributes:
         scene: Name of the scene.
-        column: Engine and profile.
+        method: Engine and profile.
         mark: The grade, or the kind of failure.
         reasons: Every verdict with its reason, or the reason why there is no run, as sentences without a full stop.
         line: All numbers of the run, as in results.jsonl; unknown if no run was planned.
@@ -81,7 +53,7 @@ class GridCell(NamedTuple):
     """
 
     scene: str
-    column: GridColumn
+    method: Method
     mark: Mark
     reasons: tuple[str, ...]
     line: RowLine
@@ -103,19 +75,20 @@ class GridCell(NamedTuple):
         return self.line.total is not None
 
     @property
-    def has_replay(self) -> bool:
-        """Whether the cell has a run and a reference for a replay."""
-        return self.scored and self.row is not None
+    def compared_run(self) -> tuple[Trace, Score] | None:
+        """The run and its score, for replays and pictures; None without a score, or if only its numbers are known."""
+        row = self.row
+        return None if row is None or row.trace is None or row.score is None else (row.trace, row.score)
 
     @property
     def replay_key(self) -> str:
         """Key of the run's replay on a page. The key contains the scene's name as the page shows it."""
-        return f"{escape_controls(self.scene)}/{self.column.method.name}"
+        return f"{escape_controls(self.scene)}/{self.method.name}"
 
     @property
     def link(self) -> str:
         """The link to the replay on the same page; empty without a replay."""
-        return f"#{quote(self.replay_key)}" if self.has_replay else ""
+        return f"#{quote(self.replay_key)}" if self.compared_run else ""
 
     @property
     def expected(self) -> int:
@@ -212,13 +185,13 @@ class GridCell(NamedTuple):
 
 
 class GridRow(NamedTuple):
-    """A scene and its cells at its largest step size, in the order of the columns.
+    """A scene and its cells at its largest step size.
 
     Attributes:
         name: Name of the scene.
         description: Short description of the scene.
         certified: Description of the impacts whose error bounds are proven; empty if unknown.
-        cells: Cells of the scene, in the order of columns.
+        cells: Cells of the scene, in the order of the grid's methods.
     """
 
     name: str
@@ -232,7 +205,7 @@ class Grid:
     """All runs of a cross-check.
 
     Attributes:
-        columns: One column for each method, in the order of the results.
+        methods: The methods, in the order of the results. Each method has a column of the grid.
         rows: Scenes, each at its largest step size.
         runs: Every run with every step size.
         step_phrase: Phrase that describes the step sizes of the rows.
@@ -240,15 +213,15 @@ class Grid:
             results.jsonl.
     """
 
-    columns: Mapping[Method, GridColumn]
+    methods: tuple[Method, ...]
     rows: tuple[GridRow, ...]
     runs: tuple[GridCell, ...]
     step_phrase: str
     results: Results
 
-    def list_cells(self, column: GridColumn) -> tuple[GridCell, ...]:
-        """Return the cells of a column, one for each scene."""
-        number = list(self.columns.values()).index(column)
+    def list_cells(self, method: Method) -> tuple[GridCell, ...]:
+        """Return the cells of a method, one for each scene."""
+        number = self.methods.index(method)
         return tuple(row.cells[number] for row in self.rows)
 
     @property
@@ -258,10 +231,10 @@ class Grid:
         return tuple(mark for mark in Mark if mark in present or (mark.rank is not None and mark is not Mark.EXACT_32))
 
     @property
-    def compared(self) -> list[GridColumn]:
-        """The columns to compare with PIC, best first. If only PIC ran, only PIC's column is returned."""
-        scored = [column for column in self.columns.values() if any(cell.scored for cell in self.list_cells(column))]
-        return rank_methods(self, [column for column in scored if column.engine != "pic"] or scored)
+    def compared(self) -> list[Method]:
+        """The methods to compare with PIC, best first. If only PIC ran, only PIC is returned."""
+        scored = [method for method in self.methods if any(cell.scored for cell in self.list_cells(method))]
+        return rank_methods(self, [method for method in scored if method.engine != "pic"] or scored)
 
 
 def build_grid(results: Results) -> Grid:
@@ -286,12 +259,11 @@ def _assemble_grid(summary: Summary, lines: Sequence[RowLine], rows: Sequence[Ro
     # in `lines`.
     engines = list(dict.fromkeys(method.engine for method in methods))
     methods.sort(key=lambda method: engines.index(method.engine))
-    columns = {method: GridColumn(method, method.engine in _OWN) for method in methods}
     pit = {(one["scene"], one["dt_s"]): one for one in summary.sampling if "velocity" in one}
     runs = tuple(
         GridCell(
             line.scene,
-            columns[line.method],
+            line.method,
             parse_mark(line.status, line.grade, line.float_bits),
             list_reasons(line, summary.verdicts),
             line,
@@ -301,41 +273,39 @@ def _assemble_grid(summary: Summary, lines: Sequence[RowLine], rows: Sequence[Ro
         )
         for line, row in zip(lines, rows, strict=True)
     )
-    coarsest = {(cell.scene, cell.column): cell for cell in runs if cell.line.refinement == 0}
+    coarsest = {(cell.scene, cell.method): cell for cell in runs if cell.line.refinement == 0}
     scenes = {line.scene: row.job.scene.description if row else "" for line, row in zip(lines, rows, strict=True)}
 
     def build_row(name: str) -> GridRow:
         certified = str(results.certified.get(name, "")).partition(";")[0].partition(":")[0]
-        cells = tuple(coarsest.get((name, one)) or _build_absent_cell(name, one) for one in columns.values())
+        cells = tuple(coarsest.get((name, one)) or _build_absent_cell(name, one) for one in methods)
         return GridRow(name, scenes[name], certified, cells)
 
-    return Grid(columns, tuple(map(build_row, scenes)), runs, "the largest step size", results)
+    return Grid(tuple(methods), tuple(map(build_row, scenes)), runs, "the largest step size", results)
 
 
-def _build_absent_cell(scene: str, column: GridColumn) -> GridCell:
+def _build_absent_cell(scene: str, method: Method) -> GridCell:
     line = RowLine(
         scene=scene,
-        engine=column.engine,
-        profile=column.method.profile,
+        engine=method.engine,
+        profile=method.profile,
         dt_s=math.nan,
         refinement=0,
         status=Status.UNAVAILABLE,
         reason=NOT_PLANNED,
     )
-    return GridCell(scene, column, Mark.ABSENT, (NOT_PLANNED,), line, _NO_SCENE, {}, None)
+    return GridCell(scene, method, Mark.ABSENT, (NOT_PLANNED,), line, _NO_SCENE, {}, None)
 
 
-def merge_own_profiles(contents: Mapping[GridColumn, object]) -> list[list[GridColumn]]:
+def merge_own_profiles(contents: Mapping[Method, object]) -> list[list[Method]]:
     """Group equal profiles of Carom's own methods, for example all profiles of PIC.
 
-    Every column of an engine is a separate group, because the profiles of an engine differ in settings.
+    Every method of an engine is a separate group, because the profiles of an engine differ in settings.
 
     Args:
-        contents: The values by which the profiles are compared, for each column.
+        contents: The values by which the profiles are compared, for each method.
     """
-    found = (
-        ((column.engine if column.is_own_method else column, content), column) for column, content in contents.items()
-    )
+    found = (((method.engine if method.is_own else method, content), method) for method, content in contents.items())
     return list(formatting.group_by(found).values())
 
 
@@ -362,9 +332,9 @@ RANKING_NOTE = (
 )
 
 
-def rank_methods(grid: Grid, columns: Iterable[GridColumn]) -> list[GridColumn]:
-    """Sort methods, best first. Equal methods keep the order of the grid's columns."""
-    return sorted(columns, key=lambda column: compute_standing(grid.list_cells(column)))
+def rank_methods(grid: Grid, methods: Iterable[Method]) -> list[Method]:
+    """Sort methods, best first. Equal methods keep the order of the grid."""
+    return sorted(methods, key=lambda method: compute_standing(grid.list_cells(method)))
 
 
 def compute_standing(cells: Iterable[GridCell]) -> tuple[float, float]:

@@ -7,10 +7,11 @@ from collections.abc import Iterator, Sequence
 
 from carom.comparator import Horizon, Verdict
 from carom.comparator.thresholds import THRESHOLDS
+from carom.execution.job import Method
 from carom.execution.results import Results
 from carom.report import formatting
 from carom.report.outcome_marks import RIGHT, Mark
-from carom.studies.cross_check.grid import Grid, GridCell, GridColumn
+from carom.studies.cross_check.grid import Grid, GridCell
 
 #: Name of the profile with an engine's default settings.
 SHIPPED = "default"
@@ -21,19 +22,19 @@ MOST_NAMES = 4
 def build_headline(grid: Grid) -> tuple[str, ...]:
     """Build the headline: the main result, and sentences on the reference, the grades and the effect of phases."""
     compared = grid.compared
-    columns = [column for column in compared if not column.is_own_method] or compared
-    if not columns:
+    methods = [method for method in compared if not method.is_own] or compared
+    if not methods:
         sentence = "Nothing was scored, because no requested method ran any of these scenes."
     else:
-        sentence = _describe_scene(grid, columns) if len(grid.rows) == 1 else _describe_scenes(grid, columns)
-    details = (_describe_reference(grid.results), _describe_counts(grid, columns), *_describe_phase_dependence(grid))
+        sentence = _describe_scene(grid, methods) if len(grid.rows) == 1 else _describe_scenes(grid, methods)
+    details = (_describe_reference(grid.results), _describe_counts(grid, methods), *_describe_phase_dependence(grid))
     return (sentence, *filter(None, details))
 
 
-def _describe_scene(grid: Grid, columns: Sequence[GridColumn]) -> str:
+def _describe_scene(grid: Grid, methods: Sequence[Method]) -> str:
     """Describe the result of each method on a single scene."""
-    cells = [cell for column in columns for cell in grid.list_cells(column) if cell.scored]
-    kinds = list(formatting.group_by((_describe_run(cell), cell.column.name) for cell in cells).items())
+    cells = [cell for method in methods for cell in grid.list_cells(method) if cell.scored]
+    kinds = list(formatting.group_by((_describe_run(cell), cell.method.title) for cell in cells).items())
     listed = kinds if len(kinds) < MOST_NAMES else [kinds[0], kinds[-1]]
     parts = [f"{_join_names(names)}: {does}" for does, names in listed]
     omission = f"; {len(kinds) - len(listed)} outcomes in between are omitted" if len(listed) < len(kinds) else ""
@@ -57,15 +58,15 @@ def _describe_run(cell: GridCell) -> str:
     return cell.mark.word
 
 
-def _describe_scenes(grid: Grid, columns: Sequence[GridColumn]) -> str:
+def _describe_scenes(grid: Grid, methods: Sequence[Method]) -> str:
     """Summarise several scenes: impacts that default settings miss, and tuned settings' errors compared with PIT's."""
-    by_profile = formatting.group_by((column.profile, column) for column in columns)
+    by_profile = formatting.group_by((method.profile_shown, method) for method in methods)
     first = SHIPPED if SHIPPED in by_profile else next(iter(by_profile))
     other_profiles = [profile for profile in by_profile if profile != first]
     second = "tuned" if "tuned" in other_profiles else next(iter(other_profiles), first)
     shipped, tuned = by_profile[first], by_profile[second]
     misses, sampled = _describe_misses(grid, shipped), _describe_sampled(grid, tuned)
-    if columns[0].is_own_method:  # without an engine, PIT would be compared with itself
+    if methods[0].is_own:  # without an engine, PIT would be compared with itself
         return f"{formatting.capitalise(misses)}."
     if first == second:
         return f"{_format_profile(first)}: {misses}; {sampled}."
@@ -76,19 +77,19 @@ def _format_profile(profile: str) -> str:
     return "Default settings" if profile == SHIPPED else formatting.capitalise(profile)
 
 
-def _describe_misses(grid: Grid, columns: Sequence[GridColumn]) -> str:
+def _describe_misses(grid: Grid, methods: Sequence[Method]) -> str:
     """Describe in how many scenes all methods miss an impact.
 
     If there is no such scene, describe in how many scenes each method misses an impact.
     """
     scenes = len(grid.rows)
-    counts = [sum(cell.has_miss for cell in grid.list_cells(column)) for column in columns]
-    scored_cells = [[cell for cell in row.cells if cell.column in columns and cell.scored] for row in grid.rows]
+    counts = [sum(cell.has_miss for cell in grid.list_cells(method)) for method in methods]
+    scored_cells = [[cell for cell in row.cells if cell.method in methods and cell.scored] for row in grid.rows]
     by_all = sum(bool(cells) and all(cell.has_miss for cell in cells) for cells in scored_cells)
-    if len(columns) == 1:
+    if len(methods) == 1:
         miss_text = f"an impact in {by_all} of {scenes} scenes" if by_all else f"no impact in {scenes} scenes"
-        return f"{columns[0].label} misses {miss_text}"
-    kind = "method" if columns[0].is_own_method else "engine"
+        return f"{methods[0].heading} misses {miss_text}"
+    kind = "method" if methods[0].is_own else "engine"
     if by_all:
         return f"every {kind} misses an impact in {by_all} of {scenes} scenes"
     if not any(counts):
@@ -96,11 +97,11 @@ def _describe_misses(grid: Grid, columns: Sequence[GridColumn]) -> str:
     return f"each {kind} misses an impact in {_format_count_range(counts)} of {scenes} scenes"
 
 
-def _describe_sampled(grid: Grid, columns: Sequence[GridColumn]) -> str:
+def _describe_sampled(grid: Grid, methods: Sequence[Method]) -> str:
     """Describe in how many scenes each method finds all impacts and has errors that are at most PIT's."""
     good = RIGHT | {Mark.SAMPLED}
-    counts = [sum(cell.mark in good for cell in grid.list_cells(column)) for column in columns]
-    names, does = _join_names([column.label for column in columns]), "is" if len(columns) == 1 else "are"
+    counts = [sum(cell.mark in good for cell in grid.list_cells(method)) for method in methods]
+    names, does = _join_names([method.heading for method in methods]), "is" if len(methods) == 1 else "are"
     scenes = "scene" if max(counts) == 1 else "scenes"
     return f"{names} {does} within sampling error in {_format_count_range(counts)} {scenes}"
 
@@ -136,14 +137,14 @@ def _describe_reference(results: Results) -> str:
     return f"PIC reproduces {which} (largest deviation {formatting.format_number(max(deviations.values()))})."
 
 
-def _describe_counts(grid: Grid, columns: Sequence[GridColumn]) -> str:
+def _describe_counts(grid: Grid, methods: Sequence[Method]) -> str:
     """Describe the numbers of runs by grade."""
-    counted_columns, noun = [column for column in grid.columns.values() if not column.is_own_method], "engine run"
-    if not counted_columns:  # if only Carom's own methods ran, count PIT
-        counted_columns = list(columns) or list(grid.columns.values())
-        labels = {column.label for column in counted_columns}
+    counted_methods, noun = [method for method in grid.methods if not method.is_own], "engine run"
+    if not counted_methods:  # if only Carom's own methods ran, count PIT
+        counted_methods = list(methods) or list(grid.methods)
+        labels = {method.heading for method in counted_methods}
         noun = f"{labels.pop()} run" if len(labels) == 1 else "run"
-    tally = Counter(cell.mark for column in counted_columns for cell in grid.list_cells(column))
+    tally = Counter(cell.mark for method in counted_methods for cell in grid.list_cells(method))
     run_count = sum(n for mark, n in tally.items() if mark.ran)
     present = [mark for mark in Mark if tally[mark]]
     scored = [f"{tally[mark]} {mark.word}" for mark in present if mark.ran]
@@ -157,13 +158,13 @@ def _describe_counts(grid: Grid, columns: Sequence[GridColumn]) -> str:
 
 def _describe_phase_dependence(grid: Grid) -> Iterator[str]:
     """Describe how often PIT's grade depends on the phase of the step."""
-    for column in grid.columns.values():
-        scores = [cell.row.score for cell in grid.list_cells(column) if cell.row and cell.row.score]
+    for method in grid.methods:
+        scores = [cell.row.score for cell in grid.list_cells(method) if cell.row and cell.row.score]
         found = [score.lucky_phase for score in scores if score.lucky_phase]
-        if column.engine != "pit" or not found:
+        if method.engine != "pit" or not found:
             continue
         owes = "its grade" if len(scores) == 1 else f"the grade in {len(found)} of {len(scores)} scenes"
         shares = sorted({share for share, _ in found})
         share_text = str(shares[0]) if len(shares) == 1 else f"{shares[0]} to {shares[-1]}"
         right = f"PIT is equally accurate at {share_text} of {found[0][1]} phases"
-        yield f"{column.name}: {owes} depends on the phase of the step; {right}."
+        yield f"{method.title}: {owes} depends on the phase of the step; {right}."

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext
-from dataclasses import replace
+from contextlib import nullcontext
+from dataclasses import dataclass, replace
 from functools import cache, partial
 from itertools import islice
 from types import MappingProxyType
@@ -137,8 +137,7 @@ def cross_check(
     """
     parsed = Options.build_from_arguments("cross_check", options, engines=engine_names)
     parsed = replace(parsed, engines=parsed.engines and [resolve_engine(word) for word in parsed.engines])
-    pool_context: AbstractContextManager[Pool] = parsed.open_pool() if pool is None else nullcontext(pool)
-    with pool_context as opened:
+    with parsed.open_pool() if pool is None else nullcontext(pool) as opened:
         plan = build_plan(scenes, parsed, opened)
         return execute(plan, opened, progress=progress or no_progress, command=command)
 
@@ -166,9 +165,9 @@ def execute(
     jobs = [job for job in plan.jobs if job.scene.name in usable]
     shifted = _shift_references(jobs, usable, generate_phases(options.phases, options.seed))
     timed = [job for job in jobs if options.timing and job.refinement == 0]
-    observer = _Observer(plan, pool, notes, progress)
     observed = {_build_key(job) for one in jobs for job in (one, _build_pit_job(one))}
-    observer.total = len(observed) + sum(map(len, shifted.values())) + len(timed)
+    total = len(observed) + sum(map(len, shifted.values())) + len(timed)
+    observer = _Observer(plan, pool, notes, progress, total)
     rows = _score_jobs(jobs, usable, observer)
     rows |= _run_phases(rows, shifted, usable, observer)
     rows |= _time_jobs([rows[_build_key(job)] for job in timed], observer)
@@ -198,35 +197,38 @@ def execute(
     )
 
 
+@dataclass
 class _Observer:
     """Runs the jobs of a cross-check through the scheduler, and reports progress."""
 
-    def __init__(self, plan: Plan, pool: Pool, notes: MemoryJournal[JobKey, Trace] | None, progress: Progress) -> None:
-        self.total = 0
-        self._refusal, self._samples = plan.methods.find_job_refusal, plan.options.samples
-        self._pool, self._notes, self._progress, self._done = pool, notes, progress, 0
+    plan: Plan
+    pool: Pool
+    notes: MemoryJournal[JobKey, Trace] | None
+    progress: Progress
+    total: int
+    done: int = 0
 
     def count(self, description: str, done: int = 1) -> None:
-        self._done += done
-        self._progress(self._done, self.total, description)
+        self.done += done
+        self.progress(self.done, self.total, description)
 
     def observe_traces(self, jobs: Iterable[Job], *, shifted: bool = False) -> Iterator[tuple[Job, Answer[Trace]]]:
         """Yield the result of each job as it arrives.
 
         For drawing, states are kept at the largest step size if the scene has few enough discs for a picture.
         """
-        asks = []
+        asks, samples = [], self.plan.options.samples and not shifted
         for job in jobs:
-            drawn = self._samples and not shifted and job.refinement == 0 and len(job.scene.discs) <= MOST_DISCS_DRAWN
-            key = build_job_key(job, DRAWN if drawn else "")
-            asks.append(TaskRequest(job, key, ObserveTask(job, drawn), self._refusal(job), estimate_steps(job)))
-        for job, answer in self._count_each(run_tasks(asks, self._pool, self._notes)):
+            drawn = samples and job.refinement == 0 and len(job.scene.discs) <= MOST_DISCS_DRAWN
+            key, refusal = build_job_key(job, DRAWN if drawn else ""), self.plan.methods.find_job_refusal(job)
+            asks.append(TaskRequest(job, key, ObserveTask(job, drawn), refusal, estimate_steps(job)))
+        for job, answer in self._count_each(run_tasks(asks, self.pool, self.notes)):
             yield job, check_own_scene(job, answer)
 
     def measure_timings(self, jobs: Iterable[Job]) -> Iterator[tuple[Job, Answer[Timing]]]:
         """Time the jobs one after another with nothing else running, and yield their run times."""
         asks = [TaskRequest(job, build_job_key(job), TimeTask(job)) for job in jobs]
-        with self._pool.to_local_pool() as pool:
+        with self.pool.to_local_pool() as pool:
             yield from self._count_each(run_tasks(asks, pool, one_at_a_time=True))
 
     def _count_each(self, answers: Iterable[tuple[Job, Answer[T]]]) -> Iterator[tuple[Job, Answer[T]]]:
@@ -325,18 +327,14 @@ def _run_phases(
     rows: Mapping[Key, Row], shifted: Mapping[Key, list[Trace]], usable: Mapping[str, Reference], observer: _Observer
 ) -> dict[Key, Row]:
     """Run every successful job again at each phase, and return the job's row with the spread of the errors."""
-    references_by_key = {key: references for key, references in shifted.items() if rows[key].status is Status.RAN}
-    if omitted := sum(len(references) for key, references in shifted.items() if key not in references_by_key):
+    scores: dict[Key, list[Score]] = {key: [] for key in shifted if rows[key].status is Status.RAN}
+    origins = [(key, reference) for key in scores for reference in shifted[key]]
+    if omitted := sum(map(len, shifted.values())) - len(origins):
         observer.count("phases", omitted)
-    jobs = [
-        (key, reference, replace(rows[key].job, scene=reference.scene))
-        for key, references in references_by_key.items()
-        for reference in references
-    ]
-    origin_of = {id(job): (key, reference) for key, reference, job in jobs}
-    scores: dict[Key, list[Score]] = {key: [] for key in references_by_key}
+    jobs = [replace(rows[key].job, scene=reference.scene) for key, reference in origins]
+    origin_of = {id(job): origin for job, origin in zip(jobs, origins, strict=True)}
     failed: dict[Key, Row] = {}
-    for job, answer in observer.observe_traces((job for *_, job in jobs), shifted=True):
+    for job, answer in observer.observe_traces(jobs, shifted=True):
         key, reference = origin_of[id(job)]
         if answer.value is not None:
             try:

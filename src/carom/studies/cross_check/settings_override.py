@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
-from carom.engines.registry import EngineInfo, load_adapter
-from carom.errors import AdapterError, InputError, UnknownNameError
-from carom.execution.adapter_profile import prepare_settings
-from carom.execution.job import AdapterTask, SettingOverrides
+from carom.engines.registry import EngineInfo
+from carom.errors import InputError, UnknownNameError
+from carom.execution.job import SettingOverrides
+from carom.execution.methods import SettingsTask
 from carom.execution.pool import TaskRunner
 from carom.model.trace import Setting, format_setting
 from carom.support.escaping import build_name_hints
@@ -19,30 +18,6 @@ STEP = "dt_s"
 
 _BOOLS = {"true": True, "false": False}
 _KINDS = {bool: "true or false", int: "a whole number", float: "a finite number", str: "a text"}
-
-
-@dataclass(frozen=True)
-class KnownSettingsTask(AdapterTask):
-    """Queries the names of all settings of an adapter's profiles, with an example value of each setting.
-
-    Attributes:
-        profiles: Names of profiles from which the example values are taken, if they have the setting.
-        dt_s: Step size, in seconds.
-    """
-
-    profiles: tuple[str, ...]
-    dt_s: float
-
-    def carry_out(self) -> Mapping[str, Setting]:
-        """Return the values by name. A profile that fails is skipped, since the failure is reported elsewhere."""
-        adapter = load_adapter(self.engine)
-        found: dict[str, Setting] = {}
-        for profile in dict.fromkeys((*self.profiles, *adapter.profiles)):
-            try:
-                found = {**prepare_settings(adapter, profile, self.dt_s), **found}
-            except (AdapterError, UnknownNameError):
-                continue
-        return found
 
 
 def resolve_settings(
@@ -64,10 +39,16 @@ def resolve_settings(
     # without declarations, nothing can be checked; the results show why declarations are missing
     if not overrides or not info.profiles:
         return ()
-    answer = runner.run(KnownSettingsTask(info.name, tuple(profiles), dt_s))
-    if answer.value is None:
-        raise InputError(f"{info.name} could not list its settings: {answer.problem}")
-    known = {**{name: knob.example for name, knob in info.knobs.items()}, **answer.value}
+    known = {name: knob.example for name, knob in info.knobs.items()}
+    # The requested profiles are first in this list and last in the loop, so that the example values are theirs.
+    own_profiles = info.own_profiles((*profiles, *info.profiles))
+    answers = list(runner.run_each([SettingsTask(info.name, profile, (dt_s,)) for profile in own_profiles]))
+    for answer in reversed(answers):
+        if answer.value is None:
+            raise InputError(f"{info.name} could not list its settings: {answer.problem}")
+        (settings,) = answer.value
+        if not isinstance(settings, str):  # a profile that fails is skipped, since the failure is reported elsewhere
+            known |= settings
     return tuple(sorted((name, _check_setting(info.name, name, value, known)) for name, value in overrides.items()))
 
 

@@ -153,11 +153,8 @@ class Change:
 
         A mixed change counts as worse, and a failed run is worse than all grades.
         """
-        if self.kind not in (Kind.WORSE, Kind.MIXED) or not self.graded:
-            return False
-        if self.new not in GRADED:
-            return True
-        return GRADED[self.new].is_at_least_as_bad_as(fail_on)
+        is_worse = self.kind in (Kind.WORSE, Kind.MIXED) and self.graded
+        return is_worse and _rank_of(self.new) >= list(Grade).index(fail_on)
 
 
 @dataclass(frozen=True)

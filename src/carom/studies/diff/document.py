@@ -48,18 +48,17 @@ def build_diff_document(diff: Diff, old: str, new: str) -> Document:
         Table(_COLUMNS, changes[:MOST_ROWS], note=note, only=Media.MARKDOWN),
     )
     around = Text(f"These differ between the runs: {'; '.join(diff.environment_changes)}.", Media.IN_FULL)
-    in_few = tuple(_build_summary_tables(changes))
     sections = (
-        *((Section("Summary", in_few, only=Media.TERMINAL),) if in_few else ()),
-        *((Section("Changes, worst first", tables, only=Media.IN_FULL),) if changes else ()),
-        *((Section("Versions and machine", (around,), only=Media.IN_FULL),) if diff.environment_changes else ()),
+        Section("Summary", (_build_summary_table(changes),) if changes else (), only=Media.TERMINAL),
+        Section("Changes, worst first", tables if changes else (), only=Media.IN_FULL),
+        Section("Versions and machine", (around,) if diff.environment_changes else (), only=Media.IN_FULL),
     )
     headline = (*_build_headline(diff), *_describe_setting_changes(changes))
     return Document(f"Carom diff: {old} → {new}", headline, sections)
 
 
-def _build_summary_tables(changes: Sequence[Change]) -> Iterator[Table]:
-    """Yield a table with a row for each group of similar changes, if there are changes.
+def _build_summary_table(changes: Sequence[Change]) -> Table:
+    """Return a table with a row for each group of similar changes.
 
     Changes for the worse are first, then other changes, then changes of runs without a grade.
     """
@@ -67,11 +66,9 @@ def _build_summary_tables(changes: Sequence[Change]) -> Iterator[Table]:
     ungraded = [change for change in changes if not change.graded]
     other_changes = [change for change in changes if change.graded and change not in bad]
     methods = {change.method for change in changes}
-    groups: list[_Group] = []
-    for selected, max_groups in zip(
-        (bad, other_changes, ungraded), MOST_ALONE if len(methods) == 1 else MOST_OF_SEVERAL, strict=True
-    ):
-        groups += _group_changes(selected)[:max_groups]
+    most_groups = MOST_ALONE if len(methods) == 1 else MOST_OF_SEVERAL
+    kinds = zip((bad, other_changes, ungraded), most_groups, strict=True)
+    groups = [group for selected, most in kinds for group in _group_changes(selected)[:most]]
     shown_count = sum(map(len, groups))
     note = "" if shown_count == len(changes) else f"{shown_count} of {len(changes)} runs; -v for all"
     columns = (
@@ -79,9 +76,8 @@ def _build_summary_tables(changes: Sequence[Change]) -> Iterator[Table]:
         Column("change", lambda group: Cell(_format_kind(group[0]), _format_marks(group[0]))),
         Column("example", partial(_build_example_cell, several=len(methods) > 1)),
     )
-    if groups:
-        title = "Changes, worst first" if len(methods) > 1 else f"{methods.pop()}, worst first"
-        yield Table(columns, groups, title=title, note=note, only=Media.TERMINAL)
+    title = "Changes, worst first" if len(methods) > 1 else f"{methods.pop()}, worst first"
+    return Table(columns, groups, title=title, note=note, only=Media.TERMINAL)
 
 
 def _group_changes(changes: Sequence[Change]) -> list[_Group]:

@@ -256,7 +256,7 @@ _CONTACTS = (
 )
 
 
-def has_changed(old: ReleaseRun, new: ReleaseRun) -> bool:
+def _has_changed(old: ReleaseRun, new: ReleaseRun) -> bool:
     """Return whether two runs differ by more than rounding in their grades, verdicts, numbers or motion."""
     if (old.grade, old.verdicts) != (new.grade, new.verdicts) or not _has_same_motion(old, new):
         return True
@@ -302,7 +302,7 @@ def classify_change(old: ReleaseCell, new: ReleaseCell) -> CellChange:
         return CellChange(ChangeKind.OTHER_SETTINGS, ", ".join(_describe_changed_settings(a.settings, b.settings)))
     if a.misses_contacts or b.misses_contacts:  # missed contacts would look like changes of the engine
         return CellChange(ChangeKind.UNOBSERVED)
-    if not has_changed(a, b):
+    if not _has_changed(a, b):
         return CellChange(ChangeKind.ROUNDING)
     if (fewest := min(len(old.runs), len(new.runs))) < FEWEST_PHASES:
         return CellChange(ChangeKind.OVERLAP, f"only {fewest} of the required {FEWEST_PHASES} phases ran")

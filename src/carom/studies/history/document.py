@@ -75,7 +75,7 @@ def build_history_document(history: History) -> Document:
     ]
     sections = (
         Section("Releases", (Table(_build_release_columns(history), rows), *_describe_settings(history))),
-        *((Section("Changed cells", (Table(_CHANGE_COLUMNS, changed),)),) if changed else ()),
+        Section("Changed cells", (Table(_CHANGE_COLUMNS, changed),) if changed else ()),
         Section("How changes are detected", (Text(RULE.format(phases=history.options.phases)),), only=Media.ON_PAPER),
         *build_provenance(history.environment, history.command, history.elapsed_s),
     )
@@ -145,11 +145,9 @@ def _build_headline(history: History) -> Iterator[str]:
 
 
 def _build_release_columns(history: History) -> tuple[Column, ...]:
-    release_cells = [one for release in history.completed for one in release.cells.values()]
-    runs = [run for one in release_cells for run in one.runs[:1]]
+    runs = [run for release in history.completed for run in release.results.values()]
     bits, grades = max((run.float_bits for run in runs), default=64), {run.grade for run in runs}
     marks = {grade: mark_of_grade(grade, bits).word for grade in Grade if grade.name in grades}
-
     kinds = [kind for kind in _HEADINGS if any(step.count(kind) for step in history.transitions)]
     note = Column("note", lambda row: _release_note(row.release))
     return (
@@ -171,10 +169,8 @@ def _format_same_bits(row: _Row) -> str:
 
 
 def _count_grade(grade: Grade, row: _Row) -> str:
-    """Return the number of runs with a grade; an empty text for 0, or if the release was not run."""
-    runs = [one.at_phase_0.value for one in row.release.cells.values()]
-    results = [run for run in runs if run is not None]
-    return "" if row.release.not_run else str(sum(one.grade == grade.name for one in results) or "")
+    """Return the number of runs with a grade; an empty text for 0."""
+    return str(sum(run.grade == grade.name for run in row.release.results.values()) or "")
 
 
 def _release_note(release: Release) -> str:
@@ -192,10 +188,10 @@ def _describe_settings(history: History) -> Iterator[Lines]:
         if change.kind is ChangeKind.OTHER_SETTINGS
     )
     lacking = formatting.group_by(
-        ((cell.profile, release_cell.at_phase_0.problem), release.version)
+        ((cell.profile, one.at_phase_0.problem), release.version)
         for release in history.completed
-        for cell, release_cell in release.cells.items()
-        if release_cell.at_phase_0.value is None
+        for cell, one in release.cells.items()
+        if cell not in release.results
     )
     not_run = (
         f"Not run in some scenes, {profile}: {reason} ({', '.join(dict.fromkeys(versions))})"
@@ -245,12 +241,10 @@ def render_error_chart(history: History) -> str:
 
 def _list_errors(releases: list[Release], profile: str) -> list[list[float]]:
     """Return each release's velocity errors in those runs of a profile that have an error in every release."""
-
-    def read_error(release: Release, cell: RunCell) -> float:
-        release_cell = release.cells.get(cell)
-        run = None if release_cell is None else release_cell.at_phase_0.value
-        return math.nan if run is None else run.velocity
-
-    cells = [cell for cell in (releases[0].cells if releases else ()) if cell.profile == profile]
-    shared = [cell for cell in cells if all(math.isfinite(read_error(release, cell)) for release in releases)]
-    return [[read_error(release, cell) for cell in shared] for release in releases]
+    errors = [
+        {cell: run.velocity for cell, run in release.results.items() if math.isfinite(run.velocity)}
+        for release in releases
+    ]
+    cells = [cell for cell in (errors[0] if errors else ()) if cell.profile == profile]
+    shared = [cell for cell in cells if all(cell in one for one in errors)]
+    return [[one[cell] for cell in shared] for one in errors]

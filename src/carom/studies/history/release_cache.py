@@ -33,14 +33,12 @@ class ReleaseCache:
 
     def find(self, registry: str, package: str, version: str) -> Path | None:
         """Return the folder of an installed release; None if the release is not installed."""
-        folder = self._folder(registry, package, version)
-        try:
-            json.loads((folder / _NOTE).read_text(encoding="utf-8"))
-        except (OSError, ValueError, RecursionError):
+        note = self._folder(registry, package, version) / _NOTE
+        if not note.is_file():
             return None
         with suppress(OSError):
-            os.utime(folder / _NOTE)  # mark as recently used
-        return folder
+            os.utime(note)  # mark as recently used
+        return note.parent
 
     def install(self, client: Client, registry: str, package: str, version: str) -> Path:
         """Install a release unless it is installed, and return its folder.

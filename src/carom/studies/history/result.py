@@ -8,7 +8,7 @@ from functools import cached_property
 from itertools import pairwise
 
 from carom.execution.environment import Environment
-from carom.studies.history.compare_cells import CellChange, ChangeKind, ReleaseCell, classify_change
+from carom.studies.history.compare_cells import CellChange, ChangeKind, ReleaseCell, ReleaseRun, classify_change
 from carom.studies.history.options import HistoryOptions
 from carom.studies.history.release_engines import Origin
 
@@ -39,19 +39,20 @@ class Release:
     cells: Mapping[RunCell, ReleaseCell] = field(default_factory=dict)
 
     @property
+    def results(self) -> dict[RunCell, ReleaseRun]:
+        """Results of the unshifted scenes. Runs that failed have no result."""
+        return {cell: run for cell, one in self.cells.items() if (run := one.at_phase_0.value) is not None}
+
+    @property
     def observes_no_contact(self) -> bool:
         """Whether the release never reports a contact when velocities change, so that its results are useless."""
-        results = [
-            one.at_phase_0.value
-            for one in self.cells.values()
-            if one.at_phase_0.value is not None and one.at_phase_0.value.expected
-        ]
-        return bool(results) and all(one.observes_no_contact for one in results)
+        results = [run for run in self.results.values() if run.expected]
+        return bool(results) and all(run.observes_no_contact for run in results)
 
     @property
     def not_run(self) -> str:
         """Most frequent reason why the release could not run; empty if the release ran at least one scene."""
-        if self.reason or any(one.runs for one in self.cells.values()):
+        if self.reason or self.results:
             return self.reason
         reasons = [one.at_phase_0.problem for one in self.cells.values()]
         return max(dict.fromkeys(reasons), key=reasons.count, default="there is no cell")
@@ -64,12 +65,16 @@ class Transition:
     Attributes:
         old: The previous release.
         new: The release.
-        changes: The change for each scene, profile and step size.
     """
 
     old: Release
     new: Release
-    changes: Mapping[RunCell, CellChange]
+
+    @cached_property
+    def changes(self) -> dict[RunCell, CellChange]:
+        """The change for each scene, profile and step size that both releases have."""
+        old, new = self.old.cells, self.new.cells
+        return {cell: classify_change(old[cell], new[cell]) for cell in old if cell in new}
 
     @property
     def engine_changes(self) -> dict[RunCell, CellChange]:
@@ -111,12 +116,12 @@ class History:
     @property
     def completed(self) -> tuple[Release, ...]:
         """Releases that ran at least one scene."""
-        return tuple(one for one in self.releases if any(release_cell.runs for release_cell in one.cells.values()))
+        return tuple(release for release in self.releases if release.results)
 
     @cached_property
     def transitions(self) -> tuple[Transition, ...]:
         """Changes between consecutive releases that ran."""
-        return tuple(_build_transition(old, new) for old, new in pairwise(self.completed))
+        return tuple(Transition(old, new) for old, new in pairwise(self.completed))
 
     @property
     def is_worse(self) -> bool:
@@ -142,8 +147,3 @@ class Bisection:
     first: str
     change: CellChange
     tested_versions: tuple[str, ...]
-
-
-def _build_transition(old: Release, new: Release) -> Transition:
-    cells = [cell for cell in old.cells if cell in new.cells]
-    return Transition(old, new, {cell: classify_change(old.cells[cell], new.cells[cell]) for cell in cells})

@@ -5,9 +5,10 @@ from __future__ import annotations
 import re
 import tempfile
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from bisect import bisect_left
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import chain, pairwise
 from pathlib import Path
 
@@ -31,7 +32,6 @@ from carom.studies.history.compare_cells import (
     ReleaseCell,
     ReleaseRun,
     classify_change,
-    has_changed,
 )
 from carom.studies.history.options import HistoryOptions
 from carom.studies.history.registry_clients import CLIENTS, Client, ClientError
@@ -91,21 +91,17 @@ def _list_versions(origin: Origin, options: HistoryOptions, cache: ReleaseCache)
         raise UnavailableError(f"the releases of {origin.package} can't be listed: {error}{hint}") from None
 
 
+@dataclass
 class _ReleaseRuns:
     """Runs of one engine's releases on some scenes."""
 
-    def __init__(
-        self,
-        engine: str,
-        scenes: Sequence[Scene],
-        options: HistoryOptions,
-        notes: MemoryJournal[JobKey, ReleaseRun] | None,
-        progress: Progress,
-    ) -> None:
-        self.engine, self.options = engine, options
-        self.scenes = {scene.name: scene for scene in scenes}
-        self.notes = MemoryJournal[JobKey, ReleaseRun]() if notes is None else notes
-        self._progress, self._done, self._total = progress, 0, 0
+    engine: str
+    scenes: Mapping[str, Scene]
+    options: HistoryOptions
+    notes: MemoryJournal[JobKey, ReleaseRun]
+    progress: Progress
+    done: int = 0
+    total: int = 0
 
     def job(self, name: str, cell: RunCell, phase: float = 0.0) -> Job:
         """Return the job that runs a scene, with a profile and a step size, on an engine."""
@@ -120,7 +116,7 @@ class _ReleaseRuns:
             TaskRequest(job, build_job_key(job), HistoryTask(job), methods.find_job_refusal(job), estimate_steps(job))
             for job in todo
         ]
-        self._total += len(asks)
+        self.total += len(asks)
         found = {}
         for job, answer in run_tasks(asks, pool, self.notes):
             found[job] = answer
@@ -129,8 +125,8 @@ class _ReleaseRuns:
 
     def report(self, description: str) -> None:
         """Report progress."""
-        self._done += 1
-        self._progress(self._done, max(self._total, self._done), description)
+        self.done += 1
+        self.progress(self.done, max(self.total, self.done), description)
 
     def run_cells(
         self, names: Sequence[str], cells: Sequence[RunCell], pool: Pool
@@ -140,30 +136,19 @@ class _ReleaseRuns:
         If the results of consecutive engines differ, both engines are run again at all phases.
         """
         answers = self.run_jobs((self.job(name, cell) for name in names for cell in cells), pool)
-        cells_of_release = {
-            name: {cell: ReleaseCell(answers[self.job(name, cell)]) for cell in cells} for name in names
-        }
+        found = {name: {cell: ReleaseCell(answers[self.job(name, cell)]) for cell in cells} for name in names}
         todo = set[tuple[str, RunCell]]()
         for cell in cells:
-            for pair in pairwise(name for name in names if cells_of_release[name][cell].runs):
-                if _needs_phases(*(cells_of_release[name][cell] for name in pair)):
+            for pair in pairwise(name for name in names if found[name][cell].runs):
+                change = classify_change(*(found[name][cell] for name in pair))
+                if change.kind is ChangeKind.OVERLAP:  # the phase may explain the change
                     todo.update((name, cell) for name in pair)
         phases = generate_phases(self.options.phases, self.options.seed)
         jobs = {place: [self.job(*place, phase) for phase in phases] for place in sorted(todo)}
-        found = self.run_jobs(chain.from_iterable(jobs.values()), pool)
-        for (name, cell), several in jobs.items():
-            cells_of_release[name][cell] = replace(
-                cells_of_release[name][cell], phases=tuple(found[job] for job in several)
-            )
-        return cells_of_release
-
-
-def _needs_phases(old: ReleaseCell, new: ReleaseCell) -> bool:
-    """Whether the results of two releases differ in a way that the phase may explain."""
-    a, b = old.at_phase_0.value, new.at_phase_0.value
-    if a is None or b is None or a.settings != b.settings or a.misses_contacts or b.misses_contacts:
-        return False
-    return has_changed(a, b)
+        answers |= self.run_jobs(chain.from_iterable(jobs.values()), pool)
+        for (name, cell), shifted in jobs.items():
+            found[name][cell] = replace(found[name][cell], phases=tuple(answers[job] for job in shifted))
+        return found
 
 
 @contextmanager
@@ -230,10 +215,11 @@ def run_history(
         UnavailableError: The registry's client is missing, or returns no list.
     """
     started = time.perf_counter()
-    study = _ReleaseRuns(engine, scenes, options, notes, progress)
+    scenes_by_name = {scene.name: scene for scene in scenes}
+    study = _ReleaseRuns(engine, scenes_by_name, options, notes or MemoryJournal(), progress)
     cells = [
         RunCell(scene.name, profile, dt_s)
-        for scene in study.scenes.values()
+        for scene in scenes_by_name.values()
         for dt_s in options.list_steps(scene)
         for profile in options.profiles
     ]
@@ -286,36 +272,30 @@ def bisect_change(
         CaromError: A release can't run this scene with this profile and step size. See also `run_history`.
     """
     options, cell = replace(options, profiles=(profile,), dts=(dt_s,)), RunCell(scene.name, profile, dt_s)
-    study = _ReleaseRuns(engine, [scene], options, None, progress)
-    order: list[str] = []
+    study = _ReleaseRuns(engine, {scene.name: scene}, options, MemoryJournal(), progress)
+    changes: dict[str, CellChange] = {}  # of the tested releases, in order
     with options.open_pool() as pool:
         origin, versions = _select_releases(engine, options, cache, pool)
         candidates = [one for one in versions if not is_older(one, origin.oldest)]
 
-        def find_change(version: str) -> CellChange:
-            """Compare a given release with the oldest release."""
-            order.append(version)
+        def is_changed(version: str) -> bool:
+            """Whether a release differs from the oldest release."""
             with _install_releases(study, origin, (candidates[0], version), cache, pool) as columns:
                 if reason := next((one.reason for one in columns if not one.name), ""):
                     raise UnavailableError(f"{origin.package} {version}: {reason}")
                 cells_of_release = study.run_cells([one.name for one in columns], [cell], pool)
                 old, new = (cells_of_release[one.name][cell] for one in columns)
-            change = classify_change(old, new)
+            change = changes[version] = classify_change(old, new)
             if change.kind is ChangeKind.NOT_RUN:
                 what = f"{origin.package} {version} can't run this scene with this profile and step size"
                 raise CaromError(f"{what}: {change.numbers}")
-            return change
+            return change.kind.is_engine_change
 
-        if len(candidates) < 2 or not (newest := find_change(candidates[-1])).kind.is_engine_change:
+        if len(candidates) < 2 or not is_changed(candidates[-1]):
             return None
-        low, high, change = 0, len(candidates) - 1, newest
-        while high - low > 1:
-            middle = (low + high) // 2
-            if (one := find_change(candidates[middle])).kind.is_engine_change:
-                high, change = middle, one
-            else:
-                low = middle
-    return Bisection(cell, candidates[low], candidates[high], change, (candidates[0], *order))
+        first = bisect_left(candidates, True, 1, len(candidates) - 1, key=is_changed)
+    last, changed = candidates[first - 1], candidates[first]
+    return Bisection(cell, last, changed, changes[changed], (candidates[0], *changes))
 
 
 #: Matches versions of final releases, which have no mark such as alpha or nightly. The mark `post` is allowed, because

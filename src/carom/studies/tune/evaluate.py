@@ -80,10 +80,11 @@ _TIMED = "timed"
 tune_journal = partial(Journal[JobKey, SceneResult], "judgements", JournalEntry[JobKey, SceneResult])
 
 
+@dataclass(frozen=True)
 class Evaluator:
     """Evaluates methods on scenes.
 
-    Args:
+    Attributes:
         steps: The scenes, with a step size for each, in seconds.
         horizons: Time up to which a scene's reference is reliable, by the scene's name. References of other scenes are
             reliable to their end.
@@ -92,24 +93,18 @@ class Evaluator:
         timed: Whether steps are timed, with only one job at a time.
     """
 
-    def __init__(
-        self,
-        steps: Mapping[Scene, float],
-        horizons: Mapping[str, float],
-        pool: Pool,
-        notes: MemoryJournal[JobKey, SceneResult] | None = None,
-        *,
-        timed: bool = False,
-    ) -> None:
-        self._steps, self._horizons, self._pool, self._timed = steps, horizons, pool, timed
-        self._notes = MemoryJournal[JobKey, SceneResult]() if notes is None else notes
+    steps: Mapping[Scene, float]
+    horizons: Mapping[str, float]
+    pool: Pool
+    notes: MemoryJournal[JobKey, SceneResult] | None = None
+    timed: bool = False
 
     def evaluate(self, method: Method, scenes: Sequence[Scene]) -> list[SceneResult]:
         """Return the results of a method on scenes, in the order of the scenes."""
         asks = []
         for scene in scenes:
-            job = Job(scene, method, self._steps[scene])
-            task = EvaluationTask(job, self._horizons.get(scene.name), self._timed)
-            asks.append(TaskRequest(scene, build_job_key(job, _TIMED if self._timed else ""), task))
-        found = dict(run_tasks(asks, self._pool, self._notes, one_at_a_time=self._timed))
+            job = Job(scene, method, self.steps[scene])
+            task = EvaluationTask(job, self.horizons.get(scene.name), self.timed)
+            asks.append(TaskRequest(scene, build_job_key(job, _TIMED if self.timed else ""), task))
+        found = dict(run_tasks(asks, self.pool, self.notes, one_at_a_time=self.timed))
         return [found[scene].value or SceneResult(None, reason=found[scene].problem) for scene in scenes]

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from carom.comparator import Grade
@@ -71,41 +71,38 @@ class TriedSettings:
         return self.merit, len(self.overrides)
 
 
+@dataclass
 class KnobSearch:
     """A search over the settings that an adapter declares as searchable (`knobs`).
 
-    Args:
-        first: The method from which the search starts.
+    Attributes:
+        method: The method from which the search starts.
         space: The settings and values that may be tested.
         scenes: Scenes of the search.
         evaluator: Object that evaluates methods on scenes.
         progress: Function that is called after each trial with the number of trials, the expected number of trials, and
             a description.
         on_improvement: Function that is called with the best settings so far, whenever they improve.
-
-    Attributes:
         trials: Number of different tested settings, without the first profile.
         abandoned: Number of settings that were abandoned before the last scene.
     """
 
-    def __init__(
-        self,
-        first: Method,
-        space: Space,
-        scenes: Sequence[Scene],
-        evaluator: Evaluator,
-        progress: Progress = no_progress,
-        on_improvement: Callable[[TriedSettings], None] | None = None,
-    ) -> None:
-        if not space.values:
-            raise InputError(f"the adapter of {first.engine} declares no settings to tune (`knobs`)")
-        self.method, self.space, self.scenes, self.evaluator = first, space, tuple(scenes), evaluator
-        self.trials, self.abandoned = 0, 0
-        self._progress, self._on_improvement = progress, on_improvement
-        self._full_trials: list[TriedSettings] = []
-        self._evaluated: dict[SettingOverrides, tuple[Merit, bool]] = {}
-        self._order: list[int] = []
-        self._requested_trials = 0
+    method: Method
+    space: Space
+    scenes: Sequence[Scene]
+    evaluator: Evaluator
+    progress: Progress = no_progress
+    on_improvement: Callable[[TriedSettings], None] | None = None
+    trials: int = field(default=0, init=False)
+    abandoned: int = field(default=0, init=False)
+    _full_trials: list[TriedSettings] = field(default_factory=list, init=False)
+    _evaluated: dict[SettingOverrides, tuple[Merit, bool]] = field(default_factory=dict, init=False)
+    _order: list[int] = field(default_factory=list, init=False)
+    _requested_trials: int = field(default=0, init=False)
+
+    def __post_init__(self) -> None:
+        if not self.space.values:
+            raise InputError(f"the adapter of {self.method.engine} declares no settings to tune (`knobs`)")
 
     def run(self, trials: int, seed: int) -> TriedSettings:
         """Run the search and return the best settings.
@@ -128,8 +125,7 @@ class KnobSearch:
         """Evaluate the first profile, and sort the scenes from the worst to the best result."""
         results = self.evaluator.evaluate(self.method, self.scenes)
         first = TriedSettings((), compute_merit(results, results), tuple(results), 0)
-        worst = {k: compute_merit([one]) for k, one in enumerate(results)}
-        self._order = sorted(worst, key=lambda k: worst[k], reverse=True)
+        self._order = sorted(range(len(results)), key=lambda k: compute_merit([results[k]]), reverse=True)
         self._evaluated[()] = (first.merit, False)
         self._full_trials.append(first)
 
@@ -202,7 +198,7 @@ class KnobSearch:
             self.abandoned += self._evaluated[overrides][1]
             best = self.best.merit
             message = f"best so far: {best.wrong} wrong, {best.imprecise} neither exact nor close"
-            self._progress(self.trials, max(self._requested_trials, self.trials), message)
+            self.progress(self.trials, max(self._requested_trials, self.trials), message)
         return self._evaluated[overrides]
 
     def _evaluate_settings(self, overrides: SettingOverrides) -> tuple[Merit, bool]:
@@ -221,6 +217,6 @@ class KnobSearch:
         results = tuple(results_by_scene[k] for k in range(len(self.scenes)))
         full_trial = TriedSettings(overrides, compute_merit(results, first.results), results, self.trials)
         self._full_trials.append(full_trial)
-        if full_trial.rank < best.rank and self._on_improvement is not None:
-            self._on_improvement(full_trial)
+        if full_trial.rank < best.rank and self.on_improvement is not None:
+            self.on_improvement(full_trial)
         return full_trial.merit, False

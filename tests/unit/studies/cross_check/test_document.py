@@ -64,7 +64,7 @@ def test_large_report_lists_only_the_worst_scenes_and_runs(results: Results, mon
     second = sorted(ranks)[-2]
     (listed,) = few["All cells at all steps"]
     assert len(listed) == 2
-    worst = [(cell.scene, cell.column.label) for cell, rank in zip(whole.runs, ranks, strict=True) if rank >= second]
+    worst = [(cell.scene, cell.method.heading) for cell, rank in zip(whole.runs, ranks, strict=True) if rank >= second]
     assert {(row[0], row[1]) for row in listed} <= set(worst)
     assert [len(rows) for rows in few["Every scene on every engine"]] == [1]
     said = " ".join(block.text for section in document.sections for block in section.blocks if isinstance(block, Text))

@@ -187,14 +187,15 @@ def test_release_cache_removes_nothing_while_in_use(tmp_path: Path) -> None:
     assert ReleaseCache(tmp_path).versions("pip", "toy") == ()
 
 
-@each("instead", ["a file", "a link", "a list that nests"])
+@each("instead", ["a file", "a link", "a folder without a list"])
 def test_damaged_release_is_installed_again(instead: str, tmp_path: Path) -> None:
-    """A file, a link or an unreadable list instead of a release is replaced; a link's target stays."""
+    """A file, a link or a folder without a list instead of a release is replaced; a link's target stays."""
     kept, other = ReleaseCache(tmp_path / "root"), tmp_path / "other"
     place = kept.install(Breaks(), "pip", "toy", "1")
     other.mkdir()
-    if instead == "a list that nests":
-        (place / "carom-release.json").write_text("[" * 100_000)
+    if instead == "a folder without a list":
+        (place / "carom-release.json").unlink()
+        (place / "half").unlink()
     else:
         place.rename(tmp_path / "before")
         place.write_text("") if instead == "a file" else place.symlink_to(other)

@@ -38,10 +38,9 @@ def build_picture_sections(grid: Grid) -> Iterator[Section]:
 
 def _build_pair(grid: Grid, cell: GridCell) -> Pair:
     """Return pictures of the reference and the run, with the method, the step size, and all verdicts."""
-    assert cell.row is not None  # noqa: S101 - cells of `find_divergences` have a trace
-    assert cell.row.trace is not None  # noqa: S101 - as above
-    reference, observed = grid.results.references[cell.scene], cell.row.trace
-    scene, name = reference.scene, cell.column.name
+    assert cell.compared_run is not None  # noqa: S101 - cells of `find_divergences` have a run
+    reference, (observed, _) = grid.results.references[cell.scene], cell.compared_run
+    scene, name = reference.scene, cell.method.title
     sentence = f"{name} at {formatting.format_step(observed.dt_s)}: {'; '.join(cell.reasons)}."
     labels = (f"Exact: {scene.name}, by PIC", f"{scene.name}: {sentence}")
     due, found = (formatting.format_count(len(trace.impacts), "impact") for trace in (reference, observed))
@@ -62,8 +61,8 @@ def find_divergences(grid: Grid) -> tuple[tuple[GridCell, ...], tuple[GridCell, 
     Scenes with too many discs for a picture are omitted.
     """
     drawable = [name for name, one in grid.results.references.items() if len(one.scene.discs) <= MOST_DISCS_DRAWN]
-    cells = [cell for row in grid.rows if row.name in drawable for cell in row.cells if cell.row and cell.row.trace]
-    paper = [cell for cell in cells if cell.scene.startswith(f"{PAPER_GROUP}/") and cell.column.engine == "pit"]
+    cells = [cell for row in grid.rows if row.name in drawable for cell in row.cells if cell.compared_run]
+    paper = [cell for cell in cells if cell.scene.startswith(f"{PAPER_GROUP}/") and cell.method.engine == "pit"]
     paper_scenes = {cell.scene for cell in paper}
     worst: dict[str, GridCell] = {}
     for cell in sorted(cells, key=_compute_severity, reverse=True):
@@ -80,4 +79,4 @@ def _compute_severity(cell: GridCell) -> tuple[int, float, bool, float, float]:
     """
     velocity = 0.0 if math.isnan(cell.errors.velocity) else cell.errors.velocity
     share = (cell.missed + cell.invented) / max(1, cell.expected)
-    return (cell.mark.rank or 0, share, not cell.column.is_own_method, velocity, abs(cell.errors.energy))
+    return (cell.mark.rank or 0, share, not cell.method.is_own, velocity, abs(cell.errors.energy))

@@ -9,11 +9,12 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from carom.comparator import Verdict
+from carom.execution.job import Method
 from carom.report import formatting
 from carom.report.document import Block, Cell, Column, Legend, Lines, Media, Section, Share, Table, Text
 from carom.report.impact_rows import build_impact_rows
 from carom.report.outcome_marks import RIGHT, Mark
-from carom.studies.cross_check.grid import RANKING_NOTE, Grid, GridCell, GridColumn, compute_standing
+from carom.studies.cross_check.grid import RANKING_NOTE, Grid, GridCell, compute_standing
 
 #: Largest number of rows in the table of impacts.
 MOST_IMPACT_ROWS = 40
@@ -75,7 +76,7 @@ def build_methods_section(grid: Grid) -> Section:
     return Section(title, blocks if methods else (), short="Every method")
 
 
-def _build_method_table(grid: Grid, methods: Sequence[GridColumn], impacts: Sequence[_Impact]) -> Table:
+def _build_method_table(grid: Grid, methods: Sequence[Method], impacts: Sequence[_Impact]) -> Table:
     """Return a table with one row per method, which summarises its grades, wrong impacts and errors.
 
     For a single scene, the table also has a column for each given impact.
@@ -101,7 +102,7 @@ def _build_method_table(grid: Grid, methods: Sequence[GridColumn], impacts: Sequ
             *(_build_group_column(grid, name, names) for name, names in groups.items()),
             Column("worst scene", lambda method: _build_worst_scene_cell(grid.list_cells(method))),
         )
-    name = Column("method", lambda method: Cell(method.label, method.profile, short=method.name))
+    name = Column("method", lambda method: Cell(method.heading, method.profile_shown, short=method.title))
     return Table((name, *columns), methods, css="methods", only=Media.IN_FULL)
 
 
@@ -157,7 +158,7 @@ def _build_group_column(grid: Grid, name: str, scenes: Sequence[str]) -> Column:
     return Column(name, partial(_build_group_cell, grid, scenes), under, only=Media.PAGE)
 
 
-def _build_group_cell(grid: Grid, names: Sequence[str], method: GridColumn) -> Cell:
+def _build_group_cell(grid: Grid, names: Sequence[str], method: Method) -> Cell:
     """Return a cell that counts the scenes of a group graded *exact* or *close*, and links to the worst scene."""
     cells = [cell for cell in grid.list_cells(method) if cell.scene in names]
     worst, graded = _find_worst(cells), [cell.mark for cell in cells if cell.mark.rank is not None]
@@ -181,23 +182,23 @@ def find_first_replay(grid: Grid) -> Cell | None:
     If runs have the same grade, runs that miss an impact are preferred, and then scenes with few impacts. Without runs
     of engines, the link leads to a run of one of Carom's own methods.
     """
-    graded = [cell for row in grid.rows for cell in row.cells if cell.mark.rank and cell.has_replay]
-    engines = [cell for cell in graded if not cell.column.is_own_method] or graded
+    graded = [cell for row in grid.rows for cell in row.cells if cell.mark.rank and cell.compared_run]
+    engines = [cell for cell in graded if not cell.method.is_own] or graded
     if not engines:
         return None
     cell = min(engines, key=lambda cell: (-(cell.mark.rank or 0), not cell.missed, cell.expected))
     does = "miss an impact" if cell.missed else f"at {cell.scene}"
-    return Cell(f"Watch {cell.column.name} {does}", link=cell.link)
+    return Cell(f"Watch {cell.method.title} {does}", link=cell.link)
 
 
-def _build_counts_table(grid: Grid, methods: Sequence[GridColumn]) -> Table:
+def _build_counts_table(grid: Grid, methods: Sequence[Method]) -> Table:
     """Return a table with one row per method: its numbers of scenes by grade."""
 
-    def count(marks: Sequence[Mark], method: GridColumn) -> str:
+    def count(marks: Sequence[Mark], method: Method) -> str:
         return str(sum(cell.mark in marks for cell in grid.list_cells(method)) or "")
 
     ungraded_marks = tuple(mark for mark in Mark if mark.rank is None)
-    columns = [Column("method", lambda method: method.name)]
+    columns = [Column("method", lambda method: method.title)]
     columns += [
         Column(name, partial(count, marks), number=True) for name, marks in {**_COUNTED, "n/a": ungraded_marks}.items()
     ]
@@ -207,7 +208,7 @@ def _build_counts_table(grid: Grid, methods: Sequence[GridColumn]) -> Table:
 def _list_scored_runs(grid: Grid) -> list[GridCell]:
     """Return the scored runs, sorted by step size (largest first), then by quality."""
     methods = grid.compared
-    runs = [cell for cell in grid.runs if cell.scored and cell.column in methods]
+    runs = [cell for cell in grid.runs if cell.scored and cell.method in methods]
     return sorted(runs, key=lambda cell: (-cell.line.dt_s, compute_standing([cell])))
 
 
@@ -216,7 +217,7 @@ def _build_run_tables(grid: Grid) -> tuple[Table, ...]:
     runs = _list_scored_runs(grid)
     by_step = formatting.group_by((cell.line.dt_s, cell) for cell in runs)
     columns = (
-        Column("method", lambda cell: cell.column.name),
+        Column("method", lambda cell: cell.method.title),
         Column("impacts", _format_found, number=True),
         _error_column("time", "ms", lambda cell: cell.time_error_s, 1e3, sign=True, limit=0.0),
         _error_column("velocity", "%", lambda cell: cell.errors.velocity, 100.0),
@@ -284,7 +285,7 @@ def build_impacts_section(grid: Grid) -> Section:
     columns = [
         Column("bodies", lambda impact: impact.bodies),
         Column("time, s", lambda impact: impact.time_text, number=True),
-        *(Column(method.label, partial(_format_impact_result, method), method.profile) for method in methods),
+        *(Column(method.heading, partial(_format_impact_result, method), method.profile_shown) for method in methods),
     ]
     left_out = len(impacts) - MOST_IMPACT_ROWS
     note = f"{left_out} more impacts are not shown" if left_out > 0 else ""
@@ -306,7 +307,7 @@ def _format_verdict_lines(runs: Sequence[GridCell]) -> tuple[str, ...]:
         if cell.mark not in _COUNTED["exact"]:
             step = f" at {formatting.format_step(cell.line.dt_s)}" if has_several_steps else ""
             # equal lines at several steps are shown once
-            lines.setdefault((cell.column.name, "; ".join(cell.reasons)), step)
+            lines.setdefault((cell.method.title, "; ".join(cell.reasons)), step)
     return tuple(f"{name}{step}: {found}" for (name, found), step in lines.items())
 
 
@@ -317,7 +318,7 @@ def _format_short_verdict_lines(runs: Sequence[GridCell]) -> tuple[str, ...]:
     """
     coarsest = max((cell.line.dt_s for cell in runs), default=0.0)
     names = formatting.group_by(
-        ("; ".join(reason.partition(" (")[0] for reason in cell.reasons), cell.column.name)
+        ("; ".join(reason.partition(" (")[0] for reason in cell.reasons), cell.method.title)
         for cell in runs
         if cell.line.dt_s == coarsest and cell.mark not in _COUNTED["exact"]
     )
@@ -331,7 +332,7 @@ class _Impact(NamedTuple):
 
     bodies: str
     time_s: float | None
-    outcomes: dict[GridColumn, str]
+    outcomes: dict[Method, str]
 
     @property
     def time_text(self) -> str:
@@ -339,16 +340,16 @@ class _Impact(NamedTuple):
         return "" if self.time_s is None else formatting.format_number(self.time_s, 6)
 
 
-def _find_impacts(grid: Grid, methods: Sequence[GridColumn]) -> list[_Impact]:
+def _find_impacts(grid: Grid, methods: Sequence[Method]) -> list[_Impact]:
     """Find the impacts of the reference, and invented impacts of all runs, in order of time."""
-    found: dict[tuple[str, float | None], dict[GridColumn, str]] = {}
+    found: dict[tuple[str, float | None], dict[Method, str]] = {}
     for cell in grid.rows[0].cells if len(grid.rows) == 1 else ():
-        if cell.column in methods and cell.row and cell.row.trace is not None and cell.row.score is not None:
-            for impact in build_impact_rows(grid.results.references[cell.scene], cell.row.trace, cell.row.score):
+        if cell.method in methods and cell.compared_run:
+            for impact in build_impact_rows(grid.results.references[cell.scene], *cell.compared_run):
                 time_s = impact.get("true", impact.get("reported"))
-                found.setdefault((impact["pair"], time_s), {})[cell.column] = impact["became"]
+                found.setdefault((impact["pair"], time_s), {})[cell.method] = impact["became"]
     return sorted((_Impact(*key, became) for key, became in found.items()), key=lambda one: one.time_s or 0.0)
 
 
-def _format_impact_result(method: GridColumn, impact: _Impact) -> str:
+def _format_impact_result(method: Method, impact: _Impact) -> str:
     return impact.outcomes.get(method, "")

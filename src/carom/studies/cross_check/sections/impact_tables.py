@@ -56,21 +56,17 @@ _SPIN_COLUMN = _build_error_column("spin error", 3, lambda _, error: error.spin)
 
 def build_impact_tables_section(grid: Grid) -> Section:
     """Return a table of impacts for each run, if there are few runs."""
-    scored_runs = [
-        (cell, row.job, row.trace, row.score)
-        for cell in grid.runs
-        if (row := cell.row) and row.trace is not None and row.score is not None
-    ]
+    runs = [(cell, cell.compared_run) for cell in grid.runs if cell.compared_run]
     tables = []
-    for cell, job, trace, score in scored_runs if len(scored_runs) <= MOST_TABLES else ():
+    for cell, (trace, score) in runs if len(runs) <= MOST_TABLES else ():
         reference = grid.results.references[cell.scene]
-        step = formatting.format_instant(job.dt_s)
+        step = formatting.format_instant(cell.line.dt_s)
         left_out = len(reference.impacts) - MOST_IMPACTS
         omission = [f"{left_out} more impacts are not shown"] if left_out > 0 else []
         table = Table(
             _COLUMNS if trace.spins is None else (*_COLUMNS, _SPIN_COLUMN),
             tuple(_list_impacts(score, trace, reference)),
-            title=f"{cell.scene} on {job.method.phrase}, dt = {step}: {cell.mark.sentence}",
+            title=f"{cell.scene} on {cell.method.phrase}, dt = {step}: {cell.mark.sentence}",
             note="\n".join((*cell.reasons, *omission)),
             only=Media.DETAIL,
         )

@@ -10,10 +10,11 @@ from functools import partial
 from typing import NamedTuple
 
 from carom.comparator import Errors
+from carom.execution.job import Method
 from carom.report import formatting
 from carom.report.document import Cell, Column, Media, Section, Table, Text
 from carom.report.results_file.line_types import RowLine
-from carom.studies.cross_check.grid import Grid, GridCell, GridColumn, build_omission_note, select_worst
+from carom.studies.cross_check.grid import Grid, GridCell, build_omission_note, select_worst
 
 #: Largest number of rows in the table of all runs. A browser takes seconds to show a table of this length.
 MOST_CELLS = 10_000
@@ -43,12 +44,12 @@ def build_spread_section(grid: Grid) -> Section:
 
     PIC is omitted, because it does not depend on the phase.
     """
-    cells = [one for one in grid.runs if one.line.spread and one.line.spread.phases and one.column.engine != "pic"]
+    cells = [one for one in grid.runs if one.line.spread and one.line.spread.phases and one.method.engine != "pic"]
     number, percent, steps = formatting.format_number, formatting.format_percent, formatting.format_steps
     percent_or_blank = formatting.format_percent_or_blank
     columns = (
         Column("scene", lambda cell: cell.scene),
-        Column("engine", lambda cell: cell.column.name),
+        Column("engine", lambda cell: cell.method.title),
         Column("step", lambda cell: formatting.format_step(cell.line.dt_s)),
         Column("phases", lambda cell: str(cell.line.spread.phases)),
         Column("velocity error, median", lambda cell: number(cell.line.spread.velocity_median)),
@@ -65,7 +66,7 @@ def build_spread_section(grid: Grid) -> Section:
 class _RunTimes(NamedTuple):
     """For each scene, a method's run time divided by PIT's, and how many different final states its repeats have."""
 
-    column: GridColumn
+    method: Method
     ratios: list[float]
     ends: list[int]
 
@@ -73,19 +74,19 @@ class _RunTimes(NamedTuple):
 def build_run_time_section(grid: Grid) -> Section:
     """Return the measured run times at each scene's largest step size."""
     run_times = []
-    for column in grid.columns.values():
-        lines = [cell.line for cell in grid.list_cells(column)]
+    for method in grid.methods:
+        lines = [cell.line for cell in grid.list_cells(method)]
         ratios = [line.time_ratio for line in lines if line.time_ratio is not None]
         ends = [line.timing.ends for line in lines if line.timing is not None and line.timing.ends is not None]
         if ratios:
-            run_times.append(_RunTimes(column, ratios, ends))
-    medians = {times.column: statistics.median(times.ratios) for times in run_times}
+            run_times.append(_RunTimes(method, ratios, ends))
+    medians = {times.method: statistics.median(times.ratios) for times in run_times}
 
     def build_median_cell(times: _RunTimes) -> Cell:
-        return Cell(formatting.format_ratio(medians[times.column]), part=medians[times.column] / max(medians.values()))
+        return Cell(formatting.format_ratio(medians[times.method]), part=medians[times.method] / max(medians.values()))
 
     columns = (
-        Column("engine", lambda times: times.column.name),
+        Column("engine", lambda times: times.method.title),
         Column("median", build_median_cell, number=True),
         Column("range", lambda times: " to ".join(formatting.format_ratio(end(times.ratios)) for end in (min, max))),
         Column("scenes", lambda times: str(len(times.ratios)), number=True),
@@ -103,21 +104,20 @@ def build_run_time_section(grid: Grid) -> Section:
 def build_settings_section(grid: Grid) -> Section:
     """Return a section with the settings of each profile, and how they depend on the step size and the scene."""
     profiles = {info.name: info.profiles for info in grid.results.engines}
-    used = formatting.group_by((cell.column, cell.line) for cell in grid.runs if cell.line.settings is not None)
-    first = {column: min(lines, key=lambda line: line.refinement) for column, lines in used.items()}
+    used = formatting.group_by((cell.method, cell.line) for cell in grid.runs if cell.line.settings is not None)
+    first = {method: min(lines, key=lambda line: line.refinement) for method, lines in used.items()}
     columns = (
-        Column("engine", lambda column: column.name),
-        Column("profile", lambda column: Cell(_describe_profile(column, profiles), css="prose")),
-        Column("used on", lambda column: first[column].scene),
+        Column("engine", lambda method: method.title),
+        Column("profile", lambda method: Cell(_describe_profile(method, profiles), css="prose")),
+        Column("used on", lambda method: first[method].scene),
         Column("settings", lambda one: Cell("; ".join(_describe_settings(first[one], used[one])), css="prose")),
     )
     table = Table(columns, list(used), css="settings", only=Media.ON_PAPER)
     return Section("Settings used", (table, Text(SETTINGS_NOTE, Media.ON_PAPER)) if used else (), level=3)
 
 
-def _describe_profile(column: GridColumn, profiles: Mapping[str, Mapping[str, str]]) -> str:
+def _describe_profile(method: Method, profiles: Mapping[str, Mapping[str, str]]) -> str:
     """Describe a profile, and the settings that replace settings of the profile."""
-    method = column.method
     profile_text = profiles.get(method.engine, {}).get(method.profile, "")
     if not method.overrides:
         return profile_text
@@ -140,8 +140,8 @@ def build_cells_section(grid: Grid) -> Section:
     """Return a section with one row for each cell, at all step sizes."""
     columns = (
         Column("scene", lambda cell: cell.scene),
-        Column("engine", lambda cell: cell.column.label),
-        Column("profile", lambda cell: cell.column.profile),
+        Column("engine", lambda cell: cell.method.heading),
+        Column("profile", lambda cell: cell.method.profile_shown),
         Column("step", lambda cell: formatting.format_step(cell.line.dt_s)),
         Column("grade", lambda cell: cell.mark.cell._replace(title="")),
         Column(

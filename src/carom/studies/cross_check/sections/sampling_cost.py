@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from functools import partial
 from typing import NamedTuple
 
+from carom.execution.job import Method
 from carom.report import formatting, svg
 from carom.report.document import Cell, Column, Figure, Figures, Media, Section, Table, Text
-from carom.studies.cross_check.grid import Grid, GridCell, GridColumn
+from carom.studies.cross_check.grid import Grid, GridCell
 
 #: Width of the chart, width on a phone, height of a line, and margins for names and for the axis, in inches.
 _WIDTH_IN, _NARROW_IN, _LINE_IN, _NAMES_IN, _FOOT_IN = 10.5, 4.0, 0.22, 1.3, 0.5
@@ -40,11 +41,11 @@ class EngineCost(NamedTuple):
     """An engine and profile, compared with PIT at each scene's largest step size.
 
     Attributes:
-        column: The engine and profile.
+        method: The engine and profile.
         cells: The runs in scenes that PIT also ran and whose simultaneous impacts have a unique result.
     """
 
-    column: GridColumn
+    method: Method
     cells: tuple[GridCell, ...]
 
     @property
@@ -60,7 +61,7 @@ class EngineCost(NamedTuple):
     @property
     def worse_than_pit(self) -> int:
         """Number of scenes with errors above PIT's largest error."""
-        return sum(cell.cost > 1 and cell.scene in self.scenes_unlike_pit for cell in self.cells)
+        return sum(cell.cost > 1 and not cell.line.equals_pit for cell in self.cells)
 
     @property
     def own_errors(self) -> list[float]:
@@ -95,11 +96,11 @@ def _select_known_errors(errors: Iterable[float | None]) -> list[float]:
 def measure_engine_costs(grid: Grid) -> tuple[EngineCost, ...]:
     """Compare the errors of every engine with PIT's; return an empty tuple if PIT was not run."""
 
-    def list_cells(column: GridColumn) -> tuple[GridCell, ...]:
-        cells = grid.list_cells(column)
+    def list_cells(method: Method) -> tuple[GridCell, ...]:
+        cells = grid.list_cells(method)
         return tuple(cell for cell in cells if cell.scored and cell.pit and cell.line.outcome_taken is None)
 
-    found = (EngineCost(column, list_cells(column)) for column in grid.columns.values() if not column.is_own_method)
+    found = (EngineCost(method, list_cells(method)) for method in grid.methods if not method.is_own)
     return tuple(cost for cost in found if cost.cells)
 
 
@@ -134,29 +135,24 @@ def draw_sampling_costs(found: Sequence[EngineCost], narrow: bool = False) -> st
         axes = figure.add_axes((left, _FOOT_IN / height, 0.97 - left, 0.96 - _FOOT_IN / height))
         along = svg.scale_error_axis(axes, "x", [value for _, *both in drawn_costs for value in both], narrow=narrow)
         for k, (cost, total, own) in enumerate(drawn_costs):
-            style = svg.choose_line_style(cost.column.engine, profile=cost.column.method.profile)
+            style = svg.choose_line_style(cost.method.engine, profile=cost.method.profile)
             color, dash = style["color"], style["linestyle"]
             axes.plot([along(own), along(total)], [-k, -k], color=color, linestyle=dash, linewidth=2.0, alpha=0.6)
             axes.plot([along(total)], [-k], "o", color=color, markerfacecolor=svg.SURFACE, markersize=8)
             axes.plot([along(own)], [-k], "o", color=color, markersize=6)
         # Leave a margin of half a line above and below.
         axes.set(ylim=(0.5 - max(2, len(drawn_costs)), 0.5), xlabel="velocity error / greatest speed")
-        axes.set_yticks([-k for k in range(len(drawn_costs))], [cost.column.name for cost, _, _ in drawn_costs])
+        axes.set_yticks([-k for k in range(len(drawn_costs))], [cost.method.title for cost, _, _ in drawn_costs])
         svg.finish(axes)
         return svg.render(figure, TITLE, narrow=narrow)
 
 
-def _build_median_formatter(numbers: Callable[[EngineCost], list[float]]) -> Callable[[EngineCost], Cell | str]:
-    """Return a function that formats a column's cell with the median, smallest and largest of several numbers."""
-
-    def say(cost: EngineCost) -> Cell | str:
-        known = numbers(cost)
-        if not known:
-            return formatting.ABSENT
-        low, high = formatting.format_number(min(known)), formatting.format_number(max(known))
-        return Cell(formatting.format_number(statistics.median(known)), f"({low} to {high})" if low != high else "")
-
-    return say
+def _format_median(numbers: Sequence[float]) -> Cell | str:
+    """Format the median, the smallest and the largest of several numbers."""
+    if not numbers:
+        return formatting.ABSENT
+    low, high = formatting.format_number(min(numbers)), formatting.format_number(max(numbers))
+    return Cell(formatting.format_number(statistics.median(numbers)), f"({low} to {high})" if low != high else "")
 
 
 def _format_equal_scenes(cost: EngineCost) -> Cell:
@@ -165,15 +161,13 @@ def _format_equal_scenes(cost: EngineCost) -> Cell:
 
 
 _COLUMNS = (
-    Column("engine", lambda cost: cost.column.name),
-    Column("error / PIT's, median", _build_median_formatter(lambda cost: cost.cost_ratios)),
+    Column("engine", lambda cost: cost.method.title),
+    Column("error / PIT's, median", lambda cost: _format_median(cost.cost_ratios)),
     Column("no error", lambda cost: f"{cost.cost_ratios.count(0.0)} of {len(cost.cells)}"),
     Column("worse than PIT", lambda cost: f"{cost.worse_than_pit} of {len(cost.cells)}"),
     Column("equals PIT", _format_equal_scenes),
-    Column("velocity error not from sampling, median", _build_median_formatter(lambda cost: cost.own_errors)),
+    Column("velocity error not from sampling, median", lambda cost: _format_median(cost.own_errors)),
     Column("impacts missed", lambda cost: str(sum(cell.missed for cell in cost.cells))),
     Column("missed by PIT", lambda cost: str(sum(int(cell.pit.get("missed") or 0) for cell in cost.cells))),
-    Column(
-        "velocity error not from sampling, single impacts", _build_median_formatter(lambda cost: cost.local_own_errors)
-    ),
+    Column("velocity error not from sampling, single impacts", lambda cost: _format_median(cost.local_own_errors)),
 )

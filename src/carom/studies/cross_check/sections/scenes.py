@@ -43,13 +43,10 @@ SHORT_NOTE = (
 def build_scenes_section(grid: Grid) -> Section:
     """Return the table of all scenes and engines."""
     columns = [Column("scene", lambda row: Cell(row.name, row.certified, title=row.description))]
-    contents = {
-        column: tuple((cell.mark, cell.figure) for cell in grid.list_cells(column)) for column in grid.columns.values()
-    }
-    numbers = {column: number for number, column in enumerate(grid.columns.values())}
+    contents = {method: tuple((cell.mark, cell.figure) for cell in grid.list_cells(method)) for method in grid.methods}
     columns += [
-        Column(column.label, partial(_build_cell, numbers[column]), "" if others else column.profile)
-        for *others, column in merge_own_profiles(contents)
+        Column(method.heading, partial(_build_cell, grid.methods.index(method)), "" if others else method.profile_shown)
+        for *others, method in merge_own_profiles(contents)
     ]
     legend = Legend(tuple((mark.cell, mark.meaning) for mark in grid.marks), Media.MARKDOWN | Media.DETAIL)
     rows = select_worst(grid.rows, MOST_SCENES, lambda row: row.cells)
@@ -66,10 +63,10 @@ def build_scenes_section(grid: Grid) -> Section:
 
 
 def _build_cell(column_number: int, row: GridRow) -> Cell:
-    """Return the cell of a scene in a column."""
+    """Return the cell of a scene in a column of the grid."""
     cell = row.cells[column_number]
     short = cell.short_figure or ("" if cell.mark.ran else cell.mark.word)
-    title = cell.mark.sentence if cell.has_replay else f"{cell.column.name} on {row.name}: {'; '.join(cell.reasons)}"
+    title = cell.mark.sentence if cell.compared_run else f"{cell.method.title} on {row.name}: {'; '.join(cell.reasons)}"
     return cell.mark.cell._replace(note=cell.figure, link=cell.link, short=short, title=title)
 
 
@@ -82,10 +79,10 @@ def pack_replays(grid: Grid) -> Iterator[tuple[str, str]]:
         reference = grid.results.references.get(row.name)
         runs = []
         for cell in row.cells:
-            if (run := cell.row) and run.trace is not None and run.score is not None:
-                command = format_run_command(escape_controls(run.job.scene.name), run.job)
-                description = describe_run(run, cell.column.label, cell.replay_key, command)
-                runs.append((run.trace, run.score, description))
+            if cell.row and cell.compared_run:
+                command = format_run_command(escape_controls(row.name), cell.row.job)
+                description = describe_run(cell.row, cell.method.heading, cell.replay_key, command)
+                runs.append((*cell.compared_run, description))
         if reference is not None and runs:
             data = build_replay_data(reference, runs) | {"drag": build_play_link(reference.scene)}
             yield escape_controls(row.name), pack_data(data)
@@ -95,7 +92,7 @@ def build_unscored_section(grid: Grid) -> Section:
     """Return a section with the reasons why cells were not run or scored. A terminal shows only important reasons."""
     reasons = list(_list_reasons(grid))
     important = tuple(reason for reason, is_important in reasons if is_important)
-    run = {column.engine for column in grid.columns.values()}
+    run = {method.engine for method in grid.methods}
     missing = [info for info in grid.results.engines if info.missing and info.name not in run]
     folder_prefix = f"{Path.cwd()}{os.sep}"  # reports are shared, so paths are made relative
     unavailable = tuple(f"{one.name} is not run: {one.unavailable.replace(folder_prefix, '')}" for one in missing)
@@ -120,9 +117,9 @@ def _list_reasons(grid: Grid) -> Iterator[tuple[str, bool]]:
     A reason is important if it concerns all scenes, or if a user can do something about it.
     """
     unscored = (cell for cell in grid.runs if not cell.mark.ran)
-    found = formatting.group_by(((cell.mark, cell.column.engine, "; ".join(cell.reasons)), cell) for cell in unscored)
+    found = formatting.group_by(((cell.mark, cell.method.engine, "; ".join(cell.reasons)), cell) for cell in unscored)
     for (mark, _, reason), cells in found.items():
-        methods = list(dict.fromkeys(cell.column.name for cell in cells))
+        methods = list(dict.fromkeys(cell.method.title for cell in cells))
         scenes = list(dict.fromkeys(cell.scene for cell in cells))
         everywhere = len(scenes) == len(grid.rows)
         scenes_text = "every scene" if everywhere else formatting.join_words(scenes)
@@ -132,7 +129,7 @@ def _list_reasons(grid: Grid) -> Iterator[tuple[str, bool]]:
 
 def _describe_missing_profiles(grid: Grid) -> Iterator[str]:
     """Describe why an engine lacks a profile that other engines were run with."""
-    profiles = dict.fromkeys(column.method.profile for column in grid.columns.values() if not column.is_own_method)
+    profiles = dict.fromkeys(method.profile for method in grid.methods if not method.is_own)
     for info in grid.results.engines:
         for profile in profiles:
             if info.available and info.capabilities is not None and not info.own_profiles([profile]):

@@ -57,7 +57,7 @@ def build_steps_section(grid: Grid) -> Section:
     diverged = Column("diverged at", _format_divergence_time, only=Media.ON_PAPER)
     columns = (
         *(() if is_single_scene else (Column("scene", lambda cell: cell.scene),)),
-        Column("method", lambda cell: cell.column.name),
+        Column("method", lambda cell: cell.method.title),
         Column("grade", lambda cell: cell.mark.cell._replace(link=cell.link), only=Media.ON_PAPER),
         Column("steps", lambda cell: mark_of_grade(cell.line.local_truth.grade, cell.line.local_truth.float_bits).cell),
         *([diverged] if any(map(_format_divergence_time, cells)) else []),
@@ -97,7 +97,7 @@ def _find_listed_runs(grid: Grid) -> Iterator[GridCell]:
         scored_cells = [cell for cell in row.cells if cell.scored]
         listed = [
             cell
-            for cell in [cell for cell in scored_cells if cell.column.engine != "pic"] or scored_cells
+            for cell in [cell for cell in scored_cells if cell.method.engine != "pic"] or scored_cells
             if cell.line.local_truth is not None
             and (
                 rests

@@ -9,10 +9,11 @@ from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 from carom.comparator.thresholds import THRESHOLDS
+from carom.execution.job import Method
 from carom.report import formatting, svg
 from carom.report.document import Cell, Column, Figure, Figures, Lines, Media, Section, Table, Text
 from carom.report.outcome_marks import Mark
-from carom.studies.cross_check.grid import Grid, GridCell, GridColumn, merge_own_profiles
+from carom.studies.cross_check.grid import Grid, GridCell, merge_own_profiles
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -31,26 +32,25 @@ class TrendPoint(NamedTuple):
     """One engine and profile with one step size.
 
     Attributes:
-        median: Median over scenes of the largest velocity error; None if no scene has such an error.
-        low: Smallest error of the scenes in the median.
-        high: Largest error of the scenes in the median.
-        scenes: Number of scenes in the median.
+        errors: The largest velocity error in each scene of the median, if the run has such an error.
         wrong: Number of scenes with grade *wrong*.
         graded: Number of graded scenes.
     """
 
-    median: float | None
-    low: float
-    high: float
-    scenes: int
+    errors: tuple[float, ...]
     wrong: int
     graded: int
+
+    @property
+    def median(self) -> float:
+        """Median of the errors; NaN without errors."""
+        return statistics.median(self.errors) if self.errors else math.nan
 
 
 class Series(NamedTuple):
     """The results of an engine and profile, one for each step size, with the name in the legend and the table."""
 
-    column: GridColumn
+    method: Method
     points: tuple[TrendPoint, ...]
     name: str
 
@@ -61,7 +61,7 @@ class Trend(NamedTuple):
     Attributes:
         parts: Step sizes as fractions of each scene's largest step size, beginning with 1.
         coarsest_s: The smallest and the largest of the scenes' largest step sizes, in seconds.
-        series: One series for each column of the grid. Equal profiles of Carom's own methods share one series.
+        series: One series for each method. Equal profiles of Carom's own methods share one series.
         scenes: Names of the scenes in the velocity medians.
         left_out: Names of the scenes that are not in the medians, by reason.
     """
@@ -84,7 +84,7 @@ _EXACT, _MISSED, _WITHOUT, _OTHER = _LEFT_OUT = (
 
 def build_trend(grid: Grid) -> Trend:
     """Compute the medians over those scenes in which PIT has a velocity error at every step size."""
-    by_place = formatting.group_by(((cell.column, cell.line.refinement), cell) for cell in grid.runs)
+    by_place = formatting.group_by(((cell.method, cell.line.refinement), cell) for cell in grid.runs)
     coarsest = {cell.scene: cell.line.dt_s for cell in grid.runs if cell.line.refinement == 0}
     planned = [cell for cell in grid.runs if cell.scene in coarsest]
     ratios = formatting.group_by((one.line.refinement, one.line.dt_s / coarsest[one.scene]) for one in planned)
@@ -92,15 +92,15 @@ def build_trend(grid: Grid) -> Trend:
     why = formatting.group_by((_find_omission_reason(cells), name) for name, cells in by_scene.items())
     chosen = why.pop("", [])
     points = {
-        column: tuple(_build_point(by_place.get((column, k), ()), chosen) for k in sorted(ratios))
-        for column in grid.columns.values()
+        method: tuple(_build_point(by_place.get((method, k), ()), chosen) for k in sorted(ratios))
+        for method in grid.methods
     }
     return Trend(
         parts=tuple(statistics.median(ratios[k]) for k in sorted(ratios)),
         coarsest_s=(min(coarsest.values(), default=0.0), max(coarsest.values(), default=0.0)),
         series=tuple(
-            Series(column, points[column], column.label if others else column.name)
-            for column, *others in merge_own_profiles(points)
+            Series(method, points[method], method.heading if others else method.title)
+            for method, *others in merge_own_profiles(points)
         ),
         scenes=tuple(chosen),
         left_out={reason: why[reason] for reason in _LEFT_OUT if reason in why},
@@ -123,11 +123,8 @@ def _find_omission_reason(cells: Sequence[GridCell]) -> str:
 def _build_point(cells: Sequence[GridCell], chosen: Sequence[str]) -> TrendPoint:
     marks = [cell.mark for cell in cells]
     velocities = [cell.errors.velocity for cell in cells if cell.scene in chosen]
-    errors = [error for error in velocities if not math.isnan(error)]
-    median = statistics.median(errors) if errors else None
-    low, high = min(errors, default=0.0), max(errors, default=0.0)
-    graded = sum(mark.rank is not None for mark in marks)
-    return TrendPoint(median, low, high, len(errors), marks.count(Mark.WRONG), graded)
+    errors = tuple(error for error in velocities if not math.isnan(error))
+    return TrendPoint(errors, marks.count(Mark.WRONG), sum(mark.rank is not None for mark in marks))
 
 
 def build_trend_section(grid: Grid) -> Section:
@@ -168,10 +165,10 @@ def _format_wrong(k: int, series: Series) -> str:
 
 def _format_error(k: int, series: Series) -> Cell | str:
     point = series.points[k]
-    if point.median is None:
+    if not point.errors:
         return formatting.ABSENT
-    span = f"{formatting.format_number(point.low)} to {formatting.format_number(point.high)}"
-    return Cell(formatting.format_number(point.median), f"({span}; {point.scenes})")
+    span = f"{formatting.format_number(min(point.errors))} to {formatting.format_number(max(point.errors))}"
+    return Cell(formatting.format_number(point.median), f"({span}; {len(point.errors)})")
 
 
 def _describe_scenes(trend: Trend) -> Iterator[str]:
@@ -185,12 +182,11 @@ def _describe_scenes(trend: Trend) -> Iterator[str]:
 def _render_velocity_chart(trend: Trend, narrow: bool = False) -> str:
     with svg.use_drawing_style():
         figure, axes = svg.build_framed_figure(_WIDTH_IN, _HEIGHT_IN, narrow=narrow, below=len(trend.series))
-        medians = [p.median for series in trend.series for p in series.points if p.median is not None]
-        place = svg.scale_error_axis(axes, "y", medians)
+        place = svg.scale_error_axis(axes, "y", [p.median for series in trend.series for p in series.points])
         for series in trend.series:
-            _draw_line(axes, trend, series, [math.nan if p.median is None else place(p.median) for p in series.points])
-            if series.column.engine == "pit":
-                low, high = [place(p.low) for p in series.points], [place(p.high) for p in series.points]
+            _draw_line(axes, trend, series, [place(p.median) if p.errors else math.nan for p in series.points])
+            if series.method.engine == "pit":
+                low, high = ([place(end(p.errors, default=0.0)) for p in series.points] for end in (min, max))
                 axes.fill_between(trend.parts, low, high, color=svg.INK, alpha=0.08, linewidth=0)
         axes.set_ylabel("velocity error, median over scenes", labelpad=2)
         _set_x_axis(axes, trend, figure if narrow else None)
@@ -224,5 +220,5 @@ def _set_x_axis(axes: Axes, trend: Trend, below: Drawn | None) -> None:
 
 
 def _draw_line(axes: Axes, trend: Trend, series: Series, heights: Sequence[float]) -> None:
-    style = svg.choose_line_style(series.column.engine, profile=series.column.method.profile)
+    style = svg.choose_line_style(series.method.engine, profile=series.method.profile)
     axes.plot(trend.parts, heights, label=series.name, clip_on=False, **style)

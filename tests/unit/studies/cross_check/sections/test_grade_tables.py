@@ -62,7 +62,7 @@ def test_terminal_table_counts_scenes_per_grade(results: Results) -> None:
     """In a terminal, the row of a method shows the number of scenes of each grade."""
     (heads, rows) = list_tables(results, Media.TERMINAL)[0]
     ((name, *counts),) = [[cell.text for cell in row] for row in rows]
-    marks = [cell.mark.word for row in build_grid(results).rows for cell in row.cells if cell.column.engine == "pit"]
+    marks = [cell.mark.word for row in build_grid(results).rows for cell in row.cells if cell.method.engine == "pit"]
     assert name == "PIT"
     assert counts[heads.index("wrong") - 1] == str(marks.count("wrong"))
     assert sum(int(count or 0) for count in counts) == len(marks)
@@ -141,7 +141,7 @@ def test_methods_are_ranked_by_grade_then_error_ratio(results_with_profiles: Res
 def test_scenes_table_has_one_column_for_pic(results_with_profiles: Results) -> None:
     """The table of scenes has one column for both profiles of PIC and one for each profile of an engine."""
     grid = build_grid(results_with_profiles)
-    assert [column.name for column in grid.columns.values()][:2] == ["PIC frame-by-frame", "PIC event-driven"]
+    assert [method.title for method in grid.methods][:2] == ["PIC frame-by-frame", "PIC event-driven"]
     section = build_scenes_section(grid)
     (table,) = (block for block in section.select_for(Media.PAGE) if isinstance(block, Table))
     heads = [column.line for column in table.select_for(Media.PAGE)[0]]

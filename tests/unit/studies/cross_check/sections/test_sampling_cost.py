@@ -84,7 +84,7 @@ def render_all_formats(section: Section) -> tuple[str, str, str]:
 def test_engine_equal_to_pit_has_no_error_not_from_sampling(results: Results) -> None:
     """An engine that equals PIT in all 3 scenes has an error not from sampling of 0, in every output format."""
     (toy,) = measure_engine_costs(build_grid(results))
-    assert (toy.column.engine, len(toy.cells), toy.scenes_unlike_pit) == ("toy", 3, [])
+    assert (toy.method.engine, len(toy.cells), toy.scenes_unlike_pit) == ("toy", 3, [])
     said = get_toy_row(results)
     own = said["velocity error not from sampling, median"]
     assert (said["equals PIT"], own, said["worse than PIT"]) == ("3 of 3", "0", "0 of 3")
@@ -145,7 +145,7 @@ def test_added_velocity_error_is_the_engines_own(results: Results) -> None:
 
 def test_added_column_appears_in_every_format(results: Results, monkeypatch: pytest.MonkeyPatch) -> None:
     """A column added to the table of sampling costs is on the page, in Markdown and in the terminal."""
-    column = Column("an added column", lambda entry: f"said of {entry.column.name}")
+    column = Column("an added column", lambda entry: f"said of {entry.method.title}")
     monkeypatch.setattr("carom.studies.cross_check.sections.sampling_cost._COLUMNS", (*price._COLUMNS, column))  # noqa: SLF001 - as its source would be
     for text in render_all_formats(build_section(results)):
         assert "an added column" in text
