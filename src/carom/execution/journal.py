@@ -185,18 +185,15 @@ def _describe_difference(stored: Mapping[str, Any], stamp: Mapping[str, Any]) ->
     if stored.get("format") != JOURNAL_FORMAT:
         format_note = f"it has the format {shorten(repr(stored.get('format')))} of another version of Carom"
         return f"{format_note}, and this version uses {JOURNAL_FORMAT}"
-    # An option that is missing in one of the two stamps is a difference, even if its value is null.
-    names = [
-        name for name in {**stamp, **stored} if (name in stored, stored.get(name)) != (name in stamp, stamp.get(name))
-    ]
 
     def show(value: object) -> str:
         return shorten(escape_controls(str(value)))
 
-    return "; ".join(
-        f"its {show(name)} is {show(stored.get(name, 'absent'))}, but this study's is {show(stamp.get(name, 'absent'))}"
-        for name in names
-    )
+    # An option that is missing in one of the two stamps is a difference, even if its value is null.
+    common = stored.keys() & stamp.keys()
+    names = [name for name in {**stamp, **stored} if name not in common or stored[name] != stamp[name]]
+    options = [map(show, (name, stored.get(name, "absent"), stamp.get(name, "absent"))) for name in names]
+    return "; ".join(f"its {name} is {found}, but this study's is {own}" for name, found, own in options)
 
 
 def _parse_line(line: bytes) -> Any:
@@ -215,9 +212,8 @@ def _lock(file: int, path: Path) -> None:
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)  # the system releases the lock however the process ends
     except OSError:
-        raise InputError(
-            f"{path} is being written by another process; end that one first, or name another folder"
-        ) from None
+        problem = "is being written by another process; end that one first, or name another folder"
+        raise InputError(f"{path} {problem}") from None
 
 
 def _find_end_of_lines(file: int) -> int:

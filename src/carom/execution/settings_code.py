@@ -27,15 +27,10 @@ MOST_CODE = 10_000_000
 
 def build_example_scene() -> Scene:
     """Return a scene with two discs and a floor, for users who want the settings as code but give no scene."""
-    return Scene(
-        name="two discs and a floor",
-        discs=[
-            Disc(position_m=(0.0, 0.6), velocity_m_s=(1.0, -0.5), radius_m=0.2),
-            Disc(position_m=(1.0, 0.5), radius_m=0.2),
-        ],
-        walls=[Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))],
-        duration_s=1.0,
-    )
+    moving = Disc(position_m=(0.0, 0.6), velocity_m_s=(1.0, -0.5), radius_m=0.2)
+    resting = Disc(position_m=(1.0, 0.5), radius_m=0.2)
+    floor = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))
+    return Scene(name="two discs and a floor", discs=[moving, resting], walls=[floor], duration_s=1.0)
 
 
 @dataclass(frozen=True)
@@ -97,16 +92,13 @@ def write_code(engine: str, profile: str, scene: Scene, dt_s: float, *, command:
             raise AdapterError(f"the adapter {engine!r} cannot print settings as code; adapters that can: {able_names}")
         if profile in info.located:
             other_profiles = ", ".join(name for name in info.profiles if name not in info.located)
-            cut = "Carom shortens its steps, which no setting of the engine does"
-            raise AdapterError(
-                f"profile {profile!r} of {engine} cannot be printed as code: {cut}; profiles that can: {other_profiles}"
-            )
+            cut = "cannot be printed as code: Carom shortens its steps, which no setting of the engine does"
+            raise AdapterError(f"profile {profile!r} of {engine} {cut}; profiles that can: {other_profiles}")
         version = f" {info.version}" if info.version else ""
-        heading = (
-            f"{info.engine}{version}, profile '{profile}' of Carom at steps of {dt_s!r} s: {info.profiles[profile]}"
-        )
-        origin = f"\nMade by: {command}" if command else ""
-        answer = pool.run(_CodeTask(engine, profile, scene, dt_s, f"{heading}\nScene: {scene.name}.{origin}"))
+        origin = f"{info.engine}{version}, profile '{profile}' of Carom at steps of {dt_s!r} s"
+        heading = f"{origin}: {info.profiles[profile]}\nScene: {scene.name}."
+        heading += f"\nMade by: {command}" if command else ""
+        answer = pool.run(_CodeTask(engine, profile, scene, dt_s, heading))
     if answer.value is None:
         why = answer.reason if answer.status is Status.FAILED else answer.problem
         raise AdapterError(f"{engine}: {why}")
@@ -208,9 +200,8 @@ def find_changed_lines(code: str, before: str) -> str:
     statements = ast.parse(code).body
     changed = [one for one in statements if _extract_source(code, one) not in other]
     assigned = {name for one in changed for name in _find_names(one, ast.Store)}
-    return "\n".join(
-        _extract_source(code, one) for one in statements if one in changed or assigned & {*_find_names(one, ast.Load)}
-    )
+    chosen = (one for one in statements if one in changed or assigned & {*_find_names(one, ast.Load)})
+    return "\n".join(_extract_source(code, one) for one in chosen)
 
 
 def _extract_source(code: str, statement: ast.stmt) -> str:

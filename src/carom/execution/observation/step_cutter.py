@@ -30,10 +30,9 @@ class Cutter:
 
     def __init__(self, world: World) -> None:
         if not isinstance(world, CuttableWorld):
-            message = (
-                "a located profile needs a world with cut, touching, save and restore; this world lacks some methods"
-            )
-            raise AdapterError(f"{message}; see docs/reference/adapters.md#located-profiles")
+            needs = "a located profile needs a world with cut, touching, save and restore"
+            page = "see docs/reference/adapters.md#located-profiles"
+            raise AdapterError(f"{needs}; this world lacks some methods; {page}")
         self.world = world
         self.pieces, self.probes, self.has_too_many_pieces = 0, 0, False
         self._known: frozenset[tuple[int, int]] = frozenset()

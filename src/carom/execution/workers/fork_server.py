@@ -12,10 +12,12 @@ which a fork does not copy. Without a server that answers, each worker starts in
 from __future__ import annotations
 
 import array
+import gc
 import os
 import pickle
 import select
 import signal
+import socket
 import sys
 import threading
 import time
@@ -24,10 +26,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from io import FileIO
 from subprocess import TimeoutExpired
-from typing import TYPE_CHECKING, NoReturn
-
-if TYPE_CHECKING:
-    import socket
+from typing import NoReturn
 
 #: Seconds to wait for the server's answer. A fork takes only milliseconds.
 PATIENCE_S = 2.0
@@ -103,8 +102,6 @@ class ForkServer:
         known = sys.platform == "linux" and hasattr(os, "pidfd_open")
         if not (known and _allowed and threading.active_count() == 1):
             return None
-        import socket
-
         own_socket, child_socket = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         for stream in (sys.stdout, sys.stderr):
             stream.flush()  # so that only one of the processes writes the content of the buffer
@@ -127,8 +124,6 @@ class ForkServer:
             path: Search path of modules, as in the variable PYTHONPATH.
             memory_bytes: Memory limit of the worker.
         """
-        import socket
-
         with self._lock:
             if self._lost:
                 return None
@@ -185,8 +180,6 @@ def _serve(requests: socket.socket, parent: int) -> NoReturn:
 
 def _detach(kept_file: int) -> None:
     """Detach this process from the command's terminal, signals and files. Only the file `kept_file` stays open."""
-    import gc
-
     gc.disable()  # otherwise finalisers of the command's objects could also run in this process
     gc.freeze()
     os.setsid()
@@ -216,8 +209,6 @@ class _Server:
 
     def serve(self) -> None:
         """Fork a watchdog for each request, until the command closes its end of the socket."""
-        import socket
-
         poll = select.poll()
         poll.register(self._requests, select.POLLIN)
         poll.register(self._woken, select.POLLIN)
@@ -234,8 +225,6 @@ class _Server:
                 self._fork(message, files)
 
     def _fork(self, message: bytes, files: Sequence[int]) -> None:
-        import socket
-
         watchdog = os.fork()
         if not watchdog:
             server_files = (self._requests.fileno(), self._woken, self._wake, *self._status_files.values())
@@ -286,8 +275,6 @@ def _become_watchdog(message: bytes, files: Sequence[int], server_files: Sequenc
         sys.stdin = sys.__stdin__ = open(0, closefd=False)  # type: ignore[misc] # noqa: SIM115 - to the end
         sys.stdout = sys.__stdout__ = open(1, "w", errors="backslashreplace", closefd=False)  # type: ignore[misc] # noqa: SIM115
         sys.stderr = sys.__stderr__ = open(2, "w", 1, errors="backslashreplace", closefd=False)  # type: ignore[misc] # noqa: SIM115
-        import gc
-
         from carom.execution.workers.watchdog import watch_worker
 
         gc.enable()
