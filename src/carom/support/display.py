@@ -29,6 +29,9 @@ class Shown:
     def __repr__(self) -> str:
         return escape_controls(_view("summary")(self))
 
+    def __str__(self) -> str:  # Pydantic's models have another text
+        return repr(self)
+
     def _repr_html_(self) -> str | None:
         page: str | None = _view("html_of")(self)
         return page and escape_controls(page)

@@ -37,9 +37,6 @@ class Program:
         name: Name of the program in messages.
         command: The command that starts the program. The first word is searched on the PATH.
 
-    Attributes:
-        version: Version of the engine as reported by the program; may be empty.
-
     Raises:
         AdapterError: The program can't be started, or violates the protocol.
     """
@@ -58,7 +55,6 @@ class Program:
             self.end()
             message = f"{name} uses version {welcome.protocol} of the protocol, but Carom uses version {PROTOCOL}"
             raise AdapterError(message, hints=["see docs/reference/engine-protocol.md"])
-        self.version = welcome.version
 
     def send_request(self, request: Request, answer: type[A]) -> A:
         """Send a request and return its answer.

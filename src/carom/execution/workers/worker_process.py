@@ -80,7 +80,11 @@ class Worker:
         try:
             while todo:
                 with self._lock:
-                    process = self._ensure_running()
+                    if self._closed:
+                        raise ClosedError
+                    if self._process is None:
+                        self._process = _Process(os.fspath(self._folder.path), self._memory_bytes, self._fork_server)
+                    process = self._process
                     process.send(pickle.dumps(todo, protocol=pickle.HIGHEST_PROTOCOL))
                 while todo and self._process is process:
                     with self._lock:
@@ -92,13 +96,6 @@ class Worker:
             if todo:
                 with self._lock:
                     self._end()
-
-    def _ensure_running(self) -> _Process:
-        if self._closed:
-            raise ClosedError
-        if self._process is None:
-            self._process = _Process(os.fspath(self._folder.path), self._memory_bytes, self._fork_server)
-        return self._process
 
     def _receive(self, process: _Process, codec: Codec[tuple[int, Answer[T]]], time_limit_s: float) -> Answer[T]:
         """Return the next answer. If the process returns no answer or an invalid answer, end the process.
