@@ -65,15 +65,14 @@ def times_are_right(subject: Subject, profile: str, name: str) -> None:
         # Each impact may add the declared delay to the delays of earlier impacts.
         shifted_s = margin.get(error.reference, 0.0)
         late_s = max(sampled_s, shifted_s) + promise_s * (error.reference + 1)
-        impact, early = run.reference.impacts[error.reference], shifted_s < 0
+        impact = run.reference.impacts[error.reference]
         true_s, error_text = float(impact["time_s"]), format_steps(error.time_s, dt_s)
-        expected = (
-            f"{format_number(true_s, 9)} s, or up to {format_seconds(late_s)} later ({format_steps(late_s, dt_s)})"
-        )
+        later = f"or up to {format_seconds(late_s)} later ({format_steps(late_s, dt_s)})"
+        earlier = f" or {format_seconds(-shifted_s)} earlier" if shifted_s < 0 else ""
         require(
             min(-early_s, shifted_s) - rounding_s <= error.time_s <= late_s + rounding_s,
             f"the impact of {pair_name(impact)} is at the wrong time",
-            expected + (f" or {format_seconds(-shifted_s)} earlier" if early else ""),
+            f"{format_number(true_s, 9)} s, {later}{earlier}",
             f"{format_number(true_s + error.time_s, 9)} s ({error_text} off)",
             run.setup,
         )
@@ -111,10 +110,8 @@ def velocities_are_right(subject: Subject, profile: str, name: str) -> None:
         impact, row = run.known.impacts[error.reference], trace.impacts[error.observed]
         fields = [field for field in ("velocity_first_after", "velocity_second_after") if getattr(impact, field)]
         known_velocities, got = [getattr(impact, field) for field in fields], [row[field].tolist() for field in fields]
-        sampled, promised, margin = (
-            format_number(part, 3) for part in (allowed.sampled, allowed.promise, margin_error)
-        )
-        why = f"PIT's error {sampled}, declared {promised}, margin {margin}, each times {speed:g} m/s"
+        parts = (format_number(part, 3) for part in (allowed.sampled, allowed.promise, margin_error))
+        why = "PIT's error {}, declared {}, margin {}".format(*parts) + f", each times {speed:g} m/s"
         require(
             error.velocity <= max_error,
             f"the impact of {_format_impact(run.reference.impacts[error.reference])} leaves wrong velocities",
