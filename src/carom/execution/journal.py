@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import errno
 import json
+import mmap
 import os
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -35,8 +36,6 @@ JOURNAL_FORMAT = 7
 #: longer line is not stored, and a resumed study computes the result again.
 LONGEST_LINE = 64 * 2**20
 _REMOVE = "remove the line, or name another folder"
-#: Number of bytes that the backward search for the end of a line reads at once.
-_BLOCK = 2**20
 
 K = TypeVar("K")
 T = TypeVar("T")
@@ -218,23 +217,16 @@ def _lock(file: int, path: Path) -> None:
 
 def _find_end_of_lines(file: int) -> int:
     """Return the position after the last complete line. A last line that is not JSON counts as incomplete."""
-    end = _find_after_line_feed(file, os.fstat(file).st_size)
-    begin = _find_after_line_feed(file, end - 1)
-    while end and begin == end - 1:  # skip empty lines
-        end, begin = begin, _find_after_line_feed(file, begin - 1)
-    # After a power failure a file can end in zeros.
-    last = os.pread(file, min(end - begin, LONGEST_LINE), begin) if begin < end else b""
-    return begin if begin < end and _parse_line(last) is None else end
-
-
-def _find_after_line_feed(file: int, end: int) -> int:
-    """Return the position after the last line feed before `end`; 0 if there is none."""
-    while end > 0:
-        begin = max(0, end - _BLOCK)
-        line_feed = os.pread(file, end - begin, begin).rfind(b"\n")
-        if line_feed >= 0:
-            return begin + line_feed + 1
-        end = begin
+    if not os.fstat(file).st_size:  # an empty file can't be mapped
+        return 0
+    with mmap.mmap(file, 0, access=mmap.ACCESS_READ) as data:
+        end = data.rfind(b"\n") + 1
+        while end:
+            begin = data.rfind(b"\n", 0, end - 1) + 1
+            if begin < end - 1:
+                # After a power failure a file can end in zeros.
+                return begin if _parse_line(data[begin : min(end, begin + LONGEST_LINE)]) is None else end
+            end = begin  # skip an empty line
     return 0
 
 

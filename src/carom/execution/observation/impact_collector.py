@@ -8,7 +8,8 @@ are used instead.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import count
 
@@ -89,10 +90,7 @@ class ImpactCollector:
                 self._done.append((next(self._numbers), record, contact.time_s, state))
             elif self._has_effect(contact, before, observation, time_s - self._last_s):
                 active[pair] = contact
-        touched: dict[int, int] = {}
-        for pair in active:
-            for body in self._list_movable(pair):
-                touched[body] = touched.get(body, 0) + 1
+        touched = Counter(body for pair in active for body in self._list_movable(pair))
         motion = {body: self._motion_of(before, body) for body in touched}
         for pair in [pair for pair in self.open if pair not in active]:
             self._close(pair)
@@ -154,7 +152,7 @@ class ImpactCollector:
         pair: Pair,
         contact: Contact,
         motion: dict[int, Motion],
-        touched: Mapping[int, int],
+        touched: Counter[int],
         time_s: float,
         observation: Observation,
     ) -> None:
@@ -170,7 +168,7 @@ class ImpactCollector:
                 motion[body] = self._find_unchanged_motion(body, time_s)
         motions_before = (motion[first], motion[second])
         for body, sign in ((first, -1.0), (second, 1.0)):
-            if touched.get(body, 0) > 1 and self._has_all_impulses(contact):
+            if touched[body] > 1 and self._has_all_impulses(contact):
                 motion[body] = self._apply_impulse(motion[body], contact, body, sign)
             elif body in touched:
                 motion[body] = self._motion_of(observation, body)
@@ -185,7 +183,7 @@ class ImpactCollector:
             self.open[pair] = OpenContact(number, contact, motions_before, start_s, start, after, time_s, observation)
         known = self.open[pair]
         known.after, known.end_s, known.end = after, time_s, observation
-        known.is_isolated = known.is_isolated and all(touched.get(body, 0) <= 1 for body in pair)
+        known.is_isolated = known.is_isolated and all(touched[body] <= 1 for body in pair)
         impulse = contact.impulse_n_s
         if impulse is None:
             impulse = math.dist(compute_relative_velocity(after), compute_relative_velocity(motions_before))
