@@ -10,8 +10,7 @@ declares a contact margin (engines then let bodies collide before they touch), e
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -78,33 +77,35 @@ def times_are_right(subject: Subject, profile: str, name: str) -> None:
         )
 
 
-class _Allowed(NamedTuple):
-    """Allowed errors of velocities or spins for each cause, as fractions of the scene's speed."""
+class _Allowed:
+    """Allowed errors of velocities or spins (`kind`) for each cause, as fractions of the scene's speed.
 
-    sampled: float
-    promise: float
-    margin: Mapping[int, float]
-    rounding: float
-    end: float
+    Attributes:
+        sampled: PIT's largest error after an impact.
+        promise: The error that the profile declares.
+        margin: The errors after impacts that the declared contact margin explains.
+        end: The allowed error at the end.
+    """
+
+    def __init__(self, subject: Subject, run: CatalogueRun, kind: str) -> None:
+        described, final = subject.adapter.profiles[run.setup.profile], f"final_{kind}"
+        self.promise, self.margin = described.accuracy.velocity, _read_errors(run.margin, kind)
+        self._rounding = subject.rounding
+        paid = [] if described.located else _read_errors(run.pit, kind).values()
+        self.sampled = max(paid, default=0.0)
+        end = 0.0 if described.located else getattr(run.pit.total, final)
+        end = max(end, getattr(run.margin.total, final) if run.margin else 0.0)
+        self.end = end + self.promise + self._rounding
 
     def compute_limit(self, impact: int) -> float:
-        return max(self.sampled, self.margin.get(impact, 0.0)) + self.promise + self.rounding
-
-
-def _compute_allowed_errors(subject: Subject, run: CatalogueRun, kind: str) -> _Allowed:
-    """Return the allowed errors of velocities or spins (`kind`) after each impact and at the end."""
-    described, final = subject.adapter.profiles[run.setup.profile], f"final_{kind}"
-    promise, margin = described.accuracy.velocity, _read_errors(run.margin, kind)
-    paid = [] if described.located else _read_errors(run.pit, kind).values()
-    end = 0.0 if described.located else getattr(run.pit.total, final)
-    end = max(end, getattr(run.margin.total, final) if run.margin else 0.0) + promise + subject.rounding
-    return _Allowed(max(paid, default=0.0), promise, margin, subject.rounding, end)
+        """Return the allowed error after an impact."""
+        return max(self.sampled, self.margin.get(impact, 0.0)) + self.promise + self._rounding
 
 
 def velocities_are_right(subject: Subject, profile: str, name: str) -> None:
     """After impacts and at the end, velocity errors are at most PIT's errors plus the profile's declared errors."""
     run = subject.score(profile, name)
-    trace, speed, allowed = run.trace, run.score.scales.speed_m_s, _compute_allowed_errors(subject, run, "velocity")
+    trace, speed, allowed = run.trace, run.score.scales.speed_m_s, _Allowed(subject, run, "velocity")
     for error in _list_compared_errors(run, "velocity"):
         margin_error, max_error = allowed.margin.get(error.reference, 0.0), allowed.compute_limit(error.reference)
         impact, row = run.known.impacts[error.reference], trace.impacts[error.observed]
@@ -131,7 +132,7 @@ def velocities_are_right(subject: Subject, profile: str, name: str) -> None:
 def spins_are_right(subject: Subject, profile: str, name: str) -> None:
     """After impacts and at the end, spin errors are at most PIT's errors plus the profile's declared errors."""
     run = subject.score(profile, name)
-    trace, speed, allowed = run.trace, run.score.scales.rim_m_s, _compute_allowed_errors(subject, run, "spin")
+    trace, speed, allowed = run.trace, run.score.scales.rim_m_s, _Allowed(subject, run, "spin")
     why = f"PIT's error {format_number(allowed.sampled, 3)}, declared {format_number(allowed.promise, 3)}"
     for error in _list_compared_errors(run, "spin"):
         max_error, impact = allowed.compute_limit(error.reference), run.known.impacts[error.reference]

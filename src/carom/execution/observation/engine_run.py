@@ -186,10 +186,9 @@ class _Run:
         """The present state, with the contacts of the last step."""
         return self.rows.observation(self.row, self.contacts)
 
-    @property
-    def previous(self) -> tuple[float, Observation]:
-        """Time and state one step before the present state; never after the scene's end."""
-        rows_within = np.flatnonzero(self.rows.time_s[: self.row] <= self.scene.duration_s)
+    def find_last_state(self, before_row: int) -> tuple[float, Observation]:
+        """Return time and state of the last row before another row that is not after the scene's end."""
+        rows_within = np.flatnonzero(self.rows.time_s[:before_row] <= self.scene.duration_s)
         if not len(rows_within):
             return self.before_block
         return float(self.rows.time_s[rows_within[-1]]), self.rows.observation(int(rows_within[-1]))
@@ -289,10 +288,7 @@ class _Run:
     def _begin_rows(self) -> None:
         """Begin a new block of rows, whose first row is the present state."""
         self._pass_on_states()
-        if self.rows.time_s[self.row] <= self.scene.duration_s:
-            self.before_block = (float(self.rows.time_s[self.row]), self.state)
-        else:
-            self.before_block = self.previous
+        self.before_block = self.find_last_state(self.row + 1)
         last, self.rows = self.rows, StateRows(len(self.rows.time_s), len(self.scene.discs))
         self.rows.numbers[0], self.rows.time_s[0] = last.numbers[self.row], last.time_s[self.row]
         self.rows.has_spins = last.has_spins
@@ -309,7 +305,7 @@ class _Run:
         self._pass_on_states()
         completed, duration_s = self.outcome is Outcome.COMPLETED, self.scene.duration_s
         impacts, effective, states, spins = self.collector.finish()
-        last = LastStep(self.scene, *self.previous, self.steps_taken * self.dt_s, self.state)
+        last = LastStep(self.scene, *self.find_last_state(self.row), self.steps_taken * self.dt_s, self.state)
         missing_s = duration_s - last.end_s if completed else 0.0
         end_s = last.end_s + missing_s
         if missing_s < 0.0:  # the last step ends after the scene's end
