@@ -14,7 +14,6 @@ import mmap
 import os
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from itertools import islice
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Generic, TypeVar
@@ -175,8 +174,9 @@ def remove_unused(path: Path) -> None:
     if not path.exists():
         return
     with path.open("rb") as file:
-        used = len([*islice(_read_lines(file.fileno(), os.fstat(file.fileno()).st_size), 2)]) > 1
-    if not used:
+        file.readline(LONGEST_LINE)
+        is_used = file.read(1) != b""
+    if not is_used:
         path.unlink()
 
 
