@@ -33,6 +33,9 @@ from carom.model.trace import STATE_DTYPE, ImpactRecord, Vector, build_impact_ar
 
 #: A row of `STATE_DTYPE`.
 _State = tuple[float, Vector, Vector]
+#: Velocities and spins of two bodies: first and second body before a contact, first and second body after it.
+_Velocities = tuple[Vector, Vector, Vector, Vector]
+_Spins = tuple[float, float, float, float]
 _UNKNOWN: Vector = (math.nan, math.nan)
 _NOWHERE: Vector = (0.0, 0.0)
 
@@ -217,11 +220,11 @@ class ImpactCollector:
     def _close(self, pair: Pair) -> None:
         open_contact = self.open.pop(pair)
         contact = open_contact.cut_at_rest()
-        (a, b, c, d), spins = _split_motions((*contact.before, *contact.after))
+        velocities, spins = _split_motions((*contact.before, *contact.after))
         # If the velocities before and after the contact are equal, the two paths differ only by rounding, and their
         # intersection has no physical meaning.
         effective = math.nan
-        if contact.is_isolated and has_turned((a, b), (c, d), self._float_bits):
+        if contact.is_isolated and has_turned(velocities[:2], velocities[2:], self._float_bits):
             drive = self._walls[wall_index(pair[1])] if pair[1] < 0 else STANDS
             leg = drive.leg_at(0.5 * (contact.start_s + contact.end_s))
             if contact is open_contact:
@@ -233,17 +236,17 @@ class ImpactCollector:
         falls = self._pull > 0.0
         bent = falls and len(self._list_movable(pair)) < len(pair)
         if falls and not bent and math.isfinite(effective):
-            a, b, c, d = self._correct_for_gravity(effective, pair, contact, (a, b, c, d))
+            velocities = self._correct_for_gravity(effective, pair, contact, velocities)
         if self._slowing:
-            (a, b, c, d), spins = self._correct_for_slowing(effective, contact)
+            velocities, spins = self._correct_for_slowing(effective, contact)
         own_spins = spins if self._turns else None
-        record = ImpactRecord(contact.reported.time_s, *pair, contact.compute_normal(), a, b, c, d, own_spins)
+        record = ImpactRecord(contact.reported.time_s, *pair, contact.compute_normal(), *velocities, own_spins)
         state = _build_state(pair, contact.start_s, contact.start if contact.is_isolated and not bent else None)
         self._done.append((contact.number, record, effective, state))
 
     def _correct_for_gravity(
-        self, time_s: float, pair: Pair, contact: OpenContact, velocities: tuple[Vector, Vector, Vector, Vector]
-    ) -> tuple[Vector, Vector, Vector, Vector]:
+        self, time_s: float, pair: Pair, contact: OpenContact, velocities: _Velocities
+    ) -> _Velocities:
         """Return the velocities of two falling discs at the instant of their impact, given velocities at step ends.
 
         Gravity acts between the impact and the next step boundary. Without this correction, the velocity after the
@@ -256,9 +259,7 @@ class ImpactCollector:
         )
         return a, b, c, d
 
-    def _correct_for_slowing(
-        self, effective_s: float, contact: OpenContact
-    ) -> tuple[tuple[Vector, Vector, Vector, Vector], tuple[float, float, float, float]]:
+    def _correct_for_slowing(self, effective_s: float, contact: OpenContact) -> tuple[_Velocities, _Spins]:
         """Return velocities and spins of damped or braked discs at an impact, given velocities and spins at step ends.
 
         If the instant can't be computed, the reported instant is used. The instant is limited to the contact's
@@ -275,9 +276,7 @@ class ImpactCollector:
         return _split_motions(motions)
 
 
-def _split_motions(
-    motions: Sequence[Motion],
-) -> tuple[tuple[Vector, Vector, Vector, Vector], tuple[float, float, float, float]]:
+def _split_motions(motions: Sequence[Motion]) -> tuple[_Velocities, _Spins]:
     """Return the velocities and the spins of two bodies before and after a contact."""
     (a, b, s), (c, d, t), (e, f, u), (g, h, v) = motions
     return ((a, b), (c, d), (e, f), (g, h)), (s, t, u, v)
