@@ -111,7 +111,7 @@ class Subject(Closeable):
         answer = self.try_to_watch(setup, observations=observations)
         if isinstance(answer, AdapterFailure):
             problem = f"{answer.where}() raises an error for a scene that the adapter declares to support"
-            raise Violation(problem, "a run to the end of the scene", f"{answer.kind}: {answer.message}", setup)
+            raise Violation(problem, "a run to the end of the scene", answer.cause, setup)
         return answer
 
     def watch_cached(self, setup: Setup) -> ObservedRun:

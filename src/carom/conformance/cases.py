@@ -124,8 +124,7 @@ def list_cases(subject: Subject) -> Iterator[Case]:
         yield build_case(f"refuses[{refusal.replace(' ', '-')}]", capability.refuses, refusal=refusal)
     for order in ("first", "second"):
         yield build_case(f"immovable-disc[{order}]", capability.immovable_stays, order=order)
-    for share, wall_share in product(RESTITUTION_SHARES, repeat=2):
-        e, wall_e = RESTITUTION_SHARES[share], RESTITUTION_SHARES[wall_share]
+    for (share, e), (wall_share, wall_e) in product(RESTITUTION_SHARES.items(), repeat=2):
         name = f"restitution[{share}-{wall_share}]"
         yield build_case(name, capability.restitution_as_declared, share=e, wall_share=wall_e)
     for share, wall_share in product(turning.FRICTIONS, repeat=2):

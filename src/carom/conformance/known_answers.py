@@ -72,35 +72,32 @@ def build_known_trace(scene: Scene, known: KnownAnswer) -> Trace:
     """
     if known.count != len(known.impacts):
         raise InputError(f"the known answer of {scene.name!r} has only {len(known.impacts)} of {known.count} impacts")
-    position = np.array([disc.position_m for disc in scene.discs])
-    velocity = np.array([disc.velocity_m_s for disc in scene.discs])
-    spin, turns = scene.arrays.spins.copy(), scene.arrays.turns
+    arrays, turns = scene.arrays, scene.arrays.turns
+    position = arrays.position_m.copy()
+    # Velocities and spins have one more row, for the walls, which stand still.
+    velocity, spin = np.vstack([arrays.velocity_m_s, np.zeros(2)]), np.append(arrays.spins, 0.0)
     records, now_s = [], 0.0
-    for known_impact in known.impacts:
-        first, second, after = known_impact.first, known_impact.second, known_impact.velocity_first_after
-        if after is None:
-            raise InputError(f"the known answer of {scene.name!r} lacks the velocities after {known_impact.time_s} s")
-        spin_first, spin_second = known_impact.spin_first_after, known_impact.spin_second_after
-        if turns and (spin_first is None or (second >= 0 and spin_second is None)):
-            raise InputError(f"the known answer of {scene.name!r} lacks the spins after {known_impact.time_s} s")
-        position += velocity * (known_impact.time_s - now_s)
-        now_s = known_impact.time_s
-        ux, uy = velocity[first].tolist()
+    for impact in known.impacts:
+        first, second = impact.first, max(impact.second, -1)
+        if impact.velocity_first_after is None:
+            raise InputError(f"the known answer of {scene.name!r} lacks the velocities after {impact.time_s} s")
+        if turns and (impact.spin_first_after is None or (second >= 0 and impact.spin_second_after is None)):
+            raise InputError(f"the known answer of {scene.name!r} lacks the spins after {impact.time_s} s")
+        position += velocity[:-1] * (impact.time_s - now_s)
+        now_s = impact.time_s
         if second < 0:
-            x, y = scene.half_planes()[wall_index(second)].normal
-            normal, before_second, after_second = (-x, -y), (0.0, 0.0), (0.0, 0.0)
-            spins = (float(spin[first]), 0.0, spin_first or 0.0, 0.0)
+            x, y = scene.half_planes()[wall_index(impact.second)].normal
+            normal = (-x, -y)
         else:
             x, y = (position[second] - position[first]).tolist()
-            vx, vy = velocity[second].tolist()
-            normal, before_second = (x / math.hypot(x, y), y / math.hypot(x, y)), (vx, vy)
-            velocity[second] = after_second = known_impact.velocity_second_after or before_second
-            spins = (float(spin[first]), float(spin[second]), spin_first or 0.0, spin_second or 0.0)
-            spin[second] = spins[3]
-        own_spins = spins if turns else None
-        velocities = ((ux, uy), before_second, after, after_second)
-        records.append(ImpactRecord(now_s, first, second, normal, *velocities, own_spins))
-        velocity[first], spin[first] = after, spins[2]
+            normal = (x / math.hypot(x, y), y / math.hypot(x, y))
+        before, spins_before = velocity[[first, second]].tolist(), spin[[first, second]].tolist()
+        velocity[first], velocity[second] = impact.velocity_first_after, impact.velocity_second_after or before[1]
+        spin[first], spin[second] = impact.spin_first_after or 0.0, impact.spin_second_after or 0.0
+        (a, b), (c, d) = map(tuple, before), map(tuple, velocity[[first, second]].tolist())
+        spins = (*spins_before, *spin[[first, second]].tolist()) if turns else None
+        records.append(ImpactRecord(now_s, first, impact.second, normal, a, b, c, d, spins))
+    velocity, spin = velocity[:-1], spin[:-1]
     return Trace(
         method="known answer",
         scene=scene,

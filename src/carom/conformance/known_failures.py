@@ -143,7 +143,7 @@ def _parse_platform(value: object, location: str) -> str:
 
 
 def list_known_reasons(
-    entries: Iterable[KnownFailure], versions: Mapping[str, str], platform_: str, path: Path
+    entries: Iterable[KnownFailure], versions: Mapping[str, str], platform_: str, path: Path | None
 ) -> dict[str, str]:
     """Return the known failures of the tested engines on this platform: names of cases, each with its reason.
 
@@ -175,18 +175,17 @@ def list_known_reasons(
 def check_names(
     entries: Iterable[KnownFailure],
     known: Collection[str],
-    names: Collection[str],
-    skipped: Mapping[str, str],
+    names: Mapping[str, str],
     installed: Collection[str],
-    path: Path,
+    path: Path | None,
 ) -> None:
     """Check that all names in a file are names of cases.
 
     Args:
         entries: Entries of the file.
         known: Names of the cases whose entries apply to the tested releases and this platform.
-        names: Full names of all cases of the tested engines.
-        skipped: Names of the cases that the declared capabilities exclude, each with the reason.
+        names: Full names of all cases of the tested engines. If the declared capabilities exclude a case, its value is
+            the reason, and otherwise an empty text.
         installed: Names of all installed engines. Cases of engines that are not tested are ignored.
         path: The file.
 
@@ -201,9 +200,9 @@ def check_names(
         if name not in names:
             hint = suggest_name(name, names) or "`pytest --carom-engine NAME --collect-only -q` lists them"
             raise InputError(f"{path}: there is no case {format_value(name)}", hints=[hint])
-        if name in skipped and name in known:
+        if names[name] and name in known:
             problem = f"{name!r} can't fail, because it is skipped"
-            raise InputError(f"{path}: {problem}: {skipped[name]}", hints=["remove it"])
+            raise InputError(f"{path}: {problem}: {names[name]}", hints=["remove it"])
 
 
 #: Beginning of the reason in a new entry. The user must replace it by the actual reason.

@@ -8,12 +8,11 @@ from __future__ import annotations
 
 import ctypes
 import gc
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 from carom.engines.api import AdapterError, CuttableWorld, Observation, World
 from carom.engines.registry import load_adapter
@@ -25,9 +24,6 @@ from carom.model.trace import Setting
 
 #: Number of worlds after which an engine has allocated its reusable memory.
 WARM_UP_WORLDS = 10
-
-Probe = TypeVar("Probe")
-ProbeResult = TypeVar("ProbeResult")
 
 if TYPE_CHECKING:
     CarriedObservation = Observation
@@ -74,8 +70,13 @@ class AdapterFailure:
     is_carom_error: bool
     message: str
 
+    @property
+    def cause(self) -> str:
+        """Type and message of the error."""
+        return f"{self.kind}: {self.message}"
+
     def __str__(self) -> str:
-        return f"{self.where}() raised {self.kind}: {self.message}"
+        return f"{self.where}() raised {self.cause}"
 
 
 class _AdapterFailed(Exception):  # noqa: N818 - the suite decides whether this is an error
@@ -91,21 +92,6 @@ def _catch_adapter_errors(method: str) -> Iterator[None]:
     except Exception as error:
         raised = AdapterFailure(method, type(error).__name__, isinstance(error, CaromError), str(error))
         raise _AdapterFailed(raised) from error
-
-
-def _return_adapter_error(
-    carry_out: Callable[[Probe], ProbeResult | AdapterFailure],
-) -> Callable[[Probe], ProbeResult | AdapterFailure]:
-    """Return a function that returns an error of the adapter as its result, instead of raising the error."""
-
-    @wraps(carry_out)
-    def call_probe(probe: Probe) -> ProbeResult | AdapterFailure:
-        try:
-            return carry_out(probe)
-        except _AdapterFailed as error:
-            return error.raised
-
-    return call_probe
 
 
 @dataclass(frozen=True)
@@ -164,9 +150,14 @@ class Watch(_Probe):
     cut_s: float | None = None
     disturbed: bool = False
 
-    @_return_adapter_error
     def carry_out(self) -> ObservedRun | AdapterFailure:
         """Return the observations."""
+        try:
+            return self._observe_steps()
+        except _AdapterFailed as error:
+            return error.raised
+
+    def _observe_steps(self) -> ObservedRun:
         with self._open_world() as world:
             observations = [_observe(world)]
             copies = [_copy_observation(observations[0])]
@@ -217,9 +208,14 @@ class Make(_Probe):
     worlds: int
     step: bool = True
 
-    @_return_adapter_error
     def carry_out(self) -> MemoryGrowth | AdapterFailure:
         """Return the growth of the memory."""
+        try:
+            return self._make_worlds()
+        except _AdapterFailed as error:
+            return error.raised
+
+    def _make_worlds(self) -> MemoryGrowth:
         before = None
         for k in range(self.worlds):
             if k == min(WARM_UP_WORLDS, self.worlds - 1):

@@ -164,17 +164,13 @@ class ConformanceRun:
         write = terminalreporter.write_line
         terminalreporter.section("carom conformance")
         for plan in self._plan.engines:
-            info = plan.info
+            info, stats = plan.info, terminalreporter.stats
             prefix = f"{PREFIX}::{info.name}::"
-
-            def count(*outcomes: str, prefix: str = prefix) -> int:
-                reports = [r for outcome in outcomes for r in terminalreporter.stats.get(outcome, [])]
-                return sum(getattr(report, "nodeid", "").startswith(prefix) for report in reports)
-
-            counts = (
-                f"{count('passed')} passed, {count('failed', 'error')} failed, {count('skipped')} skipped, "
-                f"{count('xfailed')} known failures"
+            passed, failed, errors, skipped, known = (
+                sum(getattr(report, "nodeid", "").startswith(prefix) for report in stats.get(outcome, []))
+                for outcome in ("passed", "failed", "error", "skipped", "xfailed")
             )
+            counts = f"{passed} passed, {failed + errors} failed, {skipped} skipped, {known} known failures"
             # an engine from a manifest has no distribution
             brought = f" ({info.distribution})" if info.distribution else ""
             write(f"{info.name}: {info.engine} {info.version}{brought}: {counts}")

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 from carom.conformance.adapter_under_test import Subject
@@ -48,15 +49,18 @@ class Suite:
 
     Attributes:
         engines: The adapters.
-        known: Known failures of the tested releases on this platform: names of cases, each with its reason.
         known_file: The file of known failures; None if there is none.
         entries: All entries of the file.
     """
 
     engines: tuple[EnginePlan, ...]
-    known: Mapping[str, str]
     known_file: Path | None
     entries: tuple[KnownFailure, ...] = ()
+
+    @cached_property
+    def known(self) -> Mapping[str, str]:
+        """Known failures of the tested releases on this platform: names of cases, each with its reason."""
+        return list_known_reasons(self.entries, self.versions, find_platform_name(), self.known_file)
 
     @property
     def versions(self) -> dict[str, str]:
@@ -105,13 +109,9 @@ def make_suite(
             raise InputError(f"--carom-profile: no profile {name!r}; there are: {', '.join(there_are)}, or {ALL!r}")
     if known_file is None:
         known_file = next((path for folder in folders if (path := folder / FILE_NAME).is_file()), None)
-    if known_file is None:
-        return Suite(tuple(planned), {}, None)
-    suite = Suite(tuple(planned), {}, known_file, load_known_failures(known_file))
-    known = list_known_reasons(suite.entries, suite.versions, find_platform_name(), known_file)
-    skipped = {name: skip for name, skip in everything.items() if skip}
-    check_names(suite.entries, known, everything, skipped, {*list_adapter_points()}, known_file)
-    return replace(suite, known=known)
+    suite = Suite(tuple(planned), known_file, load_known_failures(known_file) if known_file else ())
+    check_names(suite.entries, suite.known, everything, list_adapter_points(), known_file)
+    return suite
 
 
 def select_engines(engine_names: Sequence[str], pool: Pool) -> list[EngineInfo]:

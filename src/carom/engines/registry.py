@@ -90,14 +90,14 @@ class AdapterPoint(NamedTuple):
         distribution: The distribution that contains the adapter; empty if there is no distribution, or if its name
             can't be read.
         manifest: Whether the location is a manifest.
-        invalid_reason: Why the entry point is invalid; empty if it is valid.
+        unreadable: Why the entry points of the distribution can't be read; empty if they can be read.
     """
 
     name: str
     value: str
     distribution: str = ""
     manifest: bool = False
-    invalid_reason: str = ""
+    unreadable: str = ""
 
     @property
     def module(self) -> str:
@@ -106,11 +106,14 @@ class AdapterPoint(NamedTuple):
 
     def load(self) -> object:
         """Load the adapter: import its module, or read its manifest."""
-        if self.invalid_reason:
-            raise AdapterError(self.invalid_reason)
+        if self.unreadable:
+            raise AdapterError(self.unreadable)
         if self.manifest:
             return _load_program(self.value)
-        return metadata.EntryPoint(self.name, self.value, ENTRY_POINT_GROUP).load()
+        point = metadata.EntryPoint(self.name, self.value, ENTRY_POINT_GROUP)
+        if not point.pattern.match(self.value):
+            raise AdapterError(f"an entry point must name an object, as module:object, got {self.value!r}")
+        return point.load()
 
 
 @cache
@@ -160,7 +163,7 @@ def _list_points(distribution: metadata.Distribution) -> list[AdapterPoint]:
     """Return the adapters of a distribution.
 
     If the distribution's entry points can't be read, return one adapter with the distribution's location as name, and
-    with the reason in `invalid_reason`.
+    with the reason in `unreadable`.
     """
     try:
         # parse the file only if it can contain adapters, since parsing the files of all distributions takes long
@@ -168,16 +171,10 @@ def _list_points(distribution: metadata.Distribution) -> list[AdapterPoint]:
         points = distribution.entry_points.select(group=ENTRY_POINT_GROUP) if ENTRY_POINT_GROUP in text else ()
     except Exception as error:  # noqa: BLE001 - a damaged file can cause any exception
         location = str(distribution.locate_file(""))
-        reason = f"can't read the entry points of an installed distribution; install it again: {type(error).__name__}"
-        return [AdapterPoint(location, location, invalid_reason=f"{reason}: {error}")]
+        problem = f"can't read the entry points of an installed distribution; install it again: {type(error).__name__}"
+        return [AdapterPoint(location, location, unreadable=f"{problem}: {error}")]
     name = _read_name(distribution) if points else ""  # read the name only if needed, since the name is in a file
-    adapter_points = []
-    for point in points:
-        reason = f"an entry point must name an object, as module:object, got {point.value!r}"
-        if point.pattern.match(point.value):
-            reason = ""
-        adapter_points.append(AdapterPoint(point.name, point.value, name, invalid_reason=reason))
-    return adapter_points
+    return [AdapterPoint(point.name, point.value, name) for point in points]
 
 
 def _read_name(distribution: metadata.Distribution) -> str:

@@ -66,6 +66,5 @@ def build_job_key(job: Job, form: str = "") -> JobKey:
     If the engine's version is not known yet, a worker process with default limits queries the version.
     """
     scene = job.scene
-    return JobKey(
-        scene.name, compute_scene_hash(scene), job.method, job.dt_s, job.phase, find_versions(job.engine), form
-    )
+    digest, versions = compute_scene_hash(scene), find_versions(job.engine)
+    return JobKey(scene.name, digest, job.method, job.dt_s, job.phase, versions, form)

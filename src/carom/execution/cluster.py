@@ -67,9 +67,8 @@ class ClusterPool(Pool):
         try:
             distributed: Any = importlib.import_module("distributed")  # untyped
         except ImportError:
-            raise MissingExtraError(
-                "--scheduler needs distributed, which is not installed", hints=["pip install 'carom[cluster]'"]
-            ) from None
+            problem = "--scheduler needs distributed, which is not installed"
+            raise MissingExtraError(problem, hints=["pip install 'carom[cluster]'"]) from None
         for name in ("distributed", "distributed.client"):  # these loggers print tracebacks when a cluster is lost
             logging.getLogger(name).setLevel(logging.CRITICAL)
         self._limits, self._address = (time_limit_s, memory_limit_mb), scheduler
@@ -165,11 +164,10 @@ class ClusterPool(Pool):
         for worker, its_versions in self._client.run(_list_versions).items():
             for engine in sorted(local_versions.keys() | its_versions.keys()):
                 if local_versions.get(engine) != its_versions.get(engine):
-                    raise InputError(
-                        f"{engine} on the cluster's worker {worker} is {_format_versions(its_versions.get(engine))}, "
-                        f"and here {_format_versions(local_versions.get(engine))}: results would not be the same",
-                        hints=["install the same versions on both"],
-                    )
+                    there, here = (_format_versions(one.get(engine)) for one in (its_versions, local_versions))
+                    problem = f"{engine} on the cluster's worker {worker} is {there}, and here {here}"
+                    hints = ["install the same versions on both"]
+                    raise InputError(f"{problem}: results would not be the same", hints=hints)
 
 
 def _list_versions() -> dict[str, tuple[tuple[str, str], ...]]:

@@ -93,11 +93,7 @@ def _read_scene(text: str) -> Scene:
     return Scene.model_validate_json(text)
 
 
-def _unpack_scene(found: Any) -> Scene:
-    return found if isinstance(found, Scene) else _read_scene(found)
-
-
-_CarriedScene = _build_type(Scene.model_dump_json, _unpack_scene)
+_CarriedScene = _build_type(Scene.model_dump_json, _read_scene)
 
 
 def _build_field_type(hint: Any, carried: Any) -> Any:
@@ -134,8 +130,6 @@ def build_dataclass_type(kind: type[Any], **carried: Any) -> Any:
         return text
 
     def unpack(text: Any) -> Any:
-        if isinstance(text, kind):
-            return text
         found = model.model_validate_json(text)
         return _check_shapes(kind(**{name: getattr(found, name) for name in names}))
 

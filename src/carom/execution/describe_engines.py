@@ -156,7 +156,5 @@ def _describe(names: Sequence[str], runner: TaskRunner) -> Iterator[EngineInfo]:
         if answer.value is not None and answer.value.name == name:
             yield answer.value
             continue
-        reason = answer.reason
-        if answer.status is not Status.FAILED:
-            reason = f"query of its declarations: {answer.status.value}: {answer.reason}"
+        reason = answer.reason if answer.status is Status.FAILED else f"query of its declarations: {answer.problem}"
         yield EngineInfo(name, name, "", reason, None, {}, distribution_of(name))

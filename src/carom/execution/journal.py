@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import errno
 import json
+import mmap
 import os
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from itertools import islice
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Generic, TypeVar
@@ -35,8 +35,6 @@ JOURNAL_FORMAT = 7
 #: longer line is not stored, and a resumed study computes the result again.
 LONGEST_LINE = 64 * 2**20
 _REMOVE = "remove the line, or name another folder"
-#: Number of bytes that the backward search for the end of a line reads at once.
-_BLOCK = 2**20
 
 K = TypeVar("K")
 T = TypeVar("T")
@@ -176,8 +174,9 @@ def remove_unused(path: Path) -> None:
     if not path.exists():
         return
     with path.open("rb") as file:
-        used = len([*islice(_read_lines(file.fileno(), os.fstat(file.fileno()).st_size), 2)]) > 1
-    if not used:
+        file.readline(LONGEST_LINE)
+        is_used = file.read(1) != b""
+    if not is_used:
         path.unlink()
 
 
@@ -185,18 +184,15 @@ def _describe_difference(stored: Mapping[str, Any], stamp: Mapping[str, Any]) ->
     if stored.get("format") != JOURNAL_FORMAT:
         format_note = f"it has the format {shorten(repr(stored.get('format')))} of another version of Carom"
         return f"{format_note}, and this version uses {JOURNAL_FORMAT}"
-    # An option that is missing in one of the two stamps is a difference, even if its value is null.
-    names = [
-        name for name in {**stamp, **stored} if (name in stored, stored.get(name)) != (name in stamp, stamp.get(name))
-    ]
 
     def show(value: object) -> str:
         return shorten(escape_controls(str(value)))
 
-    return "; ".join(
-        f"its {show(name)} is {show(stored.get(name, 'absent'))}, but this study's is {show(stamp.get(name, 'absent'))}"
-        for name in names
-    )
+    # An option that is missing in one of the two stamps is a difference, even if its value is null.
+    common = stored.keys() & stamp.keys()
+    names = [name for name in {**stamp, **stored} if name not in common or stored[name] != stamp[name]]
+    options = [map(show, (name, stored.get(name, "absent"), stamp.get(name, "absent"))) for name in names]
+    return "; ".join(f"its {name} is {found}, but this study's is {own}" for name, found, own in options)
 
 
 def _parse_line(line: bytes) -> Any:
@@ -215,30 +211,22 @@ def _lock(file: int, path: Path) -> None:
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)  # the system releases the lock however the process ends
     except OSError:
-        raise InputError(
-            f"{path} is being written by another process; end that one first, or name another folder"
-        ) from None
+        problem = "is being written by another process; end that one first, or name another folder"
+        raise InputError(f"{path} {problem}") from None
 
 
 def _find_end_of_lines(file: int) -> int:
     """Return the position after the last complete line. A last line that is not JSON counts as incomplete."""
-    end = _find_after_line_feed(file, os.fstat(file).st_size)
-    begin = _find_after_line_feed(file, end - 1)
-    while end and begin == end - 1:  # skip empty lines
-        end, begin = begin, _find_after_line_feed(file, begin - 1)
-    # After a power failure a file can end in zeros.
-    last = os.pread(file, min(end - begin, LONGEST_LINE), begin) if begin < end else b""
-    return begin if begin < end and _parse_line(last) is None else end
-
-
-def _find_after_line_feed(file: int, end: int) -> int:
-    """Return the position after the last line feed before `end`; 0 if there is none."""
-    while end > 0:
-        begin = max(0, end - _BLOCK)
-        line_feed = os.pread(file, end - begin, begin).rfind(b"\n")
-        if line_feed >= 0:
-            return begin + line_feed + 1
-        end = begin
+    if not os.fstat(file).st_size:  # an empty file can't be mapped
+        return 0
+    with mmap.mmap(file, 0, access=mmap.ACCESS_READ) as data:
+        end = data.rfind(b"\n") + 1
+        while end:
+            begin = data.rfind(b"\n", 0, end - 1) + 1
+            if begin < end - 1:
+                # After a power failure a file can end in zeros.
+                return begin if _parse_line(data[begin : min(end, begin + LONGEST_LINE)]) is None else end
+            end = begin  # skip an empty line
     return 0
 
 

@@ -117,16 +117,12 @@ def list_methods(
         overrides: Settings that are used instead of the profiles' settings, by the engine's name.
     """
     steps = tuple(dict.fromkeys(dts))
-    tasks = {
-        info.name: [
-            SettingsTask(info.name, profile, steps, overrides.get(info.name, ()))
-            for profile in info.own_profiles(profiles)
-        ]
-        for info in infos
-    }
-    queried = pool.map_unordered(
-        ((name, engine_tasks) for name, engine_tasks in tasks.items() if engine_tasks), _query_all
-    )
+    tasks: dict[str, list[SettingsTask]] = {}
+    for info in infos:
+        for profile in info.own_profiles(profiles):
+            task = SettingsTask(info.name, profile, steps, overrides.get(info.name, ()))
+            tasks.setdefault(info.name, []).append(task)
+    queried = pool.map_unordered(tasks.items(), _query_all)
     found = {(task.engine, task.profile): answer for several in queried for task, answer in several}
     methods: dict[tuple[str, float], tuple[Method, ...]] = {}
     refused: dict[tuple[Method, float], Answer[Any]] = {}

@@ -15,11 +15,11 @@ from contextlib import AbstractContextManager, nullcontext, suppress
 from typing import Generic, Self, TypeVar
 
 from carom.engines.registry import list_adapter_points
-from carom.errors import AdapterError, InputError
+from carom.errors import AdapterError
 from carom.execution.job import Answer, Task
 from carom.execution.workers.fork_server import ForkServer
 from carom.execution.workers.worker_process import ClosedError, Worker
-from carom.support.limits import DEFAULT_TIME_LIMIT_S, MOST_MB
+from carom.support.limits import DEFAULT_TIME_LIMIT_S
 from carom.support.system import count_available_cores, measure_available_memory
 
 
@@ -91,9 +91,6 @@ class Lane(TaskRunner):
         memory_limit_mb: Memory limit of a process, in megabytes; by default the result of `compute_memory_share` for
             one lane.
         fork_server: The fork server that forks the processes. Without a server, new interpreters are started.
-
-    Raises:
-        InputError: The memory limit is not a number above 0 and at most `MOST_MB`.
     """
 
     def __init__(
@@ -104,12 +101,7 @@ class Lane(TaskRunner):
     ) -> None:
         self._fork_server = fork_server
         self._time_limit_s = time_limit_s
-        if memory_limit_mb is None:
-            memory_limit_mb = compute_memory_share(1)
-        elif not (isinstance(memory_limit_mb, int | float) and 0.0 < memory_limit_mb <= MOST_MB):
-            problem = f"must be a positive number of megabytes, {MOST_MB:g} at most, got {memory_limit_mb!r}"
-            raise InputError(f"the memory limit {problem}")
-        self._memory_bytes = round(1e6 * memory_limit_mb)
+        self._memory_bytes = round(1e6 * (compute_memory_share(1) if memory_limit_mb is None else memory_limit_mb))
         self._workers: dict[str, Worker] = {}
         self._closed = False
         self._lock = threading.Lock()

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from carom.engines.api import Imported, ReadingAdapter
+from carom.engines.api.units import convert_bodies
 from carom.engines.importers.planck_dump import parse_dump
 from carom.engines.registry import explain_unavailable_adapter, load_adapter
 from carom.errors import AdapterError, InputError, SceneError
@@ -13,7 +14,6 @@ from carom.execution.job import AdapterTask, Status, UnavailableError
 from carom.execution.pool import LocalPool
 from carom.execution.validate_adapter import to_plain_text
 from carom.model.scene import Scene
-from carom.model.walls import convert_lengths, convert_speeds
 from carom.support.checks import check_number
 
 #: Name of the adapter that reads a file, by the file's ending.
@@ -104,18 +104,7 @@ def _convert_to_metres(scene: Scene, unit: float) -> Scene:
     def to_metres(length: float) -> float:
         return length / unit
 
-    def convert_vector(pair: tuple[float, float]) -> tuple[float, float]:
-        return (pair[0] / unit, pair[1] / unit)
-
-    discs = [
-        {
-            **dict(disc),
-            "position_m": convert_vector(disc.position_m),
-            "velocity_m_s": convert_vector(disc.velocity_m_s),
-            "radius_m": disc.radius_m / unit,
-            "legs": convert_speeds(disc.legs, to_metres, float),
-        }
-        for disc in scene.discs
-    ]
-    walls = [convert_lengths(wall, to_metres, to_metres, float) for wall in scene.walls]
-    return Scene(**{**dict(scene), "discs": discs, "walls": walls, "gravity_m_s2": convert_vector(scene.gravity_m_s2)})
+    bodies = convert_bodies(scene, to_metres, to_metres, float)
+    discs = [dict(disc) for disc in bodies["discs"]]  # as dictionaries, so that the discs are checked again
+    gravity = tuple(map(to_metres, scene.gravity_m_s2))
+    return Scene(**{**dict(scene), "discs": discs, "walls": bodies["walls"], "gravity_m_s2": gravity})

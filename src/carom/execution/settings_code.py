@@ -27,15 +27,10 @@ MOST_CODE = 10_000_000
 
 def build_example_scene() -> Scene:
     """Return a scene with two discs and a floor, for users who want the settings as code but give no scene."""
-    return Scene(
-        name="two discs and a floor",
-        discs=[
-            Disc(position_m=(0.0, 0.6), velocity_m_s=(1.0, -0.5), radius_m=0.2),
-            Disc(position_m=(1.0, 0.5), radius_m=0.2),
-        ],
-        walls=[Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))],
-        duration_s=1.0,
-    )
+    moving = Disc(position_m=(0.0, 0.6), velocity_m_s=(1.0, -0.5), radius_m=0.2)
+    resting = Disc(position_m=(1.0, 0.5), radius_m=0.2)
+    floor = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))
+    return Scene(name="two discs and a floor", discs=[moving, resting], walls=[floor], duration_s=1.0)
 
 
 @dataclass(frozen=True)
@@ -97,16 +92,13 @@ def write_code(engine: str, profile: str, scene: Scene, dt_s: float, *, command:
             raise AdapterError(f"the adapter {engine!r} cannot print settings as code; adapters that can: {able_names}")
         if profile in info.located:
             other_profiles = ", ".join(name for name in info.profiles if name not in info.located)
-            cut = "Carom shortens its steps, which no setting of the engine does"
-            raise AdapterError(
-                f"profile {profile!r} of {engine} cannot be printed as code: {cut}; profiles that can: {other_profiles}"
-            )
+            cut = "cannot be printed as code: Carom shortens its steps, which no setting of the engine does"
+            raise AdapterError(f"profile {profile!r} of {engine} {cut}; profiles that can: {other_profiles}")
         version = f" {info.version}" if info.version else ""
-        heading = (
-            f"{info.engine}{version}, profile '{profile}' of Carom at steps of {dt_s!r} s: {info.profiles[profile]}"
-        )
-        origin = f"\nMade by: {command}" if command else ""
-        answer = pool.run(_CodeTask(engine, profile, scene, dt_s, f"{heading}\nScene: {scene.name}.{origin}"))
+        origin = f"{info.engine}{version}, profile '{profile}' of Carom at steps of {dt_s!r} s"
+        heading = f"{origin}: {info.profiles[profile]}\nScene: {scene.name}."
+        heading += f"\nMade by: {command}" if command else ""
+        answer = pool.run(_CodeTask(engine, profile, scene, dt_s, heading))
     if answer.value is None:
         why = answer.reason if answer.status is Status.FAILED else answer.problem
         raise AdapterError(f"{engine}: {why}")
@@ -175,22 +167,21 @@ def find_step_lines(code: str, at_another_step: str) -> str:
         return find_changed_lines(code, at_another_step)
     if not code.startswith("#"):
         return ""
-    other = {_extract_source(at_another_step, statement) for statement in ast.parse(at_another_step).body}
-    statements = ast.parse(code).body
-    own_functions = {statement.name for statement in statements if isinstance(statement, ast.FunctionDef)}
-    chosen: list[ast.stmt] = []
+    statements, other = _split_statements(code), {source for source, _ in _split_statements(at_another_step)}
+    own_functions = {one.name for _, one in statements if isinstance(one, ast.FunctionDef)}
+    chosen: list[str] = []
     changed_names: set[str] = set()
     # Statements are visited from the last to the first, so that the uses of a name are found before its assignment.
-    for statement in reversed(statements):
+    for source, statement in reversed(statements):
         if isinstance(statement, ast.FunctionDef) or own_functions & (names := set(_find_names(statement, ast.Load))):
             continue
         assigned = set(_find_names(statement, ast.Store))
-        decides = bool((names | assigned) & {"dt", "steps"}) or _extract_source(code, statement) not in other
+        decides = bool((names | assigned) & {"dt", "steps"}) or source not in other
         plain = isinstance(statement, ast.Assign) and isinstance(statement.value, ast.Constant)
         if decides or (plain and assigned & changed_names):
-            chosen.insert(0, statement)
+            chosen.insert(0, source)
             changed_names |= names
-    return "\n".join(_extract_source(code, statement) for statement in chosen)
+    return "\n".join(chosen)
 
 
 def find_changed_lines(code: str, before: str) -> str:
@@ -204,17 +195,15 @@ def find_changed_lines(code: str, before: str) -> str:
         other = set(old_code.splitlines())
         lines = (line.strip() for line in new_code.splitlines() if line not in other)
         return "\n".join(line for line in lines if model or not line.startswith("//"))
-    other = {_extract_source(before, statement) for statement in ast.parse(before).body}
-    statements = ast.parse(code).body
-    changed = [one for one in statements if _extract_source(code, one) not in other]
-    assigned = {name for one in changed for name in _find_names(one, ast.Store)}
-    return "\n".join(
-        _extract_source(code, one) for one in statements if one in changed or assigned & {*_find_names(one, ast.Load)}
-    )
+    statements, other = _split_statements(code), {source for source, _ in _split_statements(before)}
+    assigned = {name for source, one in statements if source not in other for name in _find_names(one, ast.Store)}
+    chosen = (source for source, one in statements if source not in other or assigned & {*_find_names(one, ast.Load)})
+    return "\n".join(chosen)
 
 
-def _extract_source(code: str, statement: ast.stmt) -> str:
-    return ast.get_source_segment(code, statement) or ""
+def _split_statements(code: str) -> list[tuple[str, ast.stmt]]:
+    """Return the statements of a program, each with its source."""
+    return [(ast.get_source_segment(code, statement) or "", statement) for statement in ast.parse(code).body]
 
 
 def _find_names(statement: ast.stmt, context: type[ast.expr_context]) -> Iterator[str]:

@@ -32,12 +32,6 @@ TIMING_RUNS = 3
 AGREED = 0.1
 
 
-_TOO_SHORT = (
-    "too short to time: the clock shows 0 s for {steps} steps, the median of {runs} runs; a program's clock should "
-    "resolve microseconds (docs/reference/engine-protocol.md)"
-)
-
-
 @dataclass(frozen=True, slots=True)
 class Timing:
     """Run times, each the median of several runs.
@@ -127,7 +121,9 @@ def time_run(
                 world.close()
     call_s = math.nan if any(map(math.isnan, called)) else statistics.median(called)
     if not (zero or statistics.median(advanced) > 0.0):  # a ratio of run times can't be computed from a time of 0
-        raise UnsupportedError(_TOO_SHORT.format(steps=steps, runs=len(advanced)))
+        found = f"the clock shows 0 s for {steps} steps, the median of {len(advanced)} runs"
+        hint = "a program's clock should resolve microseconds (docs/reference/engine-protocol.md)"
+        raise UnsupportedError(f"too short to time: {found}; {hint}")
     return Timing(statistics.median(prepared), statistics.median(advanced), len(advanced), call_s, len(ends))
 
 
@@ -157,9 +153,8 @@ def _read_own_clock(world: TimedWorld, before_s: float) -> float:
     found = world.seconds
     numbers = isinstance(before_s, int | float) and isinstance(found, int | float)
     if not (numbers and -sys.float_info.max <= before_s <= found <= sys.float_info.max):
-        raise build_adapter_error(
-            f"seconds of a world must be a finite number that never falls, got {found!r} after {before_s!r}"
-        )
+        problem = f"a finite number that never falls, got {found!r} after {before_s!r}"
+        raise build_adapter_error(f"seconds of a world must be {problem}")
     return float(found) - before_s
 
 

@@ -141,13 +141,11 @@ def validate_adapter(adapter: Adapter) -> Declarations:
             raise build_wrong_value_error(where, "a Profile", profile, DECLARED)
         to_plain_text(profile.description, f"{where}.description")
         if not callable(profile.settings) or not isinstance(profile.located, bool):
-            raise build_adapter_error(
-                f"settings of {where} must be callable, and located must be True or False", DECLARED
-            )
+            problem = f"settings of {where} must be callable, and located must be True or False"
+            raise build_adapter_error(problem, DECLARED)
         if not isinstance(profile.changed, Mapping):
-            raise build_wrong_value_error(
-                f"{where}.changed", "a mapping of names to reasons", profile.changed, DECLARED
-            )
+            required = "a mapping of names to reasons"
+            raise build_wrong_value_error(f"{where}.changed", required, profile.changed, DECLARED)
         for changed, reason in _list_entries(profile.changed, f"{where}.changed"):
             to_plain_text(changed, f"a name in {where}.changed")
             to_plain_text(reason, f"{where}.changed[{changed!r}]")
@@ -169,25 +167,19 @@ def _check_knobs(adapter: Adapter) -> Mapping[str, Knob]:
 def _check_capabilities(declared: object, where: str) -> Capabilities:
     capabilities = _check_fields(declared, Capabilities, where)
     for name, value in ((field.name, getattr(capabilities, field.name)) for field in fields(capabilities)):
-        numbers = value if isinstance(value, tuple) else (value,)
-        if any(isinstance(number, float) and math.isnan(number) for number in numbers) or (
-            isinstance(value, tuple) and not value[0] <= value[1]
-        ):
-            kind = "a smallest and a largest value" if isinstance(value, tuple) else "a number"
-            raise build_wrong_value_error(f"{where}.{name}", kind, value, DECLARED)
-    if capabilities.float_bits not in MANTISSA_BITS:
-        narrow = capabilities.float_bits < min(MANTISSA_BITS)
-        advice = "; declare 32 for narrower floats, for which larger rounding is allowed" if narrow else ""
-        raise build_adapter_error(
-            f"{where}.float_bits must be one of {sorted(MANTISSA_BITS)}, got {capabilities.float_bits}{advice}",
-            DECLARED,
-        )
+        if isinstance(value, tuple) and not value[0] <= value[1]:  # true for NaN
+            raise build_wrong_value_error(f"{where}.{name}", "a smallest and a largest value", value, DECLARED)
+        if isinstance(value, float) and math.isnan(value):
+            raise build_wrong_value_error(f"{where}.{name}", "a number", value, DECLARED)
+    bits = capabilities.float_bits
+    if bits not in MANTISSA_BITS:
+        advice = "; declare 32 for narrower floats, for which larger rounding is allowed"
+        problem = f"{where}.float_bits must be one of {sorted(MANTISSA_BITS)}, got {bits}"
+        raise build_adapter_error(f"{problem}{advice if bits < min(MANTISSA_BITS) else ''}", DECLARED)
     for name in ("restitution_combine", "friction_combine"):
-        if getattr(capabilities, name) not in COMBINE_RULES:
-            rules = ", ".join(COMBINE_RULES)
-            raise build_adapter_error(
-                f"{where}.{name} must be one of {rules}, got {getattr(capabilities, name)!r}", DECLARED
-            )
+        if (rule := getattr(capabilities, name)) not in COMBINE_RULES:
+            problem = f"{where}.{name} must be one of {', '.join(COMBINE_RULES)}, got {rule!r}"
+            raise build_adapter_error(problem, DECLARED)
     return capabilities
 
 
@@ -205,9 +197,8 @@ def _check_fields(declared: object, kind: type[Kind], where: str) -> Kind:
         try:
             values[name] = _build_type_adapter(hints[name]).validate_python(value, strict=True)
         except ValidationError as error:
-            raise build_adapter_error(
-                f"{where}.{name}: {error.errors()[0]['msg']}, got {describe_value(value)}", DECLARED
-            ) from None
+            problem = f"{error.errors()[0]['msg']}, got {describe_value(value)}"
+            raise build_adapter_error(f"{where}.{name}: {problem}", DECLARED) from None
     return kind(**values)
 
 

@@ -29,7 +29,7 @@ class Shown:
     def __repr__(self) -> str:
         return escape_controls(_view("summary")(self))
 
-    def __str__(self) -> str:
+    def __str__(self) -> str:  # Pydantic's models have another text
         return repr(self)
 
     def _repr_html_(self) -> str | None:

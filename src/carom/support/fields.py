@@ -41,10 +41,8 @@ def _check_mass(mass: float) -> float:
 
 def _check_inertia(factor: float) -> float:
     if not (1.0 / ORDINARY <= factor <= 1.0 or factor == math.inf):
-        lower = format_number(1.0 / ORDINARY, 3)
-        raise ValueError(
-            f'must be from {lower} to 1, where all mass is in the rim, or "inf" for a disc that cannot turn'
-        )
+        span = f"from {format_number(1.0 / ORDINARY, 3)} to 1, where all mass is in the rim"
+        raise ValueError(f'must be {span}, or "inf" for a disc that cannot turn')
     return factor
 
 
@@ -55,7 +53,7 @@ def _normalise_vector(vector: tuple[float, float]) -> tuple[float, float]:
     # A unit vector must stay unchanged, so that a saved wall equals the loaded wall. Because of rounding, the length of
     # a unit vector differs from 1 by at most 3 * 2^-53. The computation of the length rounds again.
     if abs(math.hypot(x, y) - 1.0) <= 6 * 2.0**-53:
-        return (x, y)
+        return vector
     # The length of a very small or large vector could under- or overflow. So the vector is first divided by its larger
     # component.
     largest = max(abs(x), abs(y))
@@ -85,10 +83,12 @@ def _build_vector_schema(number: core_schema.CoreSchema) -> core_schema.CoreSche
 
 def _build_schema_with_infinity(check: Callable[[float], float], lower: float | None = None) -> core_schema.CoreSchema:
     """Return the schema of numbers that can be infinite. JSON has no infinity, so files contain the string "inf"."""
+
+    def write(value: float) -> float | str:
+        return "inf" if math.isinf(value) else value
+
     number = core_schema.float_schema(strict=True, ge=lower, allow_inf_nan=True)
-    as_text = core_schema.plain_serializer_function_ser_schema(
-        lambda value: "inf" if math.isinf(value) else value, when_used="json"
-    )
+    as_text = core_schema.plain_serializer_function_ser_schema(write, when_used="json")
     parsed = core_schema.no_info_before_validator_function(_parse_infinity, number)
     return core_schema.no_info_after_validator_function(check, parsed, serialization=as_text)
 
@@ -111,11 +111,9 @@ Inertia = Annotated[
     CoreSchema(_build_schema_with_infinity(_check_inertia)),
     WithJsonSchema({"anyOf": [{"type": "number", "minimum": 1.0 / ORDINARY, "maximum": 1}, {"const": "inf"}]}),
 ]
+_PAIR = _build_vector_schema(_build_number_schema())
 Direction = Annotated[
-    tuple[float, float],
-    CoreSchema(
-        core_schema.no_info_after_validator_function(_normalise_vector, _build_vector_schema(_build_number_schema()))
-    ),
+    tuple[float, float], CoreSchema(core_schema.no_info_after_validator_function(_normalise_vector, _PAIR))
 ]
 
 

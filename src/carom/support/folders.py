@@ -14,6 +14,7 @@ from __future__ import annotations
 import hashlib
 import os
 import re
+import shutil
 import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -71,15 +72,13 @@ def claim(folder: Path, purpose: str, option: str = "") -> None:
         if not os.access(folder, os.W_OK | os.X_OK):
             raise InputError(f"{folder}: no permission to write there", hints=[hint])
         if MARKER not in names:
-            problem = f"{folder} holds files that Carom did not write, such as {min(names)}"
-            raise InputError(problem, hints=[hint])
+            raise InputError(f"{folder} holds files that Carom did not write, such as {min(names)}", hints=[hint])
         with (folder / MARKER).open(encoding="utf-8", errors="replace") as file:
             found = file.readline(100).strip()
     except OSError as error:
         raise InputError(f"{error.filename or folder}: {error.strerror or error}", hints=[hint]) from None
     if found != purpose:
-        problem = f"{folder} contains another command's files ({found}, not {purpose})"
-        raise InputError(problem, hints=[hint])
+        raise InputError(f"{folder} contains another command's files ({found}, not {purpose})", hints=[hint])
     _complete_write(folder)
 
 
@@ -189,9 +188,7 @@ def _complete_write(folder: Path) -> None:
 def _remove_unfinished(folder: Path) -> None:
     """Remove a temporary folder of unfinished files."""
     if folder.is_dir():
-        for name in os.listdir(folder):
-            (folder / name).unlink()
-        folder.rmdir()
+        shutil.rmtree(folder)
 
 
 def _synchronise_folder(folder: Path) -> None:

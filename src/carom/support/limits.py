@@ -94,9 +94,8 @@ def require_within(name: str, array: NDArray[np.float64], lower: float, upper: f
     wrong = ~((size <= upper) & (size >= lower))
     if wrong.any():
         value = array[wrong].flat[0]
-        raise InputError(
-            f"{name} {format_limits(lower, upper) if math.isfinite(value) else 'must be finite'}, got {value}"
-        )
+        requirement = format_limits(lower, upper) if math.isfinite(value) else "must be finite"
+        raise InputError(f"{name} {requirement}, got {value}")
 
 
 def count_values(data: bytes) -> int:

@@ -106,10 +106,9 @@ class DeclaredOptions:
 
     def __post_init__(self) -> None:
         for field in dataclasses.fields(self):
-            value = _check_option(
-                field.metadata["option"], field.name, getattr(self, field.name), field.default is None
-            )
-            object.__setattr__(self, field.name, value)
+            value = getattr(self, field.name)
+            if value is not None or field.default is not None:
+                object.__setattr__(self, field.name, _check_option(field.metadata["option"], field.name, value))
 
     @classmethod
     def parse_command_line(cls, texts: Mapping[str, Any], *, before: str = "--") -> Self:
@@ -126,9 +125,8 @@ class DeclaredOptions:
         values = {}
         for field_name, option in list_declared_options(cls).items():
             if (text := texts.get(field_name)) is not None and text != []:
-                values[field_name] = _parse_text(
-                    option, option.flags[0].partition("/")[0].replace("--", before, 1), text
-                )
+                flag = option.flags[0].partition("/")[0].replace("--", before, 1)
+                values[field_name] = _parse_text(option, flag, text)
         return cls(**values)
 
     @classmethod
@@ -153,9 +151,7 @@ class DeclaredOptions:
         return {name: getattr(self, name) for name in list_declared_options(self) if name in self.fixed_on_resume}
 
 
-def _check_option(option: Option, name: str, value: Any, optional: bool) -> Any:
-    if value is None and optional:
-        return None
+def _check_option(option: Option, name: str, value: Any) -> Any:
     if not option.many:
         return check_value(option.kind, name, value)
     if isinstance(value, str) or not isinstance(value, Iterable):
@@ -190,9 +186,11 @@ def build_whole_number_kind(minimum: int, maximum: int | None = None) -> ValueKi
             raise ValueError
         return found
 
-    span = f", {minimum} or more" if maximum is None else f" from {minimum} to {maximum}"
-    shown_range = f"{minimum} or more" if maximum is None else f"{minimum} to {format_bound(maximum)}"
-    return ValueKind(f"a whole number{span}", "INTEGER", convert, int, range=shown_range)
+    if maximum is None:
+        span = f"{minimum} or more"
+        return ValueKind(f"a whole number, {span}", "INTEGER", convert, int, range=span)
+    requirement, span = f"a whole number from {minimum} to {maximum}", f"{minimum} to {format_bound(maximum)}"
+    return ValueKind(requirement, "INTEGER", convert, int, range=span)
 
 
 def format_bound(value: float) -> str:
@@ -222,9 +220,8 @@ def build_measure_kind(
 
 def _build_limit_kind(unit: str, most: float) -> ValueKind:
     limit = f"at most {format_bound(most)}"
-    return build_measure_kind(
-        f"a positive number of {unit}, {limit}", unit.upper(), 0.0, most, span=f"above 0, {limit}"
-    )
+    description, span = f"a positive number of {unit}, {limit}", f"above 0, {limit}"
+    return build_measure_kind(description, unit.upper(), 0.0, most, span=span)
 
 
 def build_seconds_kind() -> ValueKind:
@@ -244,10 +241,8 @@ def build_step_kind(parse: Callable[[str], Any] | None = None, also: str = "") -
     accepts.
     """
     limits = f"above 0: from {format_number(SMALLEST, 3)} to {format_number(LARGEST, 3)}"
-    description = f"a number of seconds such as 1/240 or 0.004{also}, {limits}"
-    return build_measure_kind(
-        description, "SECONDS", math.nextafter(SMALLEST, 0.0), LARGEST, parse=parse or parse_fraction, span="above 0"
-    )
+    description, lower = f"a number of seconds such as 1/240 or 0.004{also}, {limits}", math.nextafter(SMALLEST, 0.0)
+    return build_measure_kind(description, "SECONDS", lower, LARGEST, parse=parse or parse_fraction, span="above 0")
 
 
 def parse_fraction(text: str) -> float:

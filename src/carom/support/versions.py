@@ -6,6 +6,7 @@ import operator
 import re
 from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 from carom.errors import InputError
 from carom.support.escaping import format_value, parse_release_numbers
@@ -16,12 +17,8 @@ VersionCondition = Callable[[tuple[int, ...]], bool]
 #: Versions that are safe arguments for pip and npm. Other texts could be read as options, paths or ranges.
 _VERSION = re.compile(r"[0-9][0-9A-Za-z.+!_-]{0,63}")
 
-_SIGNS: dict[str, Callable[[tuple[int, ...], tuple[int, ...]], bool]] = {
-    ">=": operator.ge,
-    "<=": operator.le,
-    ">": operator.gt,
-    "<": operator.lt,
-}
+#: Signs of conditions, and functions that compare a release with the limit. Longer signs come first.
+_SIGNS = {">=": operator.ge, "<=": operator.le, ">": operator.gt, "<": operator.lt}
 
 
 def require_version(version: str) -> str:
@@ -37,6 +34,14 @@ def require_version(version: str) -> str:
     return version
 
 
+def _parse_version(version: str) -> tuple[int, ...]:
+    return parse_release_numbers(require_version(version))
+
+
+def _build_condition(meets: Callable[[Any, Any], bool], limit: tuple[int, ...]) -> VersionCondition:
+    return lambda release: meets(release, limit)
+
+
 def parse_version_condition(text: str) -> VersionCondition | None:
     """Parse a condition such as ">=7" or "3.0..4.0". Return None for a plain version.
 
@@ -45,12 +50,11 @@ def parse_version_condition(text: str) -> VersionCondition | None:
     """
     low, dots, high = text.partition("..")
     if dots:
-        first, last = parse_release_numbers(require_version(low)), parse_release_numbers(require_version(high))
+        first, last = _parse_version(low), _parse_version(high)
         return lambda one: first <= one <= last
     for sign, meets in _SIGNS.items():
         if text.startswith(sign):
-            limit = parse_release_numbers(require_version(text.removeprefix(sign).strip()))
-            return lambda release, meets=meets, limit=limit: meets(release, limit)  # type: ignore[misc]
+            return _build_condition(meets, _parse_version(text.removeprefix(sign).strip()))
     return None
 
 
@@ -62,7 +66,5 @@ def parse_version_conditions(text: str) -> tuple[VersionCondition, ...]:
     Raises:
         InputError: The text is empty, or a part is neither a condition nor a version.
     """
-    return tuple(
-        parse_version_condition(word) or partial(operator.eq, parse_release_numbers(require_version(word)))
-        for word in map(str.strip, text.split(","))
-    )
+    words = map(str.strip, text.split(","))
+    return tuple(parse_version_condition(word) or partial(operator.eq, _parse_version(word)) for word in words)

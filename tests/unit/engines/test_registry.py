@@ -181,6 +181,19 @@ def test_third_party_adapter_has_its_distributions_version(tmp_path: Path) -> No
     }
 
 
+#: Entry points of broken adapters, and why each is unavailable.
+BROKEN = {
+    "b-module": ("no_such_module_at_all:adapter", "No module named 'no_such_module_at_all'"),
+    "b-attribute": ("good_adapter:adaptor", "has no attribute 'adaptor'"),
+    "b-failing": ("failing:adapter", "RuntimeError: no display"),
+    "b-wrong": ("wrong:adapter", "is not an adapter: it lacks name, engine, capabilities, profiles, prepare"),
+    "b-raising": ("raising:adapter", "OSError: no licence file"),
+    "b-lacking": ("lacking:adapter", "has no attribute 'no_such_version'"),
+    "b-old": ("old:adapter", "engine.oldest must be numbers with dots between them, got 'v2'"),
+    "b-profiles": ("odd_profiles:adapter", "profiles['odd'] must be a Profile, got 'text' (str)"),
+}
+
+
 @pytest.mark.long
 def test_broken_adapter_is_listed_as_unavailable_with_the_reason(tmp_path: Path) -> None:
     """Each broken adapter is listed as unavailable with the cause, and the other adapters stay available."""
@@ -201,31 +214,12 @@ def test_broken_adapter_is_listed_as_unavailable_with_the_reason(tmp_path: Path)
             "old": GOOD_ADAPTER.replace('"Good engine"', '"Good engine", oldest="v2"'),
             "odd_profiles": GOOD_ADAPTER.replace("profiles = {", "profiles = {'odd': 'text', "),
         },
-        {
-            "good": "good_adapter:adapter",
-            "b-module": "no_such_module_at_all:adapter",
-            "b-attribute": "good_adapter:adaptor",
-            "b-failing": "failing:adapter",
-            "b-wrong": "wrong:adapter",
-            "b-raising": "raising:adapter",
-            "b-profiles": "odd_profiles:adapter",
-            "b-lacking": "lacking:adapter",
-            "b-old": "old:adapter",
-        },
+        {"good": "good_adapter:adapter"} | {name: value for name, (value, _) in BROKEN.items()},
     )
     found = list_engines(tmp_path)
     assert found["good"]["available"]
     assert found["pic"]["available"]
-    for name, reason in {
-        "b-module": "No module named 'no_such_module_at_all'",
-        "b-attribute": "has no attribute 'adaptor'",
-        "b-failing": "RuntimeError: no display",
-        "b-wrong": "is not an adapter: it lacks name, engine, capabilities, profiles, prepare",
-        "b-raising": "OSError: no licence file",
-        "b-lacking": "has no attribute 'no_such_version'",
-        "b-old": "engine.oldest must be numbers with dots between them, got 'v2'",
-        "b-profiles": "profiles['odd'] must be a Profile, got 'text' (str)",
-    }.items():
+    for name, (_, reason) in BROKEN.items():
         assert not found[name]["available"]
         assert reason in found[name]["unavailable"]
         assert found[name]["version"] == ""

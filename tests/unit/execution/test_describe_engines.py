@@ -38,9 +38,7 @@ def setting(act):
 #: What happens when an entry point is loaded, and what the line says of it.
 LOADING = {
     "exits-0": ("sys.exit(0)", "crashed: exit code 0"),
-    "ends": ("os._exit(0)", "crashed: exit code 0"),
     "aborts": ("os.abort()", "ended by SIGABRT"),
-    "segfaults": ("os.kill(os.getpid(), signal.SIGSEGV)", "ended by SIGSEGV"),
     "base-exception": ("raise BaseException('no')", "BaseException: no"),
     "interrupts": ("raise KeyboardInterrupt", "crashed: "),
     "raises": ("raise OSError('no licence')", "OSError: no licence"),
@@ -50,7 +48,6 @@ LOADING = {
     ),
     "closes-all": ("os.closerange(0, 256)", "closed the pipe for answers"),
     "loops": ("while True: pass", "timed out: no answer within"),
-    "sleeps": ("time.sleep(3600)", "timed out: no answer within"),
     "holds-the-lock": ("ctypes.PyDLL(None).sleep(3600)", "timed out: no answer within"),
 }
 
@@ -58,7 +55,6 @@ BITS = "capabilities.float_bits must be one of [32, 64], got"
 #: What an adapter declares, and what the line says of it.
 DECLARED = {
     "no-capabilities": ("capabilities=None", "capabilities must be Capabilities(...), got None"),
-    "float-bits": ("capabilities=Capabilities(float_bits=17)", f"{BITS} 17; declare 32"),
     "half-floats": ("capabilities=Capabilities(float_bits=16)", f"{BITS} 16; declare 32 for narrower floats"),
     "wide-floats": ("capabilities=Capabilities(float_bits=80)", "float_bits must be one of [32, 64], got 80"),
     "words": (

@@ -10,8 +10,7 @@ declares a contact margin (engines then let bodies collide before they touch), e
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -65,56 +64,55 @@ def times_are_right(subject: Subject, profile: str, name: str) -> None:
         # Each impact may add the declared delay to the delays of earlier impacts.
         shifted_s = margin.get(error.reference, 0.0)
         late_s = max(sampled_s, shifted_s) + promise_s * (error.reference + 1)
-        impact, early = run.reference.impacts[error.reference], shifted_s < 0
+        impact = run.reference.impacts[error.reference]
         true_s, error_text = float(impact["time_s"]), format_steps(error.time_s, dt_s)
-        expected = (
-            f"{format_number(true_s, 9)} s, or up to {format_seconds(late_s)} later ({format_steps(late_s, dt_s)})"
-        )
+        later = f"or up to {format_seconds(late_s)} later ({format_steps(late_s, dt_s)})"
+        earlier = f" or {format_seconds(-shifted_s)} earlier" if shifted_s < 0 else ""
         require(
             min(-early_s, shifted_s) - rounding_s <= error.time_s <= late_s + rounding_s,
             f"the impact of {pair_name(impact)} is at the wrong time",
-            expected + (f" or {format_seconds(-shifted_s)} earlier" if early else ""),
+            f"{format_number(true_s, 9)} s, {later}{earlier}",
             f"{format_number(true_s + error.time_s, 9)} s ({error_text} off)",
             run.setup,
         )
 
 
-class _Allowed(NamedTuple):
-    """Allowed errors of velocities or spins for each cause, as fractions of the scene's speed."""
+class _Allowed:
+    """Allowed errors of velocities or spins (`kind`) for each cause, as fractions of the scene's speed.
 
-    sampled: float
-    promise: float
-    margin: Mapping[int, float]
-    rounding: float
-    end: float
+    Attributes:
+        sampled: PIT's largest error after an impact.
+        promise: The error that the profile declares.
+        margin: The errors after impacts that the declared contact margin explains.
+        end: The allowed error at the end.
+    """
+
+    def __init__(self, subject: Subject, run: CatalogueRun, kind: str) -> None:
+        described, final = subject.adapter.profiles[run.setup.profile], f"final_{kind}"
+        self.promise, self.margin = described.accuracy.velocity, _read_errors(run.margin, kind)
+        self._rounding = subject.rounding
+        paid = [] if described.located else _read_errors(run.pit, kind).values()
+        self.sampled = max(paid, default=0.0)
+        end = 0.0 if described.located else getattr(run.pit.total, final)
+        end = max(end, getattr(run.margin.total, final) if run.margin else 0.0)
+        self.end = end + self.promise + self._rounding
 
     def compute_limit(self, impact: int) -> float:
-        return max(self.sampled, self.margin.get(impact, 0.0)) + self.promise + self.rounding
-
-
-def _compute_allowed_errors(subject: Subject, run: CatalogueRun, kind: str) -> _Allowed:
-    """Return the allowed errors of velocities or spins (`kind`) after each impact and at the end."""
-    described, final = subject.adapter.profiles[run.setup.profile], f"final_{kind}"
-    promise, margin = described.accuracy.velocity, _read_errors(run.margin, kind)
-    paid = [] if described.located else _read_errors(run.pit, kind).values()
-    end = 0.0 if described.located else getattr(run.pit.total, final)
-    end = max(end, getattr(run.margin.total, final) if run.margin else 0.0) + promise + subject.rounding
-    return _Allowed(max(paid, default=0.0), promise, margin, subject.rounding, end)
+        """Return the allowed error after an impact."""
+        return max(self.sampled, self.margin.get(impact, 0.0)) + self.promise + self._rounding
 
 
 def velocities_are_right(subject: Subject, profile: str, name: str) -> None:
     """After impacts and at the end, velocity errors are at most PIT's errors plus the profile's declared errors."""
     run = subject.score(profile, name)
-    trace, speed, allowed = run.trace, run.score.scales.speed_m_s, _compute_allowed_errors(subject, run, "velocity")
+    trace, speed, allowed = run.trace, run.score.scales.speed_m_s, _Allowed(subject, run, "velocity")
     for error in _list_compared_errors(run, "velocity"):
         margin_error, max_error = allowed.margin.get(error.reference, 0.0), allowed.compute_limit(error.reference)
         impact, row = run.known.impacts[error.reference], trace.impacts[error.observed]
         fields = [field for field in ("velocity_first_after", "velocity_second_after") if getattr(impact, field)]
         known_velocities, got = [getattr(impact, field) for field in fields], [row[field].tolist() for field in fields]
-        sampled, promised, margin = (
-            format_number(part, 3) for part in (allowed.sampled, allowed.promise, margin_error)
-        )
-        why = f"PIT's error {sampled}, declared {promised}, margin {margin}, each times {speed:g} m/s"
+        parts = (format_number(part, 3) for part in (allowed.sampled, allowed.promise, margin_error))
+        why = "PIT's error {}, declared {}, margin {}".format(*parts) + f", each times {speed:g} m/s"
         require(
             error.velocity <= max_error,
             f"the impact of {_format_impact(run.reference.impacts[error.reference])} leaves wrong velocities",
@@ -134,7 +132,7 @@ def velocities_are_right(subject: Subject, profile: str, name: str) -> None:
 def spins_are_right(subject: Subject, profile: str, name: str) -> None:
     """After impacts and at the end, spin errors are at most PIT's errors plus the profile's declared errors."""
     run = subject.score(profile, name)
-    trace, speed, allowed = run.trace, run.score.scales.rim_m_s, _compute_allowed_errors(subject, run, "spin")
+    trace, speed, allowed = run.trace, run.score.scales.rim_m_s, _Allowed(subject, run, "spin")
     why = f"PIT's error {format_number(allowed.sampled, 3)}, declared {format_number(allowed.promise, 3)}"
     for error in _list_compared_errors(run, "spin"):
         max_error, impact = allowed.compute_limit(error.reference), run.known.impacts[error.reference]

@@ -48,18 +48,12 @@ def restitution_as_declared(subject: Subject, share: float, wall_share: float) -
 
 def immovable_stays(subject: Subject, order: str) -> None:
     """A disc that hits an immovable disc head-on bounces straight back, no matter which disc has the lower number."""
-    setup = require_supported(subject, scenes.build_post(first=order == "first"))
-    expected = [(-3.0, 0.0), (0.0, 0.0)]
-    end = end_with_velocities(subject, setup, expected[:: -1 if order == "first" else 1], "an immovable disc")
     fixed = 0 if order == "first" else 1
-    position, expected_position = tuple(end.position_m[fixed].tolist()), setup.scene.discs[fixed].position_m
-    require(
-        math.dist(position, expected_position) <= subject.rounding,
-        "an immovable disc is moved",
-        expected_position,
-        position,
-        setup,
-    )
+    setup = require_supported(subject, scenes.build_post(first=fixed == 0))
+    expected = [(0.0, 0.0), (-3.0, 0.0)] if fixed == 0 else [(-3.0, 0.0), (0.0, 0.0)]
+    end = end_with_velocities(subject, setup, expected, "an immovable disc")
+    found, start = tuple(end.position_m[fixed].tolist()), setup.scene.discs[fixed].position_m
+    require(math.dist(found, start) <= subject.rounding, "an immovable disc is moved", start, found, setup)
 
 
 def posts_stand_still(subject: Subject) -> None:
@@ -218,6 +212,14 @@ def _build_rubbing_scene(capabilities: Capabilities, friction: float, inertia_fa
     return scenes.build_rubbing(capabilities, friction, friction, inertia_factor) if 0 < friction <= LARGEST else None
 
 
+def _build_rough_scene(capabilities: Capabilities) -> Scene | None:
+    return None if capabilities.friction[1] else scenes.build_rubbing(capabilities, 0.1, 0.1)
+
+
+def _build_circle_scene(capabilities: Capabilities) -> Scene | None:
+    return None if capabilities.arcs else scenes.build_outside_circle(capabilities)
+
+
 def _build_easily_turned_scene(capabilities: Capabilities) -> Scene | None:
     factor = capabilities.min_inertia_factor / 2
     return _build_rubbing_scene(capabilities, min(0.1, capabilities.friction[1]), factor) if factor else None
@@ -228,8 +230,10 @@ def _build_sticking_scene(capabilities: Capabilities) -> Scene | None:
     return scene and scene.model_copy(update={"tangential_restitution": 0.5})
 
 
-def _build_bouncing_scene(restitution: float, capabilities: Capabilities) -> Scene | None:
+def _build_bouncing_scene(capabilities: Capabilities, *, above: bool) -> Scene | None:
+    """Return a scene with a restitution above or below the declared range; None if there is no such restitution."""
     low, high = capabilities.restitution
+    restitution = (1 + high) / 2 if above else low / 2
     return None if low <= restitution <= high else scenes.build_bounce_and_pair(restitution, restitution, wall=False)
 
 
@@ -250,10 +254,7 @@ REFUSALS: dict[str, tuple[str, Callable[[Capabilities], Scene | None]]] = {
     "walls": ("walls", lambda _: scenes.build_walled_box()),
     "segments": ("segments", scenes.build_two_sided_edge),
     "arcs": ("arcs", scenes.build_two_sided_circle),
-    "circles from outside": (
-        "posts",
-        lambda declared: None if declared.arcs else scenes.build_outside_circle(declared),
-    ),
+    "circles from outside": ("posts", _build_circle_scene),
     "wall materials": ("wall_materials", lambda _: scenes.build_two_walls(1.0, 0.5)),
     "immovable discs": ("immovable_discs", lambda _: scenes.build_post()),
     "driven walls": ("driven_walls", scenes.build_paddle),
@@ -265,23 +266,14 @@ REFUSALS: dict[str, tuple[str, Callable[[Capabilities], Scene | None]]] = {
     "damping": ("damping", lambda _: scenes.build_damped_disc(spins=False)),
     "rolling resistance": ("rolling_resistance", lambda _: scenes.build_rolling_disc()),
     "table friction": ("table_friction", lambda _: scenes.build_sliding_disc()),
-    "restitution below the range": (
-        "restitution",
-        lambda declared: _build_bouncing_scene(declared.restitution[0] / 2, declared),
-    ),
-    "restitution above the range": (
-        "restitution",
-        lambda declared: _build_bouncing_scene((1 + declared.restitution[1]) / 2, declared),
-    ),
+    "restitution below the range": ("restitution", partial(_build_bouncing_scene, above=False)),
+    "restitution above the range": ("restitution", partial(_build_bouncing_scene, above=True)),
     "restitution of walls": ("restitution_combine", _build_uncombined_scene),
     "spin": ("spin", lambda _: scenes.build_spinning_disc(1.0)),
     "fast spin": ("max_spin_rad_s", partial(_build_spinning_scene, "max_spin_rad_s")),
     "turn": ("max_turn_rad", partial(_build_spinning_scene, "max_turn_rad")),
     "small inertia": ("min_inertia_factor", _build_easily_turned_scene),
-    "friction": (
-        "friction",
-        lambda declared: None if declared.friction[1] else scenes.build_rubbing(declared, 0.1, 0.1),
-    ),
+    "friction": ("friction", _build_rough_scene),
     "friction below the range": ("friction", lambda declared: _build_rubbing_scene(declared, declared.friction[0] / 2)),
     "friction above the range": ("friction", lambda declared: _build_rubbing_scene(declared, 2 * declared.friction[1])),
     "tangential restitution": ("tangential_restitution", _build_sticking_scene),

@@ -49,17 +49,11 @@ def end_with_velocities(
     end = subject.watch(setup).states[-1]
     promise = subject.adapter.profiles[setup.profile].accuracy.velocity
     allowed = (subject.rounding + promise) * find_greatest_speed(setup.scene)
-    for i, (expected_velocity, found) in enumerate(zip(expected, end.velocity_m_s.tolist(), strict=True)):
-        error = math.dist(expected_velocity, found)
+    for i, (velocity, found) in enumerate(zip(expected, end.velocity_m_s.tolist(), strict=True)):
+        error = math.dist(velocity, found)
         found_text = f"{format_vector(found)} m/s, off by {format_number(error, 3)}"
-        wrong = f"{label}: disc {i} ends with a wrong velocity"
-        require(
-            error <= allowed,
-            wrong,
-            f"{format_vector(expected_velocity)} m/s to {format_number(allowed)}",
-            found_text,
-            setup,
-        )
+        wrong, expected_text = f"{label}: disc {i} ends with a wrong velocity", f"{format_vector(velocity)} m/s"
+        require(error <= allowed, wrong, f"{expected_text} to {format_number(allowed)}", found_text, setup)
     return end
 
 

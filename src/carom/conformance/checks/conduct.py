@@ -66,8 +66,7 @@ def cutting_leaves_no_trace(subject: Subject, profile: str) -> None:
         answer = subject.try_to_watch(setup, cut=True, disturbed=disturbed)
         if isinstance(answer, AdapterFailure):
             problem = f"{answer.where}() raises an error, although the profile declares that its steps can be cut"
-            found = f"{answer.kind}: {answer.message}"
-            raise Violation(problem, "a CuttableWorld that runs to the end", found, setup)
+            raise Violation(problem, "a CuttableWorld that runs to the end", answer.cause, setup)
         runs.append(answer.states)
     plain_run, disturbed_run = runs
     _require_same(setup, plain_run, disturbed_run, "a step that was undone changes the run")

@@ -89,10 +89,8 @@ def contacts_account_for_velocities(subject: Subject, profile: str) -> None:
         change = after.velocity_m_s - before.velocity_m_s
         acting, touched = list_acting_contacts(after)
         for body, size in enumerate(np.hypot(*change.T).tolist()):
-            change_text = format_number(size, 3)
-            problem = (
-                f"the velocity of disc {body} changes by {change_text} m/s in step {step}, but no contact is reported"
-            )
+            change_text = f"changes by {format_number(size, 3)} m/s in step {step}"
+            problem = f"the velocity of disc {body} {change_text}, but no contact is reported"
             require(size <= allowed or body in touched, problem, "a contact with an impulse", acting, setup)
         if all(contact.impulse_n_s is not None for contact in acting):
             # Without friction, only impulses along the normal may change a velocity.

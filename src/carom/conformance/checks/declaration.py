@@ -1,4 +1,7 @@
-"""Checks of declarations: they are complete and valid, and can be read without importing the engine."""
+"""Checks of declarations: they are complete and valid, and can be read without importing the engine.
+
+The suite tests only adapters whose declarations have passed `carom.execution.validate_adapter`, so types are correct.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +12,7 @@ import sys
 from carom.conformance.adapter_under_test import Subject
 from carom.conformance.suite_scenes import DT_S
 from carom.conformance.violation import require
-from carom.engines.api import Accuracy, Adapter, Capabilities, ContactTimes, Engine, Stamp
-from carom.engines.api.checks import COMBINE_RULES
+from carom.engines.api import Accuracy
 
 PROFILES = ("default", "tuned")
 
@@ -19,21 +21,15 @@ def declares_capabilities(subject: Subject) -> None:
     """The adapter has all attributes of the interface, with valid values, and the same name as its entry point."""
     adapter = subject.adapter
     problem = "the adapter's declaration is incomplete or invalid"
-    require(isinstance(adapter, Adapter), problem, "the attributes of carom.engines.api.Adapter", type(adapter))
     require(adapter.name == subject.name, problem, f"the entry point's name, {subject.name!r}", repr(adapter.name))
     engine, capabilities = adapter.engine, adapter.capabilities
-    require(isinstance(engine, Engine) and bool(engine.name), problem, "an Engine with a name", engine)
-    require(isinstance(capabilities, Capabilities), problem, "Capabilities", capabilities)
+    require(bool(engine.name), problem, "an Engine with a name", engine)
     low, high = capabilities.restitution
     require(0 <= low <= high <= 1, problem, "0 <= least <= greatest restitution <= 1", capabilities.restitution)
-    for rule in (capabilities.restitution_combine, capabilities.friction_combine):
-        require(rule in COMBINE_RULES, problem, f"one of {', '.join(COMBINE_RULES)}", rule)
     low, high = capabilities.friction
     require(0 <= low <= high < math.inf, problem, "0 <= least <= greatest friction, and finite", capabilities.friction)
     min_factor = capabilities.min_inertia_factor
     require(0 <= min_factor <= 1, problem, "min_inertia_factor of 0 to 1", min_factor)
-    times = capabilities.contact_times
-    require(isinstance(times, ContactTimes), problem, "a member of ContactTimes", times)
     for name in ("max_turn_rad", "max_spin_rad_s", "max_speed_m_s", "max_coordinate_m", "max_move_m"):
         limit = getattr(capabilities, name)
         require(limit > 0, problem, f"{name} above 0", limit)
@@ -42,7 +38,6 @@ def declares_capabilities(subject: Subject) -> None:
         require(0 <= least <= greatest, problem, f"0 <= min_{name} <= max_{name}", capabilities)
     threshold = capabilities.restitution_threshold_m_s
     require(0 <= threshold < math.inf, problem, "restitution_threshold_m_s of 0 or more", threshold)
-    require(isinstance(capabilities.stamp, Stamp), problem, "a member of Stamp", capabilities.stamp)
     require(capabilities.dimensions in {2, 3}, problem, "dimensions of 2 or 3", capabilities.dimensions)
 
 
@@ -57,12 +52,7 @@ def declares_profiles(subject: Subject) -> None:
     for name, profile in profiles.items():
         text = profile.description.strip()
         require(bool(text), f"profile {name!r} has no description", "one sentence", repr(text))
-        settings = subject.settings(name, DT_S)  # raises an error if a setting is not a plain value
-        dt_s = settings.get("dt_s")
-        require(dt_s == DT_S, f"profile {name!r} has no step in its settings", f"dt_s = {DT_S}", f"dt_s = {dt_s}")
-        capabilities = profile.capabilities
-        sound = capabilities is None or isinstance(capabilities, Capabilities)
-        require(sound, f"profile {name!r} has invalid capabilities", "Capabilities, or None", capabilities)
+        subject.settings(name, DT_S)  # raises an error if a setting is not a plain value, or dt_s is missing
         promise = profile.accuracy
         require(isinstance(promise, Accuracy), f"profile {name!r} has an invalid accuracy", "Accuracy", promise)
         for part in (promise.late_steps, promise.velocity, promise.energy, promise.margin_m):

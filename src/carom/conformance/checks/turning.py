@@ -14,6 +14,7 @@ from carom.conformance.suite_scenes import DT_S, build_rubbing, build_rubbing_cr
 from carom.conformance.violation import NotApplicable, Setup, require
 from carom.engines.api import Capabilities, Contact, Observation
 from carom.model.scene import Disc, Scene, Wall
+from carom.model.trace import wall_index
 from carom.support.formatting import format_number
 from carom.support.limits import LARGEST
 
@@ -63,9 +64,8 @@ def spins_as_declared(subject: Subject) -> None:
         found = _read_spins(observation, setup)
         problem = f"the spin of a free disc changes in step {step}"
         is_unchanged = abs(found[0] - spin) <= subject.rounding * spin  # false for NaN
-        require(
-            is_unchanged, problem, f"{format_number(spin, 10)} rad/s", f"{format_number(found[0], 10)} rad/s", setup
-        )
+        expected, found_text = (f"{format_number(number, 10)} rad/s" for number in (spin, found[0]))
+        require(is_unchanged, problem, expected, found_text, setup)
 
 
 def friction_is_limited(subject: Subject, profile: str) -> None:
@@ -83,13 +83,10 @@ def friction_is_limited(subject: Subject, profile: str) -> None:
     for step, (before, after) in enumerate(pairwise(subject.watch_cached(setup).states), start=1):
         acting, touched = list_acting_contacts(after)
         _require_cone(setup, acting, friction, allowed, step)
-        for body, (previous, current) in enumerate(
-            zip(_read_spins(before, setup), _read_spins(after, setup), strict=True)
-        ):
-            change_text = format_number(current - previous, 3)
-            problem = (
-                f"the spin of disc {body} changes by {change_text} rad/s in step {step}, but no contact is reported"
-            )
+        spins = zip(_read_spins(before, setup), _read_spins(after, setup), strict=True)
+        for body, (previous, current) in enumerate(spins):
+            change = f"changes by {format_number(current - previous, 3)} rad/s in step {step}"
+            problem = f"the spin of disc {body} {change}, but no contact is reported"
             is_unchanged = abs(current - previous) <= allowed * max(1.0, abs(previous))
             require(is_unchanged or body in touched, problem, "a contact with an impulse", acting, setup)
         if all(contact.impulse_n_s is not None and contact.tangential_impulse_n_s is not None for contact in acting):
@@ -127,13 +124,10 @@ def _end_by_the_law(subject: Subject, scene: Scene, label: str) -> None:
     """Run a scene of `build_rubbing`, and compare the final state with the formula of an impact with friction."""
     setup = require_supported(subject, scene)
     first, second, *wall_discs = scene.discs
-    expected_motions = [*_compute_motion_after(first, second, (1.0, 0.0), scene.restitution, scene.friction)]
+    expected_motions = _compute_motions_after(first, second, (1.0, 0.0), scene.restitution, scene.friction)
     for disc in wall_discs:
-        wall = scene.half_planes()[0]
-        normal = (-wall.normal[0], -wall.normal[1])
-        expected_motions.append(
-            _compute_motion_after(disc, wall, normal, scene.wall_restitution, scene.wall_friction)[0]
-        )
+        wall, laws = scene.half_planes()[0], (scene.wall_restitution, scene.wall_friction)
+        expected_motions += _compute_motions_after(disc, wall, (-wall.normal[0], -wall.normal[1]), *laws)[:1]
     end = end_with_velocities(subject, setup, [velocity for velocity, _ in expected_motions], label)
     fastest = max(abs(disc.spin_rad_s) for disc in scene.discs)
     promise = subject.adapter.profiles[setup.profile].accuracy.velocity
@@ -145,9 +139,9 @@ def _end_by_the_law(subject: Subject, scene: Scene, label: str) -> None:
         require(abs(found - spin) <= allowed, wrong, expected, found_text, setup)
 
 
-def _compute_motion_after(
+def _compute_motions_after(
     first: Disc, second: Disc | Wall, normal: tuple[float, float], restitution: float, friction: float
-) -> tuple[Motion, Motion]:
+) -> list[Motion]:
     """Return the velocities and spins of two bodies after their impact; see docs/theory/friction.md.
 
     `normal` points from the first body to the second. The speed along the normal is multiplied by the restitution and
@@ -165,16 +159,12 @@ def _compute_motion_after(
     sticking = slip / (sum(inverse_masses) + sum(inverse_rim_masses))
     tangential_impulse = math.copysign(min(abs(sticking), friction * normal_impulse), sticking)
     x, y = normal_impulse * nx + tangential_impulse * tx, normal_impulse * ny + tangential_impulse * ty
-    return (
-        (
-            (ux - x * inverse_masses[0], uy - y * inverse_masses[0]),
-            first.spin_rad_s - tangential_impulse * inverse_rim_masses[0] / first.radius_m,
-        ),
-        (
-            (vx + x * inverse_masses[1], vy + y * inverse_masses[1]),
-            other.spin_rad_s - tangential_impulse * inverse_rim_masses[1] / other.radius_m,
-        ),
-    )
+    motions = []
+    for disc, sign in ((first, -1.0), (other, 1.0)):
+        (u, v), change = disc.velocity_m_s, sign / disc.mass_kg
+        spin_change = tangential_impulse / (disc.inertia_factor * disc.mass_kg * disc.radius_m)
+        motions.append(((u + change * x, v + change * y), disc.spin_rad_s - spin_change))
+    return motions
 
 
 def _require_cone(setup: Setup, acting: list[Contact], friction: float, allowed: float, step: int) -> None:
@@ -214,7 +204,7 @@ def _compute_overlap(scene: Scene, contact: Contact, state: Observation) -> floa
     """Return the overlap of the two bodies of a contact, in metres; 0 if they do not overlap."""
     first, centre = scene.discs[contact.first], state.position_m[contact.first]
     if contact.second < 0:
-        wall = scene.half_planes()[-1 - contact.second]
+        wall = scene.half_planes()[wall_index(contact.second)]
         gap = float((centre - np.array(wall.point_m)) @ np.array(wall.normal)) - first.radius_m
     else:
         distance = math.dist(centre.tolist(), state.position_m[contact.second].tolist())

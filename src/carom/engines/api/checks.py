@@ -68,18 +68,7 @@ def require_sound(
     Raises:
         AdapterError: A field or setting is invalid; the message contains its name and value.
     """
-    _require_sound_settings(engine, settings, known, at_least or {}, at_most or {}, words or {})
-    _require_sound_numbers(engine, scene)
-
-
-def _require_sound_settings(
-    engine: str,
-    settings: Mapping[str, Setting],
-    known: Sequence[str],
-    at_least: Mapping[str, float],
-    at_most: Mapping[str, float],
-    words: Mapping[str, Sequence[str]],
-) -> None:
+    at_least, at_most, words = at_least or {}, at_most or {}, words or {}
     for name, setting in settings.items():
         if name not in ("dt_s", *known):
             raise AdapterError(f"{engine}: no setting {name!r}; available: {', '.join(('dt_s', *known))}")
@@ -95,6 +84,7 @@ def _require_sound_settings(
     dt_s = settings["dt_s"]
     if isinstance(dt_s, str) or not 0 < dt_s < math.inf:
         raise AdapterError(f"{engine}: dt_s must be above 0 and finite, got {dt_s}")
+    _require_sound_numbers(engine, scene)
 
 
 def _require_sound_numbers(engine: str, scene: Scene) -> None:

@@ -8,12 +8,15 @@ change the constants. Units are powers of two, so that the conversion does not r
 from __future__ import annotations
 
 import math
+import operator
 from dataclasses import replace
+from functools import partial
+from typing import Any
 
 from carom.engines.api.interfaces import Contact, Observation, Vector
 from carom.errors import AdapterError
-from carom.model.scene import Scene
-from carom.model.walls import convert_lengths, convert_speeds
+from carom.model.scene import Disc, Scene
+from carom.model.walls import Unit, convert_lengths, convert_speeds
 
 
 def scaled(scene: Scene, *, length: float = 1.0, time: float = 1.0) -> Scene:
@@ -25,35 +28,35 @@ def scaled(scene: Scene, *, length: float = 1.0, time: float = 1.0) -> Scene:
         AdapterError: A unit is not a power of two.
     """
     speed = _compute_speed_unit(length, time)
-
-    def scale_speed(u: float) -> float:
-        return u * speed
-
-    def scale_time(t: float) -> float:
-        return t * time
-
-    discs = tuple(
-        disc.model_copy(
-            update={
-                "position_m": _scale_vector(disc.position_m, length),
-                "velocity_m_s": _scale_vector(disc.velocity_m_s, speed),
-                "radius_m": disc.radius_m * length,
-                "spin_rad_s": disc.spin_rad_s / time,
-                "legs": convert_speeds(disc.legs, scale_speed, scale_time),
-            }
-        )
-        for disc in scene.discs
-    )
     of_scene = {
-        "discs": discs,
-        "walls": tuple(convert_lengths(wall, lambda x: x * length, scale_speed, scale_time) for wall in scene.walls),
-        "gravity_m_s2": _scale_vector(scene.gravity_m_s2, speed / time),
+        **convert_bodies(scene, *(partial(operator.mul, unit) for unit in (length, speed, time))),
+        "gravity_m_s2": _convert_vector(scene.gravity_m_s2, partial(operator.mul, speed / time)),
         "damping_per_s": scene.damping_per_s / time,
         "table_deceleration_m_s2": scene.table_deceleration_m_s2 * (speed / time),
         "duration_s": scene.duration_s * time,
         "frame_rate_hz": scene.frame_rate_hz / time,
     }
     return scene.model_copy(update=of_scene)
+
+
+def convert_bodies(scene: Scene, length: Unit, speed: Unit, time: Unit) -> dict[str, Any]:
+    """Return the fields `discs` and `walls` of a scene in other units. Each of the functions converts one number.
+
+    The bodies are not checked again.
+    """
+
+    def convert_disc(disc: Disc) -> Disc:
+        changed = {
+            "position_m": _convert_vector(disc.position_m, length),
+            "velocity_m_s": _convert_vector(disc.velocity_m_s, speed),
+            "radius_m": length(disc.radius_m),
+            "spin_rad_s": disc.spin_rad_s / time(1.0),
+            "legs": convert_speeds(disc.legs, speed, time),
+        }
+        return disc.model_copy(update=changed)
+
+    walls = tuple(convert_lengths(wall, length, speed, time) for wall in scene.walls)
+    return {"discs": tuple(map(convert_disc, scene.discs)), "walls": walls}
 
 
 def unscaled(seen: Observation, *, length: float = 1.0, time: float = 1.0) -> Observation:
@@ -85,9 +88,9 @@ def unscaled(seen: Observation, *, length: float = 1.0, time: float = 1.0) -> Ob
     )
 
 
-def _scale_vector(vector: Vector, factor: float) -> Vector:
+def _convert_vector(vector: Vector, unit: Unit) -> Vector:
     x, y = vector
-    return (x * factor, y * factor)
+    return (unit(x), unit(y))
 
 
 def _compute_speed_unit(length: float, time: float) -> float:

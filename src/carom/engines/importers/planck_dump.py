@@ -131,14 +131,12 @@ class _Reading:
     def _read_walls(self, body: _Body, fixture: Any, shape: Any, label: str) -> None:
         discs, has_wall = [disc for _, disc in self.discs], False
         for faces in _list_face_groups(body, shape):
-            wall = wall_towards(discs, faces)
-            if wall is None:
-                self.dropped.append(
-                    f"{label}: a disc is inside it or behind each of its faces, and a wall is a half-plane"
-                )
-                continue
-            has_wall = True
-            self.walls.append((fixture, wall))
+            if (wall := wall_towards(discs, faces)) is not None:
+                has_wall = True
+                self.walls.append((fixture, wall))
+            else:
+                reason = "a disc is inside it or behind each of its faces, and a wall is a half-plane"
+                self.dropped.append(f"{label}: {reason}")
         if has_wall:
             self.dropped.append(f"{label}: only its face towards the discs is kept, without its ends and its skin")
 
@@ -172,14 +170,11 @@ def _parse_point(pair: Any) -> Point:
 
 def _list_face_groups(body: _Body, shape: Any) -> Iterator[list[tuple[Point, Point]]]:
     """Yield lists of faces: all faces of a polygon, both sides of an edge, or both sides of each link of a chain."""
-    if shape["type"] == "polygon":
-        corners = [body.to_world(corner) for corner in shape["vertices"]]  # counterclockwise
+    vertices = [shape["vertex1"], shape["vertex2"]] if shape["type"] == "edge" else shape["vertices"]
+    corners = [body.to_world(vertex) for vertex in vertices]
+    if shape["type"] == "polygon":  # its vertices are counterclockwise
         yield [face for a, b in zip(corners, [*corners[1:], corners[0]], strict=True) for face in _find_face(a, b)]
         return
-    if shape["type"] == "edge":
-        corners = [body.to_world(shape["vertex1"]), body.to_world(shape["vertex2"])]
-    else:
-        corners = [body.to_world(corner) for corner in shape["vertices"]]
     for a, b in itertools.pairwise(corners):
         yield [*_find_face(a, b), *_find_face(b, a)]
 

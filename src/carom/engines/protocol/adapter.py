@@ -5,7 +5,6 @@ from __future__ import annotations
 import atexit
 import math
 from collections.abc import Mapping
-from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -103,11 +102,7 @@ class ProgramAdapter:
         )
         self.capabilities: Capabilities = manifest.capabilities
         self.knobs: Mapping[str, Knob] = manifest.knobs
-
-    @cached_property
-    def profiles(self) -> Mapping[str, Profile]:
-        """Profiles by name."""
-        return {name: _build_profile(profile) for name, profile in self.manifest.profiles.items()}
+        self.profiles = {name: _build_profile(profile) for name, profile in manifest.profiles.items()}
 
     def unavailable(self) -> str:
         """Return why the program can't be started on this machine; empty if it can be started."""

@@ -27,6 +27,13 @@ class _Message(BaseModel):
     model_config = ConfigDict(frozen=True, extra="ignore", ser_json_inf_nan="strings")
 
 
+class _WorldRequest(_Message):
+    """Base class of the requests to a world, which is given by its number."""
+
+    do: str
+    world: int
+
+
 class Hello(_Message):
     """The first request: the versions of the protocol that the harness supports."""
 
@@ -42,62 +49,55 @@ class Prepare(_Message):
     settings: dict[str, Setting]
 
 
-class Step(_Message):
+class Step(_WorldRequest):
     """Take a number of steps."""
 
     do: Literal["step"] = "step"
-    world: int
     steps: int = Field(ge=0)
 
 
-class Look(_Message):
+class Look(_WorldRequest):
     """Return the present state, and the contacts of the last step."""
 
     do: Literal["observe"] = "observe"
-    world: int
 
 
-class Cut(_Message):
+class Cut(_WorldRequest):
     """Set the size of the following steps, until the next cut.
 
     Times of contacts are still measured from the start of the run.
     """
 
     do: Literal["cut"] = "cut"
-    world: int
     dt_s: float
 
 
-class Touching(_Message):
+class Touching(_WorldRequest):
     """Return the pairs of bodies that now touch by the engine's own contact test.
 
     The request must not change the state.
     """
 
     do: Literal["touching"] = "touching"
-    world: int
 
 
-class Save(_Message):
+class Save(_WorldRequest):
     """Return everything needed to restore the present state and time. The step size is not included."""
 
     do: Literal["save"] = "save"
-    world: int
 
 
-class Restore(_Message):
+class Restore(_WorldRequest):
     """Return to a state that was saved in this world."""
 
     do: Literal["restore"] = "restore"
-    world: int
     state: Any
 
 
-class Close(_Message):
+class Close(_WorldRequest):
     """Release a world."""
 
     do: Literal["close"] = "close"
-    world: int
 
 
 class Failure(_Message):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import select
 import subprocess
 from collections.abc import Sequence
 from pathlib import Path
@@ -17,6 +16,7 @@ from carom.errors import AdapterError, InputError
 from carom.support.data_files import reject_duplicate_keys
 from carom.support.escaping import find_last_message
 from carom.support.fields import describe_error
+from carom.support.pipes import LinePipes
 
 #: Largest size of an answer. An answer with a million discs and their contacts has half of this size.
 MOST_ANSWER_BYTES = 256 * 2**20
@@ -24,8 +24,6 @@ MOST_ANSWER_BYTES = 256 * 2**20
 SHOWN = 120
 #: Number of bytes that are kept from the end of standard error. The last line appears in the message about a failure.
 MOST_PRINTED_BYTES = 2**14
-#: Default capacity of a pipe on Linux.
-CHUNK_BYTES = 2**16
 #: Seconds within which a program must end after its input was closed.
 GRACE_S = 2.0
 
@@ -39,9 +37,6 @@ class Program:
         name: Name of the program in messages.
         command: The command that starts the program. The first word is searched on the PATH.
 
-    Attributes:
-        version: Version of the engine as reported by the program; may be empty.
-
     Raises:
         AdapterError: The program can't be started, or violates the protocol.
     """
@@ -54,21 +49,12 @@ class Program:
             )
         except OSError as error:
             raise AdapterError(f"{name}: {' '.join(command)} can't be started: {error.strerror}") from error
-        requests, answers, printed = self._popen.stdin, self._popen.stdout, self._popen.stderr
-        assert requests and answers and printed  # noqa: S101, PT018 - all three are pipes, because of the arguments above
-        self._requests, self._answers, self._printed = requests, answers, printed
-        self._poll = select.poll()
-        for pipe in (self._answers, self._printed):
-            self._poll.register(pipe, select.POLLIN)
-        for pipe in (self._requests, self._answers, self._printed):
-            os.set_blocking(pipe.fileno(), False)
-        self._answered, self._words = bytearray(), b""
+        self._pipes = LinePipes(self._popen.stdin, self._popen.stdout, self._popen.stderr, MOST_PRINTED_BYTES)
         welcome = self.send_request(Hello(), Welcome)
         if welcome.protocol != PROTOCOL:
             self.end()
             message = f"{name} uses version {welcome.protocol} of the protocol, but Carom uses version {PROTOCOL}"
             raise AdapterError(message, hints=["see docs/reference/engine-protocol.md"])
-        self.version = welcome.version
 
     def send_request(self, request: Request, answer: type[A]) -> A:
         """Send a request and return its answer.
@@ -76,9 +62,9 @@ class Program:
         Raises:
             AdapterError: The program refuses the request, fails or ends, or its answer is invalid.
         """
-        if self._requests.closed:
+        if self._pipes.requests.closed:
             raise AdapterError(f"{self.name}: its program has ended and cannot answer {request.do!r}")
-        self._words = b""
+        self._pipes.printed = b""
         line = self._exchange(request.model_dump_json().encode() + b"\n")
         if line is None:
             raise AdapterError(f"{self.name}: {self._describe_end()} when asked to {request.do!r}")
@@ -109,53 +95,23 @@ class Program:
         return AdapterError(message, hints=["see docs/reference/engine-protocol.md#the-requests"])
 
     def _exchange(self, request: bytes) -> bytes | None:
-        """Send a request and return the answer as a line; None if there is no answer.
-
-        Standard error is read at the same time, because a full pipe would block the program.
-        """
-        unsent, searched = memoryview(request), 0
-        self._poll.register(self._requests, select.POLLOUT)
-        while (end := self._answered.find(b"\n", searched)) < 0:
-            searched = len(self._answered)
-            if searched > MOST_ANSWER_BYTES:
+        """Send a request and return the answer as a line; None if there is no answer."""
+        self._pipes.send(request)
+        while (line := self._pipes.take_line()) is None:
+            if self._pipes.has_ended or self._has_answered_too_much:
                 return None
-            for file, _ in self._poll.poll():
-                if file == self._requests.fileno():
-                    try:
-                        unsent = unsent[os.write(file, unsent) :]
-                    # the program has closed its input or ended, and its missing answer is reported later
-                    except BrokenPipeError:
-                        unsent = unsent[:0]
-                    if not unsent:
-                        self._poll.unregister(file)
-                elif file == self._printed.fileno():
-                    if not self._read_printed():
-                        self._poll.unregister(file)
-                elif chunk := os.read(file, CHUNK_BYTES):
-                    self._answered += chunk
-                else:
-                    return None
-        line = bytes(self._answered[:end])
-        del self._answered[: end + 1]
-        if unsent:  # the program answered before it received the whole request
-            self._poll.unregister(self._requests)
+            self._pipes.exchange()
         return line
 
-    def _read_printed(self) -> bool:
-        """Read standard error and keep the last bytes. Return False at the end of the stream."""
-        try:
-            chunk = os.read(self._printed.fileno(), CHUNK_BYTES)
-        except BlockingIOError:
-            return False
-        self._words = (self._words + chunk)[-MOST_PRINTED_BYTES:]
-        return bool(chunk)
+    @property
+    def _has_answered_too_much(self) -> bool:
+        return len(self._pipes.answered) > MOST_ANSWER_BYTES
 
     def _describe_last_output(self) -> str:
         """Return a phrase with the last line that the program printed since the last request; may be empty."""
-        while self._read_printed():
-            pass
+        printed = self._pipes.read_printed().decode(errors="replace")
         # Remove the path of the worker's temporary folder, so that the same failure always has the same text.
-        last_output = find_last_message(self._words.decode(errors="replace").replace(f"{Path.cwd()}{os.sep}", ""))
+        last_output = find_last_message(printed.replace(f"{Path.cwd()}{os.sep}", ""))
         return f"it last printed {last_output!r}" if last_output else ""
 
     def _describe_end(self) -> str:
@@ -164,7 +120,7 @@ class Program:
         last_output = self._describe_last_output()
         self.end()
         code = self._popen.returncode
-        if len(self._answered) > MOST_ANSWER_BYTES:
+        if self._has_answered_too_much:
             how = f"it answered more than {MOST_ANSWER_BYTES >> 20} MiB in a line"
         elif by_itself and code:
             how = f"its program was ended by signal {-code}" if code < 0 else f"its program ended with exit code {code}"
@@ -180,12 +136,11 @@ class Program:
     def end(self) -> None:
         """Close the program's input, which should end the program. If the program does not end, kill it."""
         self._stop()
-        for pipe in (self._answers, self._printed):
-            pipe.close()
+        self._pipes.close()
 
     def _stop(self) -> bool:
         """Close the program's input, and kill it if it does not end. Return whether the program ended by itself."""
-        self._requests.close()
+        self._pipes.close_requests()
         try:
             self._popen.wait(GRACE_S)
         except subprocess.TimeoutExpired:

@@ -187,18 +187,17 @@ def build_manifest(adapter: Adapter, name: str, version: str, command: Sequence[
 
 
 def _build_profile(adapter: Adapter, name: str, profile: Profile) -> dict[str, Any]:
-    capabilities = profile.capabilities
-    # In a manifest, profiles inherit the engine's capabilities, so only differences are written.
-    capability_fields = (
-        {} if capabilities is None else {"capabilities": _find_differing(capabilities, adapter.capabilities)}
-    )
-    return {
+    table = {
         "description": profile.description,
         "settings": {PROFILE: name},
         "accuracy": _find_differing(profile.accuracy, Accuracy()),
         "located": profile.located,
         "changed": dict(profile.changed),
-    } | capability_fields
+    }
+    if profile.capabilities is not None:
+        # In a manifest, profiles inherit the engine's capabilities, so only differences are written.
+        table["capabilities"] = _find_differing(profile.capabilities, adapter.capabilities)
+    return table
 
 
 def _build_knob(knob: Knob) -> dict[str, Any]:

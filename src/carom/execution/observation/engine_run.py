@@ -186,10 +186,9 @@ class _Run:
         """The present state, with the contacts of the last step."""
         return self.rows.observation(self.row, self.contacts)
 
-    @property
-    def previous(self) -> tuple[float, Observation]:
-        """Time and state one step before the present state; never after the scene's end."""
-        rows_within = np.flatnonzero(self.rows.time_s[: self.row] <= self.scene.duration_s)
+    def find_last_state(self, before_row: int) -> tuple[float, Observation]:
+        """Return time and state of the last row before another row that is not after the scene's end."""
+        rows_within = np.flatnonzero(self.rows.time_s[:before_row] <= self.scene.duration_s)
         if not len(rows_within):
             return self.before_block
         return float(self.rows.time_s[rows_within[-1]]), self.rows.observation(int(rows_within[-1]))
@@ -215,10 +214,7 @@ class _Run:
                 self.outcome = Outcome.STANDSTILL
                 return
             self.steps_taken = step
-            if self.stored_states is not None and step in self.stored_steps:
-                self.stored_states.append((step * self.dt_s, self.state))
-            if self.samples and step % self.stride == 0:
-                self.positions.append(self.rows.position_m[self.row].copy())
+            self._keep_states(range(step, step + 1), self.row)
             if straight and flight.has_begun(step * self.dt_s, self.state):
                 return
 
@@ -249,18 +245,22 @@ class _Run:
             steps_taken = 1 + int(np.argmin(np.maximum.reduce(sizes, axis=1) <= LARGEST))
         steps = range(first, first + steps_taken - 1)
         rows.time_s[begin : begin + len(steps)] = np.arange(first, first + len(steps)) * self.dt_s
-        if self.stored_states is not None:
-            stored = [step for step in steps if step in self.stored_steps]
-            self.stored_states += [(step * self.dt_s, rows.observation(begin + step - first)) for step in stored]
-        if self.samples:
-            sampled = [step for step in steps if step % self.stride == 0]
-            self.positions += [rows.position_m[begin + step - first].copy() for step in sampled]
+        self._keep_states(steps, begin)
         if flight is not None:
             for row in range(begin, begin + len(steps))[-QUIET_STEPS:]:
                 flight.add_state(float(rows.time_s[row]), rows.observation(row))
         self.row += len(steps)
         self.steps_taken += len(steps)
         return world.observe() if are_reliable else rows.observation(begin + steps_taken - 1)
+
+    def _keep_states(self, steps: range, row: int) -> None:
+        """Keep some of the states after successive steps for the trace. `row` is the row of the first state."""
+        rows, shift = self.rows, row - steps.start
+        if self.stored_states is not None:
+            stored = (step for step in steps if step in self.stored_steps)
+            self.stored_states += [(step * self.dt_s, rows.observation(step + shift)) for step in stored]
+        if self.samples:
+            self.positions += [rows.position_m[step + shift].copy() for step in steps if step % self.stride == 0]
 
     def _add_state(self, found: Observation, time_s: float) -> bool:
         """Add a state and its contacts. If the state is not finite, add nothing and return False."""
@@ -272,11 +272,10 @@ class _Run:
             self.outcome, self.notes = _classify_end(str.__str__(found.warning))
             if self.outcome is not Outcome.STANDSTILL:
                 return False
-        contacts: object = found.contacts
-        # Most steps have no contacts.
-        self.contacts = (
-            () if contacts == () else self.validator.check_contacts(contacts, float(rows.time_s[self.row]), time_s)
-        )
+        contacts: Any = found.contacts
+        if contacts != ():  # most steps have no contacts
+            contacts = self.validator.check_contacts(contacts, float(rows.time_s[self.row]), time_s)
+        self.contacts = contacts
         rows.time_s[row] = time_s
         self.row = row
         if self.contacts or self.collector.open:
@@ -289,10 +288,7 @@ class _Run:
     def _begin_rows(self) -> None:
         """Begin a new block of rows, whose first row is the present state."""
         self._pass_on_states()
-        if self.rows.time_s[self.row] <= self.scene.duration_s:
-            self.before_block = (float(self.rows.time_s[self.row]), self.state)
-        else:
-            self.before_block = self.previous
+        self.before_block = self.find_last_state(self.row + 1)
         last, self.rows = self.rows, StateRows(len(self.rows.time_s), len(self.scene.discs))
         self.rows.numbers[0], self.rows.time_s[0] = last.numbers[self.row], last.time_s[self.row]
         self.rows.has_spins = last.has_spins
@@ -309,7 +305,7 @@ class _Run:
         self._pass_on_states()
         completed, duration_s = self.outcome is Outcome.COMPLETED, self.scene.duration_s
         impacts, effective, states, spins = self.collector.finish()
-        last = LastStep(self.scene, *self.previous, self.steps_taken * self.dt_s, self.state)
+        last = LastStep(self.scene, *self.find_last_state(self.row), self.steps_taken * self.dt_s, self.state)
         missing_s = duration_s - last.end_s if completed else 0.0
         end_s = last.end_s + missing_s
         if missing_s < 0.0:  # the last step ends after the scene's end
@@ -352,13 +348,10 @@ class _Run:
 
 def _build_states(stored_states: Sequence[tuple[float, Observation]]) -> States:
     times, observations = zip(*stored_states, strict=True)
+    positions = np.array([state.position_m for state in observations])
+    velocities = np.array([state.velocity_m_s for state in observations])
     spins = [state.spin_rad_s for state in observations if state.spin_rad_s is not None]
-    return States(
-        np.array(times),
-        np.array([state.position_m for state in observations]),
-        np.array([state.velocity_m_s for state in observations]),
-        np.array(spins) if len(spins) == len(observations) else None,
-    )
+    return States(np.array(times), positions, velocities, np.array(spins) if len(spins) == len(times) else None)
 
 
 def _take_step_in_pieces(world: World, cutter: Cutter | None, step: int, dt_s: float) -> Iterable[float]:

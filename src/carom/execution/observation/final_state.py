@@ -58,11 +58,9 @@ class LastStep:
         if self.scene.arrays.turns:
             spins = np.zeros(len(speed)) if state.spin_rad_s is None else state.spin_rad_s
             spins = spins * kept_fractions if spin_rate is None else spins + spin_rate * seconds
-        return Observation(
-            state.position_m + state.velocity_m_s * flown_times[:, None] + pull * (seconds * seconds / 2),
-            state.velocity_m_s * kept_fractions[:, None] + pull * seconds,
-            spin_rad_s=spins,
-        )
+        position = state.position_m + state.velocity_m_s * flown_times[:, None] + pull * (seconds * seconds / 2)
+        velocity = state.velocity_m_s * kept_fractions[:, None] + pull * seconds
+        return Observation(position, velocity, spin_rad_s=spins)
 
     def _compute_rates_of_change(self) -> tuple[Array, Array | None]:
         """Return how fast the velocities and spins of all discs change between the scene's end and the step's end.

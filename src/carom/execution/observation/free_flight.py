@@ -106,14 +106,13 @@ class FreeFlight:
         """Whether the last steps left every velocity and spin unchanged, and moved every disc by its velocity."""
         states = [state for _, state in self._last_states]
         spins = [state.spin_rad_s for state in states if state.spin_rad_s is not None] if self._turns else []
-        is_unchanged = len({state.velocity_m_s.tobytes() for state in states}) == 1
-        is_unchanged = is_unchanged and len({spin.tobytes() for spin in spins}) <= 1
-        return is_unchanged and all(
-            approach.has_moved_straight(
-                before.position_m, after.position_m, after.velocity_m_s, self._dt_s, end_s, self._roundings
-            )
-            for (_, before), (end_s, after) in pairwise(self._last_states)
-        )
+        if len({state.velocity_m_s.tobytes() for state in states}) != 1 or len({spin.tobytes() for spin in spins}) > 1:
+            return False
+        for (_, before), (end_s, after) in pairwise(self._last_states):
+            motion = (before.position_m, after.position_m, after.velocity_m_s)
+            if not approach.has_moved_straight(*motion, self._dt_s, end_s, self._roundings):
+                return False
+        return True
 
     def _compute_earliest_contact(self, state: Observation, left_s: float) -> float:
         """Return the seconds until a contact is possible.

@@ -8,7 +8,8 @@ are used instead.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import count
 
@@ -32,6 +33,9 @@ from carom.model.trace import STATE_DTYPE, ImpactRecord, Vector, build_impact_ar
 
 #: A row of `STATE_DTYPE`.
 _State = tuple[float, Vector, Vector]
+#: Velocities and spins of two bodies: first and second body before a contact, first and second body after it.
+_Velocities = tuple[Vector, Vector, Vector, Vector]
+_Spins = tuple[float, float, float, float]
 _UNKNOWN: Vector = (math.nan, math.nan)
 _NOWHERE: Vector = (0.0, 0.0)
 
@@ -89,10 +93,7 @@ class ImpactCollector:
                 self._done.append((next(self._numbers), record, contact.time_s, state))
             elif self._has_effect(contact, before, observation, time_s - self._last_s):
                 active[pair] = contact
-        touched: dict[int, int] = {}
-        for pair in active:
-            for body in self._list_movable(pair):
-                touched[body] = touched.get(body, 0) + 1
+        touched = Counter(body for pair in active for body in self._list_movable(pair))
         motion = {body: self._motion_of(before, body) for body in touched}
         for pair in [pair for pair in self.open if pair not in active]:
             self._close(pair)
@@ -154,7 +155,7 @@ class ImpactCollector:
         pair: Pair,
         contact: Contact,
         motion: dict[int, Motion],
-        touched: Mapping[int, int],
+        touched: Counter[int],
         time_s: float,
         observation: Observation,
     ) -> None:
@@ -170,34 +171,26 @@ class ImpactCollector:
                 motion[body] = self._find_unchanged_motion(body, time_s)
         motions_before = (motion[first], motion[second])
         for body, sign in ((first, -1.0), (second, 1.0)):
-            if body in touched:
-                by_impulse = touched[body] > 1 and self._has_all_impulses(contact)
-                motion[body] = (
-                    self._apply_impulse(motion[body], contact, body, sign)
-                    if by_impulse
-                    else self._motion_of(observation, body)
-                )
+            if touched[body] > 1 and self._has_all_impulses(contact):
+                motion[body] = self._apply_impulse(motion[body], contact, body, sign)
+            elif body in touched:
+                motion[body] = self._motion_of(observation, body)
         after = (motion[first], motion[second])
+        approaches = compute_separation_speed(motions_before, contact.normal) < 0.0
         known = self.open.get(pair)
-        if known and compute_separation_speed(known.after, known.reported.normal) > 0.0 > compute_separation_speed(
-            motions_before, contact.normal
-        ):
+        if known and approaches and compute_separation_speed(known.after, known.reported.normal) > 0.0:
             # The two bodies separated, and a third body pushed them together again, so this contact is a second impact.
             self._close(pair)
-            known = None
-        if known is None:
+        if pair not in self.open:
             number, start_s, start = next(self._numbers), self._last_s, self._last
-            known = OpenContact(number, contact, motions_before, start_s, start, after, time_s, observation)
-            self.open[pair] = known
+            self.open[pair] = OpenContact(number, contact, motions_before, start_s, start, after, time_s, observation)
+        known = self.open[pair]
         known.after, known.end_s, known.end = after, time_s, observation
-        known.is_isolated = known.is_isolated and all(touched.get(body, 0) <= 1 for body in pair)
+        known.is_isolated = known.is_isolated and all(touched[body] <= 1 for body in pair)
         impulse = contact.impulse_n_s
-        known.add(
-            math.dist(compute_relative_velocity(after), compute_relative_velocity(motions_before))
-            if impulse is None
-            else impulse,
-            contact.normal,
-        )
+        if impulse is None:
+            impulse = math.dist(compute_relative_velocity(after), compute_relative_velocity(motions_before))
+        known.add(impulse, contact.normal)
         # Free fall during `_REST_STEPS` steps adds this speed. A pair that is faster does not rest.
         slowest = _REST_STEPS * self._pull * (time_s - self._last_s)
         if not abs(compute_separation_speed(after, contact.normal)) <= slowest:
@@ -217,50 +210,43 @@ class ImpactCollector:
         """
         (vx, vy, spin), (nx, ny) = motion, contact.normal
         by_normal = sign * (contact.impulse_n_s or 0.0) * self._inverse_mass[body]
+        vx, vy = vx + by_normal * nx, vy + by_normal * ny
         tangential = contact.tangential_impulse_n_s
         if not tangential:  # keeps results without friction bit-identical
-            return (vx + by_normal * nx, vy + by_normal * ny, spin)
+            return (vx, vy, spin)
         by_friction = sign * tangential * self._inverse_mass[body]
-        return (
-            vx + by_normal * nx - by_friction * ny,
-            vy + by_normal * ny + by_friction * nx,
-            spin - tangential * self._spin_per_impulse[body],
-        )
+        return (vx - by_friction * ny, vy + by_friction * nx, spin - tangential * self._spin_per_impulse[body])
 
     def _close(self, pair: Pair) -> None:
         open_contact = self.open.pop(pair)
         contact = open_contact.cut_at_rest()
-        motions = (*contact.before, *contact.after)
-        (a, b, c, d), spins = [(vx, vy) for vx, vy, _ in motions], [spin for _, _, spin in motions]
-        known = (spins[0], spins[1], spins[2], spins[3]) if self._turns else None
+        velocities, spins = _split_motions((*contact.before, *contact.after))
         # If the velocities before and after the contact are equal, the two paths differ only by rounding, and their
         # intersection has no physical meaning.
-        known_time = contact.is_isolated and has_turned((a, b), (c, d), self._float_bits)
         effective = math.nan
-        if known_time:
-            ends_at_rest = contact is not open_contact
+        if contact.is_isolated and has_turned(velocities[:2], velocities[2:], self._float_bits):
             drive = self._walls[wall_index(pair[1])] if pair[1] < 0 else STANDS
             leg = drive.leg_at(0.5 * (contact.start_s + contact.end_s))
-            effective = (
-                contact.compute_landing_time(self._gravity, leg)
-                if ends_at_rest
-                else contact.compute_turn_time(self._gravity, self._slowing, leg)
-            )
+            if contact is open_contact:
+                effective = contact.compute_turn_time(self._gravity, self._slowing, leg)
+            else:  # the pair comes to rest
+                effective = contact.compute_landing_time(self._gravity, leg)
         # Gravity accelerates two falling discs equally, so their relative path is straight. Relative to an immovable
         # body, a disc falls on a parabola.
         falls = self._pull > 0.0
         bent = falls and len(self._list_movable(pair)) < len(pair)
         if falls and not bent and math.isfinite(effective):
-            a, b, c, d = self._correct_for_gravity(effective, pair, contact, (a, b, c, d))
+            velocities = self._correct_for_gravity(effective, pair, contact, velocities)
         if self._slowing:
-            (a, b, c, d), known = self._correct_for_slowing(effective, contact)
-        record = ImpactRecord(contact.reported.time_s, *pair, contact.compute_normal(), a, b, c, d, known)
+            velocities, spins = self._correct_for_slowing(effective, contact)
+        own_spins = spins if self._turns else None
+        record = ImpactRecord(contact.reported.time_s, *pair, contact.compute_normal(), *velocities, own_spins)
         state = _build_state(pair, contact.start_s, contact.start if contact.is_isolated and not bent else None)
         self._done.append((contact.number, record, effective, state))
 
     def _correct_for_gravity(
-        self, time_s: float, pair: Pair, contact: OpenContact, velocities: tuple[Vector, Vector, Vector, Vector]
-    ) -> tuple[Vector, Vector, Vector, Vector]:
+        self, time_s: float, pair: Pair, contact: OpenContact, velocities: _Velocities
+    ) -> _Velocities:
         """Return the velocities of two falling discs at the instant of their impact, given velocities at step ends.
 
         Gravity acts between the impact and the next step boundary. Without this correction, the velocity after the
@@ -268,13 +254,12 @@ class ImpactCollector:
         """
         at_s = min(max(time_s, contact.start_s), contact.end_s)
         gx, gy = _to_vector(self._gravity, pair[0])
-        durations_s = (at_s - contact.start_s, at_s - contact.start_s, at_s - contact.end_s, at_s - contact.end_s)
-        a, b, c, d = ((vx + gx * t, vy + gy * t) for (vx, vy), t in zip(velocities, durations_s, strict=True))
+        a, b, c, d = (
+            (vx + gx * t, vy + gy * t) for (vx, vy), t in zip(velocities, contact.compute_durations(at_s), strict=True)
+        )
         return a, b, c, d
 
-    def _correct_for_slowing(
-        self, effective_s: float, contact: OpenContact
-    ) -> tuple[tuple[Vector, Vector, Vector, Vector], tuple[float, float, float, float] | None]:
+    def _correct_for_slowing(self, effective_s: float, contact: OpenContact) -> tuple[_Velocities, _Spins]:
         """Return velocities and spins of damped or braked discs at an impact, given velocities and spins at step ends.
 
         If the instant can't be computed, the reported instant is used. The instant is limited to the contact's
@@ -283,15 +268,18 @@ class ImpactCollector:
         duration_s = contact.end_s - contact.start_s
         at_s = effective_s if math.isfinite(effective_s) else contact.reported.time_s
         at_s = min(max(at_s, contact.start_s - duration_s), contact.end_s + duration_s)
-        motions = (*contact.before, *contact.after)
-        durations_s = (at_s - contact.start_s, at_s - contact.start_s, at_s - contact.end_s, at_s - contact.end_s)
-        factors = [
-            self._slowing.compute_kept_fraction(t, math.hypot(vx, vy))
-            for t, (vx, vy, _) in zip(durations_s, motions, strict=True)
-        ]
-        a, b, c, d = ((vx * factor, vy * factor) for (vx, vy, _), factor in zip(motions, factors, strict=True))
-        s, t, u, v = (spin * factor for (_, _, spin), factor in zip(motions, factors, strict=True))
-        return (a, b, c, d), ((s, t, u, v) if self._turns else None)
+        motions = []
+        durations_s = contact.compute_durations(at_s)
+        for (vx, vy, spin), seconds in zip((*contact.before, *contact.after), durations_s, strict=True):
+            kept = self._slowing.compute_kept_fraction(seconds, math.hypot(vx, vy))
+            motions.append((vx * kept, vy * kept, spin * kept))
+        return _split_motions(motions)
+
+
+def _split_motions(motions: Sequence[Motion]) -> tuple[_Velocities, _Spins]:
+    """Return the velocities and the spins of two bodies before and after a contact."""
+    (a, b, s), (c, d, t), (e, f, u), (g, h, v) = motions
+    return ((a, b), (c, d), (e, f), (g, h)), (s, t, u, v)
 
 
 def _build_state(pair: Pair, time_s: float, state: Observation | None) -> _State:
@@ -302,11 +290,8 @@ def _build_state(pair: Pair, time_s: float, state: Observation | None) -> _State
     if state is None:
         return (time_s, _UNKNOWN, _UNKNOWN)
     first, second = pair
-    return (
-        time_s,
-        _to_vector(state.position_m, first),
-        _NOWHERE if second < 0 else _to_vector(state.position_m, second),
-    )
+    place = _NOWHERE if second < 0 else _to_vector(state.position_m, second)
+    return (time_s, _to_vector(state.position_m, first), place)
 
 
 def _to_vector(array: NDArray[np.float64], body: int) -> Vector:

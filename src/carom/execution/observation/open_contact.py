@@ -82,13 +82,15 @@ class OpenContact:
 
     def add(self, impulse: float, normal: Vector) -> None:
         """Add the impulse of a step."""
+        (x, y), (nx, ny) = self.impulse_vector, normal
         self.steps += 1
         self.impulse += impulse
-        self.impulse_vector = (
-            self.impulse_vector[0] + impulse * normal[0],
-            self.impulse_vector[1] + impulse * normal[1],
-        )
+        self.impulse_vector = (x + impulse * nx, y + impulse * ny)
         self.weighted_length += impulse * math.hypot(*normal)
+
+    def compute_durations(self, time_s: float) -> tuple[float, float, float, float]:
+        """Return the seconds from the two motions before and the two motions after the contact until a time."""
+        return (time_s - self.start_s, time_s - self.start_s, time_s - self.end_s, time_s - self.end_s)
 
     def compute_normal(self) -> Vector:
         """Return a normal vector with the direction of the total impulse and the mean length of the steps' normals.

@@ -30,21 +30,17 @@ class Cutter:
 
     def __init__(self, world: World) -> None:
         if not isinstance(world, CuttableWorld):
-            message = (
-                "a located profile needs a world with cut, touching, save and restore; this world lacks some methods"
-            )
-            raise AdapterError(f"{message}; see docs/reference/adapters.md#located-profiles")
+            needs = "a located profile needs a world with cut, touching, save and restore"
+            page = "see docs/reference/adapters.md#located-profiles"
+            raise AdapterError(f"{needs}; this world lacks some methods; {page}")
         self.world = world
         self.pieces, self.probes, self.has_too_many_pieces = 0, 0, False
         self._known: frozenset[tuple[int, int]] = frozenset()
 
     def take_step(self, start_s: float, end_s: float) -> Iterator[float]:
         """Take one step in pieces, and yield the time at the end of each piece."""
-        world, now_s, pieces = self.world, start_s, 0
-        while now_s < end_s:
-            if pieces == MOST_PIECES:
-                self.has_too_many_pieces = True
-                return
+        world, now_s = self.world, start_s
+        for _ in range(MOST_PIECES):
             length = end_s - now_s
             state = world.save()
             found = self._try(length)
@@ -56,9 +52,11 @@ class Cutter:
             # The last piece ends exactly at the step boundary, not at a sum of rounded lengths.
             now_s = now_s + length if new_contacts else end_s
             self._known = found
-            pieces += 1
             self.pieces += 1
             yield now_s
+            if now_s >= end_s:
+                return
+        self.has_too_many_pieces = True
 
     def _try(self, length_s: float) -> frozenset[tuple[int, int]]:
         self.world.cut(length_s)

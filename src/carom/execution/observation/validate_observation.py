@@ -62,9 +62,8 @@ class Validator:
             _check_array(found.spin_rad_s, "spin_rad_s of an Observation", (self._discs,))
             rows.spin_rad_s[row] = found.spin_rad_s
         elif self._needs_spins:
-            raise build_adapter_error(
-                f"spin_rad_s must have the shape ({self._discs},) in a scene whose discs turn, got none"
-            )
+            shape = f"the shape ({self._discs},) in a scene whose discs turn"
+            raise build_adapter_error(f"spin_rad_s must have {shape}, got none")
         rows.has_spins = found.spin_rad_s is not None
         _check_array(found.position_m, "position_m of an Observation", (self._discs, 2))
         rows.position_m[row] = found.position_m
@@ -78,9 +77,8 @@ class Validator:
             return True
         finite = np.isfinite(numbers)
         if (far := (sizes > LARGEST) & finite).any():
-            raise build_adapter_error(
-                f"{rows.describe_column(int(far.argmax()))} {format_limits(0.0, LARGEST)}, got {numbers[far][0]:g}"
-            )
+            name = rows.describe_column(int(far.argmax()))
+            raise build_adapter_error(f"{name} {format_limits(0.0, LARGEST)}, got {numbers[far][0]:g}")
         return bool(finite.all())
 
     def check_contacts(self, found: object, begin_s: float, end_s: float) -> tuple[Contact, ...]:
@@ -93,30 +91,24 @@ class Validator:
             raise build_wrong_value_error("contacts of an observation", "a tuple", found)
         return tuple(self._check_contact(contact, begin_s, end_s) for contact in found)
 
-    def _describe_wall_numbers(self) -> str:
-        if not self._walls:
-            return " (the scene has no walls)"
-        return f" or a wall (-1 - k for wall k; number of walls: {self._walls})"
-
     def _check_contact(self, found: object, begin_s: float, end_s: float) -> Contact:
         if not isinstance(found, Contact):
             raise build_wrong_value_error("a contact", "a Contact", found)
         first = to_whole_number(found.first, "first of a contact")
         second = to_whole_number(found.second, "second of a contact")
         if not (0 <= first < self._discs and (first < second < self._discs or -self._walls <= second < 0)):
+            walls = f" or a wall (-1 - k for wall k; number of walls: {self._walls})"
             raise build_adapter_error(
                 f"a contact is of bodies {first} and {second}: first must be a disc (0 to {self._discs - 1}), and "
-                f"second a disc with a higher number{self._describe_wall_numbers()}"
+                f"second a disc with a higher number{walls if self._walls else ' (the scene has no walls)'}"
             )
         owner = f"of a contact of bodies {first} and {second}"
         time_s = _check_number(found.time_s, "time_s", owner)
         # Engines add up steps to compute times, which accumulates rounding errors. So the time may be outside the step
         # by at most one step size.
         if not begin_s - self._dt_s <= time_s <= end_s + self._dt_s:
-            step = f"{format_number(begin_s, 9)} to {format_number(end_s, 9)} s"
-            raise build_adapter_error(
-                f"time_s {owner} must be within the step that reports it, {step}, got {format_number(time_s, 9)}"
-            )
+            step = f"the step that reports it, {format_number(begin_s, 9)} to {format_number(end_s, 9)} s"
+            raise build_adapter_error(f"time_s {owner} must be within {step}, got {format_number(time_s, 9)}")
         x, y = _check_vector(found.normal, "normal", owner)
         if not abs(math.hypot(x, y) - 1.0) <= self._rounding:
             raise build_adapter_error(f"normal {owner} must have the length 1, got {x:g}, {y:g}")
@@ -124,16 +116,13 @@ class Validator:
         tangential = _check_optional_number(found.tangential_impulse_n_s, "tangential_impulse_n_s", owner)
         acts = found.velocities is not None or impulse or tangential
         if acts and not self._movable[first] and (second < 0 or not self._movable[second]):
-            raise build_adapter_error(
-                f"a contact is of bodies {first} and {second}, neither of which can move: they never collide"
-            )
+            bodies = f"bodies {first} and {second}, neither of which can move"
+            raise build_adapter_error(f"a contact is of {bodies}: they never collide")
         if found.velocities is None:
             return Contact(first, second, time_s, (x, y), impulse, None, tangential)
         if self._needs_spins and found.spins_rad_s is None:
-            raise build_adapter_error(
-                f"a contact of bodies {first} and {second} has velocities but no spins_rad_s, in a scene whose discs "
-                "turn"
-            )
+            lack = "has velocities but no spins_rad_s, in a scene whose discs turn"
+            raise build_adapter_error(f"a contact of bodies {first} and {second} {lack}")
         pairs = _check_items(found.velocities, f"velocities {owner}", 4)
         velocities: Any = tuple(_check_vector(pair, "velocities", owner) for pair in pairs)
         spins: Any = None
@@ -142,17 +131,16 @@ class Validator:
         if second < 0:
             due_in_step = self._drives[wall_index(second)].velocities_within(min(begin_s, time_s), max(end_s, time_s))
             drive = min(due_in_step, key=lambda due: math.dist(due, velocities[1]))
-            of_wall = {"velocities": (*velocities[1], *velocities[3]), "spins_rad_s": (spins[1::2] if spins else ())}
-            for name, numbers in of_wall.items():
-                due = drive * 2 if name == "velocities" else (0.0, 0.0)
+            of_wall = (
+                ("velocities", (*velocities[1], *velocities[3]), drive * 2),
+                ("spins_rad_s", spins[1::2] if spins else (), (0.0, 0.0)),
+            )
+            for name, numbers, due in of_wall:
                 if any(abs(got - v) > self._rounding * abs(v) for got, v in zip(numbers, due, strict=False)):
-                    numbers_text = ", ".join(f"{number:g}" for number in numbers)
-                    does = (
-                        "0 for a wall, which neither moves nor turns"
-                        if not any(due)
-                        else f"{drive[0]:g}, {drive[1]:g} before and after, the velocity of the driven wall"
-                    )
-                    raise build_adapter_error(f"{name} {owner} must be {does}, got {numbers_text}")
+                    required = "0 for a wall, which neither moves nor turns"
+                    if any(due):
+                        required = f"{drive[0]:g}, {drive[1]:g} before and after, the velocity of the driven wall"
+                    raise build_adapter_error(f"{name} {owner} must be {required}, got {_format_numbers(numbers)}")
             velocities = (velocities[0], drive, velocities[2], drive)
         return Contact(first, second, time_s, (x, y), impulse, velocities, tangential, spins)
 
@@ -208,9 +196,11 @@ def _check_numbers(found: object, name: str, count: int) -> list[float]:
     if len(numbers) != count:
         raise build_wrong_value_error(name, "numbers", found)
     if not all(map(math.isfinite, numbers)):
-        raise build_adapter_error(f"{name} must be finite, got {', '.join(f'{number:g}' for number in numbers)}")
+        raise build_adapter_error(f"{name} must be finite, got {_format_numbers(numbers)}")
     if any(abs(number) > LARGEST for number in numbers):
-        raise build_adapter_error(
-            f"{name} {format_limits(0.0, LARGEST)}, got {', '.join(f'{number:g}' for number in numbers)}"
-        )
+        raise build_adapter_error(f"{name} {format_limits(0.0, LARGEST)}, got {_format_numbers(numbers)}")
     return numbers
+
+
+def _format_numbers(numbers: Iterable[float]) -> str:
+    return ", ".join(f"{number:g}" for number in numbers)

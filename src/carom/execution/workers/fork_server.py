@@ -12,10 +12,12 @@ which a fork does not copy. Without a server that answers, each worker starts in
 from __future__ import annotations
 
 import array
+import gc
 import os
 import pickle
 import select
 import signal
+import socket
 import sys
 import threading
 import time
@@ -24,10 +26,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from io import FileIO
 from subprocess import TimeoutExpired
-from typing import TYPE_CHECKING, NoReturn
-
-if TYPE_CHECKING:
-    import socket
+from typing import NoReturn
 
 #: Seconds to wait for the server's answer. A fork takes only milliseconds.
 PATIENCE_S = 2.0
@@ -103,8 +102,6 @@ class ForkServer:
         known = sys.platform == "linux" and hasattr(os, "pidfd_open")
         if not (known and _allowed and threading.active_count() == 1):
             return None
-        import socket
-
         own_socket, child_socket = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         for stream in (sys.stdout, sys.stderr):
             stream.flush()  # so that only one of the processes writes the content of the buffer
@@ -127,8 +124,6 @@ class ForkServer:
             path: Search path of modules, as in the variable PYTHONPATH.
             memory_bytes: Memory limit of the worker.
         """
-        import socket
-
         with self._lock:
             if self._lost:
                 return None
@@ -177,7 +172,7 @@ def _serve(requests: socket.socket, parent: int) -> NoReturn:
 
         set_process_option(PR_SET_PDEATHSIG, signal.SIGKILL)
         if os.getppid() == parent:
-            _Server(requests).serve()
+            _fork_watchdogs(requests)
         code = 0
     finally:  # this process must never return to the command's code, which it has copied
         os._exit(code)
@@ -185,8 +180,6 @@ def _serve(requests: socket.socket, parent: int) -> NoReturn:
 
 def _detach(kept_file: int) -> None:
     """Detach this process from the command's terminal, signals and files. Only the file `kept_file` stays open."""
-    import gc
-
     gc.disable()  # otherwise finalisers of the command's objects could also run in this process
     gc.freeze()
     os.setsid()
@@ -201,61 +194,41 @@ def _detach(kept_file: int) -> None:
     os.closerange(kept_file + 1, os.sysconf("SC_OPEN_MAX"))
 
 
-class _Server:
-    """The loop that runs in the fork server's process."""
-
-    def __init__(self, requests: socket.socket) -> None:
-        self._requests = requests
-        self._status_files: dict[int, int] = {}  # pipe that receives the exit status of each watchdog
-        self._woken, wake = os.pipe()
-        for file in (self._woken, wake):
-            os.set_blocking(file, False)
-        signal.set_wakeup_fd(wake, warn_on_full_buffer=False)
-        self._wake = wake
-        signal.signal(signal.SIGCHLD, lambda *_: None)
-
-    def serve(self) -> None:
-        """Fork a watchdog for each request, until the command closes its end of the socket."""
-        import socket
-
-        poll = select.poll()
-        poll.register(self._requests, select.POLLIN)
-        poll.register(self._woken, select.POLLIN)
-        while True:
-            ready = {file for file, _ in poll.poll()}
-            if self._woken in ready:
-                os.read(self._woken, select.PIPE_BUF)
-                self._reap()
-            if self._requests.fileno() in ready:
-                message, files, _, _ = socket.recv_fds(self._requests, MOST_REQUEST_BYTES, _STREAMS)
-                if not message:
-                    self._reap()
-                    return
-                self._fork(message, files)
-
-    def _fork(self, message: bytes, files: Sequence[int]) -> None:
-        import socket
-
-        watchdog = os.fork()
-        if not watchdog:
-            server_files = (self._requests.fileno(), self._woken, self._wake, *self._status_files.values())
-            _become_watchdog(message, files, server_files)
-        pidfd = os.pidfd_open(watchdog) if sys.platform == "linux" else -1
-        *streams, self._status_files[watchdog] = files
-        socket.send_fds(self._requests, [b"."], [pidfd])
-        for file in (*streams, pidfd):
-            os.close(file)
-
-    def _reap(self) -> None:
-        with suppress(ChildProcessError):
-            while True:
-                watchdog, status = os.waitpid(-1, os.WNOHANG)
-                if not watchdog:
-                    return
-                file = self._status_files.pop(watchdog)
-                with suppress(OSError):  # the command may have closed its end of the pipe
-                    os.write(file, array.array("i", [os.waitstatus_to_exitcode(status)]).tobytes())
+def _fork_watchdogs(requests: socket.socket) -> None:
+    """Fork a watchdog for each request, until the command closes its end of the socket."""
+    signal.signal(signal.SIGCHLD, signal.SIG_DFL)  # if this signal were ignored, the exit status would be lost
+    watchdogs: dict[int, tuple[int, int]] = {}  # process number of each watchdog, and pipe for its status, by pidfd
+    poll = select.poll()
+    poll.register(requests, select.POLLIN)
+    while True:
+        for file, _ in poll.poll():
+            if file in watchdogs:
+                poll.unregister(file)
+                _report_end(*watchdogs.pop(file))
                 os.close(file)
+                continue
+            message, files, _, _ = socket.recv_fds(requests, MOST_REQUEST_BYTES, _STREAMS)
+            if not message:
+                return
+            watchdog = os.fork()
+            if not watchdog:
+                server_files = (requests.fileno(), *watchdogs, *(status_file for _, status_file in watchdogs.values()))
+                _become_watchdog(message, files, server_files)
+            pidfd = os.pidfd_open(watchdog) if sys.platform == "linux" else -1
+            *streams, status_file = files
+            watchdogs[pidfd] = (watchdog, status_file)
+            poll.register(pidfd, select.POLLIN)
+            socket.send_fds(requests, [b"."], [pidfd])
+            for stream in streams:
+                os.close(stream)
+
+
+def _report_end(watchdog: int, status_file: int) -> None:
+    """Send the exit status of a watchdog that has ended to the command."""
+    _, status = os.waitpid(watchdog, 0)
+    with suppress(OSError):  # the command may have closed its end of the pipe
+        os.write(status_file, array.array("i", [os.waitstatus_to_exitcode(status)]).tobytes())
+    os.close(status_file)
 
 
 def _become_watchdog(message: bytes, files: Sequence[int], server_files: Sequence[int]) -> NoReturn:
@@ -263,8 +236,6 @@ def _become_watchdog(message: bytes, files: Sequence[int], server_files: Sequenc
     code = 1
     try:
         server = os.getppid()
-        signal.set_wakeup_fd(-1)
-        signal.signal(signal.SIGCHLD, signal.SIG_DFL)
         folder, environment, memory_bytes = pickle.loads(message)  # noqa: S301 - sent by our own parent process
         os.setsid()
         *streams, status_file = files
@@ -286,8 +257,6 @@ def _become_watchdog(message: bytes, files: Sequence[int], server_files: Sequenc
         sys.stdin = sys.__stdin__ = open(0, closefd=False)  # type: ignore[misc] # noqa: SIM115 - to the end
         sys.stdout = sys.__stdout__ = open(1, "w", errors="backslashreplace", closefd=False)  # type: ignore[misc] # noqa: SIM115
         sys.stderr = sys.__stderr__ = open(2, "w", 1, errors="backslashreplace", closefd=False)  # type: ignore[misc] # noqa: SIM115
-        import gc
-
         from carom.execution.workers.watchdog import watch_worker
 
         gc.enable()

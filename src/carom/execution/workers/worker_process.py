@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import os
 import pickle
-import selectors
 import signal
 import subprocess
 import sys
@@ -28,13 +27,12 @@ from carom.execution.workers.fork_server import ForkServer, list_search_path
 from carom.execution.workers.worker_main import ANSWERS_CLOSED, TASK_END, build_codec
 from carom.execution.workers.working_folder import Folder
 from carom.support.escaping import find_last_message
+from carom.support.pipes import LinePipes
 
 #: Largest size of an answer. An answer with half a million impacts is smaller.
 MOST_ANSWER_BYTES = 2**27
 #: Number of bytes that are kept from the end of an engine's output.
 MOST_PRINTED_BYTES = 2**16
-#: The largest capacity that a pipe can have. The default is smaller.
-MOST_PIPE_BYTES = 2**20
 #: Number of bytes of an invalid answer that are shown.
 SHOWN_BYTES = 60
 
@@ -82,8 +80,12 @@ class Worker:
         try:
             while todo:
                 with self._lock:
-                    process = self._ensure_running()
-                    process.send(todo)
+                    if self._closed:
+                        raise ClosedError
+                    if self._process is None:
+                        self._process = _Process(os.fspath(self._folder.path), self._memory_bytes, self._fork_server)
+                    process = self._process
+                    process.send(pickle.dumps(todo, protocol=pickle.HIGHEST_PROTOCOL))
                 while todo and self._process is process:
                     with self._lock:
                         answer = self._receive(process, build_codec(type(todo[0])), time_limit_s)
@@ -94,13 +96,6 @@ class Worker:
             if todo:
                 with self._lock:
                     self._end()
-
-    def _ensure_running(self) -> _Process:
-        if self._closed:
-            raise ClosedError
-        if self._process is None:
-            self._process = _Process(os.fspath(self._folder.path), self._memory_bytes, self._fork_server)
-        return self._process
 
     def _receive(self, process: _Process, codec: Codec[tuple[int, Answer[T]]], time_limit_s: float) -> Answer[T]:
         """Return the next answer. If the process returns no answer or an invalid answer, end the process.
@@ -134,7 +129,8 @@ class Worker:
     def read_output(self) -> str:
         """Return the last part of the output that the process has printed since its start."""
         with self._lock:
-            return self._process.read_output() if self._process else ""
+            printed = self._process.read_printed() if self._process else b""
+        return printed.replace(TASK_END, b"").decode(errors="replace")
 
     def list_files(self) -> list[str]:
         """Return the names of the files in the process's working folder, which is empty at the start."""
@@ -157,12 +153,11 @@ class Worker:
             process.end()
 
 
-class _Process:
+class _Process(LinePipes):
     """A worker's process, from its start to its end.
 
     Attributes:
         answers_received: Number of tasks answered.
-        has_ended: Whether the process has ended or closed its answer pipe, so that no further answer can come.
     """
 
     def __init__(self, folder: str, memory_bytes: int, fork_server: ForkServer | None) -> None:
@@ -170,71 +165,23 @@ class _Process:
         path = os.pathsep.join(list_search_path())
         forked = fork_server.start(folder, path, memory_bytes) if fork_server is not None else None
         self._popen = forked or _start_watchdog(folder, path, memory_bytes)
-        requests, answers, printed = self._popen.stdin, self._popen.stdout, self._popen.stderr
-        assert requests and answers and printed  # noqa: S101, PT018 - all three are pipes, because of the arguments of Popen
-        self._requests, self._answers, self._printed = requests.fileno(), answers.fileno(), printed.fileno()
-        self._selector = selectors.DefaultSelector()
-        for file in (self._answers, self._printed):
-            os.set_blocking(file, False)
-            self._selector.register(file, selectors.EVENT_READ)
-        os.set_blocking(self._requests, False)
-        self.answers_received, self.has_ended = 0, False
-        self._unsent, self._answer_bytes, self._searched = memoryview(b""), bytearray(), 0
-        self._last_output, self._tasks_ended = b"", 0
-
-    def send(self, message: object) -> None:
-        """Queue a message; `exchange` sends the message."""
-        if not self._unsent:
-            self._selector.register(self._requests, selectors.EVENT_WRITE)
-        self._unsent = memoryview(bytes(self._unsent) + pickle.dumps(message, protocol=pickle.HIGHEST_PROTOCOL))
+        super().__init__(self._popen.stdin, self._popen.stdout, self._popen.stderr, MOST_PRINTED_BYTES)
+        self.answers_received, self._tasks_ended = 0, 0
 
     def take_line(self) -> bytes | None:
-        """Return the next complete line of the answers; None if no line is complete yet."""
-        end = self._answer_bytes.find(b"\n", self._searched)
-        if end < 0:
-            self._searched = len(self._answer_bytes)
-            if len(self._answer_bytes) <= MOST_ANSWER_BYTES:
-                return None
-            end = 2 * SHOWN_BYTES  # the line is too long to be an answer; the message shows only its beginning
-        line = bytes(self._answer_bytes[:end])
-        del self._answer_bytes[: end + 1]
-        self._searched = 0
-        return line
+        """Return the next line of the answers, or the beginning of a line that is too long to be an answer."""
+        line = super().take_line()
+        return bytes(self.answered[: 2 * SHOWN_BYTES]) if len(self.answered) > MOST_ANSWER_BYTES else line
 
-    def exchange(self, wait_s: float) -> None:
-        """Wait at most `wait_s` seconds until data can be sent or received, and send and receive what is possible."""
-        for key, _ in self._selector.select(wait_s):
-            try:
-                if key.fd == self._requests:
-                    self._unsent = self._unsent[os.write(self._requests, self._unsent) :]
-                    if not self._unsent:
-                        self._selector.unregister(self._requests)
-                elif chunk := os.read(key.fd, MOST_PRINTED_BYTES):
-                    if key.fd == self._answers:
-                        self._answer_bytes += chunk
-                    else:
-                        self._last_output = (self._last_output + chunk)[-MOST_PRINTED_BYTES:]
-                        self._tasks_ended += chunk.count(TASK_END)
-                else:
-                    self._selector.unregister(key.fd)
-                    self.has_ended |= key.fd == self._answers
-            except BlockingIOError:
-                pass
-            except BrokenPipeError:  # the process ended early, and its missing answers are reported later
-                self._selector.unregister(self._requests)
-
-    def read_output(self) -> str:
-        """Return the last part of the output that the process has printed."""
-        for _ in range(MOST_PIPE_BYTES // MOST_PRINTED_BYTES):
-            self.exchange(0)
-        return self._last_output.replace(TASK_END, b"").decode(errors="replace")
+    def keep_printed(self, chunk: bytes) -> None:
+        """Keep the last output, and count the tasks that have ended."""
+        super().keep_printed(chunk)
+        self._tasks_ended += chunk.count(TASK_END)
 
     def describe_last_output(self) -> str:
         """Return a phrase with the last output of the first unanswered task; empty if the task printed nothing."""
-        self.read_output()
-        # Tasks that have ended, but whose answers have not been counted yet.
-        since = self._tasks_ended - self.answers_received
-        parts = self._last_output.split(TASK_END)
+        parts = self.read_printed().split(TASK_END)
+        since = self._tasks_ended - self.answers_received  # tasks whose answers have not been counted yet
         printed = parts[-1 - since] if 0 <= since < len(parts) else b""  # older output is no longer kept
         message = find_last_message(printed.decode(errors="replace"))
         return f"it last printed: {message}" if message else ""
@@ -259,10 +206,7 @@ class _Process:
     def end(self) -> None:
         """End the process and all processes that it started."""
         self._popen.send_signal(signal.SIGCONT)  # continues a stopped watchdog
-        for pipe in (self._popen.stdin, self._popen.stdout, self._popen.stderr):
-            if pipe is not None:
-                pipe.close()  # the watchdog ends when its input is closed
-        self._selector.close()
+        self.close()  # the watchdog ends when its input is closed
         # A forked process can hold the other end of the pipe open, so signals are sent too. When the watchdog ends, the
         # worker also ends.
         for number in (signal.SIGTERM, signal.SIGKILL):

@@ -13,6 +13,7 @@ import stat
 import tempfile
 from contextlib import suppress
 from functools import cache
+from itertools import count
 from pathlib import Path
 
 PREFIX = "carom-worker-"
@@ -76,7 +77,8 @@ def _remove(root: Path) -> None:
         return
     try:
         todo = [name for name in os.listdir(top) if not name.startswith(LOCK)]
-        free_number = len(todo)
+        used = set(todo)  # an interrupted removal may have left folders with numbers as names
+        free_names = (str(number) for number in count() if str(number) not in used)
         while todo:
             name = todo.pop()
             with suppress(OSError):
@@ -87,11 +89,9 @@ def _remove(root: Path) -> None:
                 try:
                     for entry in os.listdir(folder):
                         if _is_folder(entry, folder):
-                            # an interrupted removal may have left a folder with this name
-                            while _is_there(f"{free_number}", top):
-                                free_number += 1
-                            os.rename(entry, f"{free_number}", src_dir_fd=folder, dst_dir_fd=top)
-                            todo.append(f"{free_number}")
+                            free_name = next(free_names)
+                            os.rename(entry, free_name, src_dir_fd=folder, dst_dir_fd=top)
+                            todo.append(free_name)
                         else:
                             os.unlink(entry, dir_fd=folder)
                 finally:
@@ -112,11 +112,3 @@ def _is_folder(name: str, parent: int) -> bool:
     if is_folder:
         os.chmod(name, 0o700, dir_fd=parent)
     return is_folder
-
-
-def _is_there(name: str, parent: int) -> bool:
-    try:
-        os.stat(name, dir_fd=parent, follow_symlinks=False)
-    except FileNotFoundError:
-        return False
-    return True

@@ -62,15 +62,15 @@ def test_step_clock_multiplies_steps_instead_of_adding_them() -> None:
     assert clock.now_s == 3.0
 
 
-@each("pair", [0.0, 0.25, 1.0])
+@each("pair", [0.0, 0.1, 0.25, 1.0])
 @each("wall", [0.0, 0.5, 1.0])
-def test_factored_restitutions_multiply_to_those_of_the_scene(pair: float, wall: float) -> None:
-    """Disc times disc is the restitution of a pair and disc times wall that of a wall, even if one is zero."""
-    bodies = disc_at(0, 0), wall_at(9, 0, -1, 0)
-    scene = staged("e", *bodies, restitution=pair, wall_restitution=wall, duration_s=1.0)
-    of_disc, of_wall = factored_restitutions(scene)
-    assert of_disc * of_disc == pytest.approx(pair, rel=1e-15)
-    assert of_disc * of_wall == pytest.approx(wall, rel=1e-15)
+def test_factored_coefficients_multiply_to_those_of_the_scene(pair: float, wall: float) -> None:
+    """Disc times disc is the coefficient of a pair and disc times wall that of a wall, even if one is zero."""
+    laws = {"restitution": pair, "wall_restitution": wall, "friction": pair, "wall_friction": 3.0 * wall}
+    scene = staged("e", disc_at(0, 0), wall_at(9, 0, -1, 0), **laws, duration_s=1.0)
+    for (of_disc, of_wall), times in ((factored_restitutions(scene), 1.0), (factored_frictions(scene), 3.0)):
+        assert of_disc * of_disc == pytest.approx(pair, rel=1e-15)
+        assert of_disc * of_wall == pytest.approx(times * wall, rel=1e-15)
 
 
 def test_struck_light_disc_stays_within_reach() -> None:
@@ -95,12 +95,3 @@ def test_impulse_out_of_the_plane_is_projected() -> None:
     assert normal == pytest.approx((0.6, 0.8), abs=1e-15)
     assert impulse == pytest.approx(8.0, abs=1e-14)
     assert flattened((0.0, 0.0), 10.0)[1] == 0.0
-
-
-def test_factored_frictions_multiply_to_those_of_the_scene() -> None:
-    """Disc times disc is the friction of a pair and disc times wall that of a wall, even if one is zero."""
-    for friction, wall_friction in ((0.25, 3.0), (0.0, 0.5), (0.1, 0.0), (0.0, 0.0)):
-        scene = staged("x", disc_at(0, 0, r=1), friction=friction, wall_friction=wall_friction, duration_s=1)
-        disc, wall = factored_frictions(scene)
-        assert disc * disc == pytest.approx(friction, rel=1e-15)
-        assert disc * wall == pytest.approx(wall_friction, rel=1e-15)
