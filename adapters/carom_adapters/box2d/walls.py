@@ -40,7 +40,7 @@ def build_wall_rectangle(scene: Scene, plane: Wall, centre: Point, radius: float
     smallest = min(disc.radius_m for disc in scene.discs)
     if not size * ROUNDING < smallest:
         raise AdapterError(
-            f"Box2D: a disc can move up to {radius:.3g} m, and 32-bit floats round a wall of that length by more "
+            f"Box2D: a disc can move up to {radius:.3g} m, and 32-bit floats move the ends of such a long wall by more "
             f"than the smallest radius, {smallest:.3g} m; shorten duration_s, or remove walls or heavy fast discs"
         )
     return foot, build_rectangle(plane.normal, size)

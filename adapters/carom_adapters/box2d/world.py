@@ -310,10 +310,10 @@ class Box2dWorld(QuietSteps):
         if fastest * dt_s > LONGEST_MOVE_M and (
             (fastest := float(np.hypot(*observation.velocity_m_s.T).max())) * dt_s > LONGEST_MOVE_M
         ):
-            return f"Box2D limits motion to {LONGEST_MOVE_M:g} m a step, and slowed a body down to {fastest:g} m/s"
+            return f"Box2D limits motion to {LONGEST_MOVE_M:g} m per step, and slowed a body down to {fastest:g} m/s"
         fastest = 0.0 if observation.spin_rad_s is None else float(np.abs(observation.spin_rad_s).max())
         if fastest * dt_s > LARGEST_TURN_RAD:
-            turn = f"{LARGEST_TURN_RAD:g} rad a step"
+            turn = f"{LARGEST_TURN_RAD:g} rad per step"
             return f"Box2D limits rotation to {turn}, and slowed a body down to {fastest:g} rad/s"
         return ""
 

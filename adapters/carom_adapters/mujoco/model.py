@@ -239,8 +239,9 @@ def _format_free_joint(damped: str) -> str:
 
 
 def list_axis_dampings(scene: Scene, settings: Mapping[str, Setting], inertia: Sequence[float]) -> list[float] | None:
-    """Return the damping of rotations of a free joint with these moments of inertia; None to keep MJCF's damping.
+    """Return the damping of the three rotations of a free joint; None to keep the damping that MJCF sets.
 
+    `inertia` contains the moments of inertia of the body.
     In MJCF, all six axes of a free joint have the same damping, which is right only for translations.
     """
     if not (scene.damping_per_s and scene.arrays.turns and settings["joints"] == "free"):

@@ -113,7 +113,11 @@ class NewtonWorld:
             velocity[self._moved] = self._state.body_qd.numpy()[:, (0, 2)]
         count = int(self._contacts.rigid_contact_count.numpy()[0])
         has_overflowed = count > self._contacts.rigid_contact_max
-        warning = f"Newton kept {self._contacts.rigid_contact_max} of {count} contacts" if has_overflowed else ""
+        warning = (
+            f"Newton found {count} contacts, but stores at most {self._contacts.rigid_contact_max}"
+            if has_overflowed
+            else ""
+        )
         return Observation(position, velocity, () if has_overflowed else tuple(self._list_contacts(count)), warning)
 
     def _list_contacts(self, count: int) -> Iterator[Contact]:

@@ -351,7 +351,7 @@ class PybulletWorld(QuietSteps):
             bullet.resetBaseVelocity(body, *velocity, client)
 
     def close(self) -> None:
-        """Keep this world's client for the next world. Disconnect the client kept before, to free its memory."""
+        """Keep this world's client for the next world. Disconnect the previously kept client, to free its memory."""
         if _KEPT:
             _, (client, *_) = _KEPT.popitem()
             self._bullet.disconnect(client)

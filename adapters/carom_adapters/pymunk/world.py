@@ -210,7 +210,7 @@ class PymunkWorld(QuietSteps):
         return self._arbiters
 
     def save(self) -> object:
-        """Return positions, velocities and spins. With tuned settings, nothing else in a space has an effect."""
+        """Return positions, velocities and spins. With the settings of `tuned`, nothing else affects later steps."""
         moving = [*self._movable, *self._driven]
         bodies = [(body, body.position, body.velocity, body.angular_velocity) for body in moving]
         return (self._clock.now_s, bodies, self._legs.started)

@@ -45,7 +45,7 @@ class Legs(Generic[Body]):
         """Divide steps into calls of the engine: single steps while changes of velocity remain, then all other steps.
 
         For each call, yield the number of steps, and the bodies whose velocities change before the call, with their new
-        velocities. The steps are counted on the clock.
+        velocities. `clock` counts the steps.
         """
         if self.started < len(self._changes):
             return self._split_steps_to_legs(steps, clock)
