@@ -33,7 +33,7 @@ class PicWorld(RecordedWorld):
         self._steps = 0
 
     def advance(self, steps: int) -> None:
-        """Advance the run by `steps` steps, with all impacts in these steps."""
+        """Advance the run by `steps` steps, and compute all impacts in these steps."""
         self._steps += steps
         outcome = self._run.advance_to(self._steps * self._dt_s)
         # Lasting contact is not a failure. After lasting contact has begun, the state stays the same and is not

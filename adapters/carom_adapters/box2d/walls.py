@@ -47,9 +47,10 @@ def build_wall_rectangle(scene: Scene, plane: Wall, centre: Point, radius: float
 
 
 def list_shape_points(chain: Chain, settings: Mapping[str, Setting]) -> list[list[Point]]:
-    """Return the points of each Box2D shape of a chain: one shape with the setting ``chains``, else one per edge.
+    """Return the points of each Box2D shape of a chain.
 
-    If a closed chain is one shape, the last point repeats the first point.
+    With the setting ``chains`` the chain is one shape, otherwise each edge is a shape. If a closed chain is one shape,
+    the last point repeats the first point.
 
     Raises:
         AdapterError: The setting ``chains`` is on, and a piece is shorter than Box2D accepts.

@@ -39,7 +39,7 @@ Point = tuple[float, float]
 
 
 def list_disc_shapes(scene: Scene) -> list[tuple[int, float, float]]:
-    """Return category, restitution and friction of each circular shape of a disc (one or two shapes).
+    """Return collision category, restitution and friction of each circular shape of a disc (one or two shapes).
 
     Box2D uses the larger of two bodies' restitutions, and the square root of the product of their frictions. If discs
     have a larger restitution than walls, or another friction, a disc needs two shapes. The first shape collides with

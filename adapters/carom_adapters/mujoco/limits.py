@@ -91,7 +91,7 @@ def does_solve_in_turn(scene: Scene, settings: Mapping[str, Setting]) -> bool:
 
 
 def does_list_pairs(scene: Scene, settings: Mapping[str, Setting]) -> bool:
-    """Whether each pair of bodies is listed in the model, by request or to set the pair's parameters of friction."""
+    """Whether the model lists each pair of bodies: with `listed_pairs`, or with `in_turn` and friction."""
     return bool(settings.get("listed_pairs", False)) or does_solve_in_turn(scene, settings)
 
 

@@ -51,7 +51,7 @@ def _compute_solref(stiffness: float, restitution: float, dt_s: float) -> tuple[
 
 
 def _compute_solreffriction(scene: Scene, discs: tuple[int, ...], dt_s: float) -> tuple[float, float]:
-    """Return the ``solreffriction`` with which a contact of these discs ends their slip (sliding) within the step.
+    """Return the ``solreffriction`` of a contact that ends the slip (sliding) of two discs within one step.
 
     Without `solreffriction`, MuJoCo applies `solref` also to friction, and a sliding speed u becomes ``-restitution *
     u`` instead of 0. MuJoCo regularises friction and the normal force alike, by ``(1 - d) / d`` times the inverse mass
