@@ -94,9 +94,7 @@ adapter = shared.EngineAdapter(
         "located": shared.build_located_profile(
             "Box2D's own contact test", _LOCATED, but=" without continuous detection"
         ),
-        "no-ccd": Profile(
-            "The tuned settings without continuous detection: no disc is swept.", shared.add_step(_NO_CCD)
-        ),
+        "no-ccd": Profile("The tuned settings without continuous detection.", shared.add_step(_NO_CCD)),
         "resting": Profile(
             "The tuned settings, changed so that balls come to rest instead of hopping forever: bodies do not bounce "
             "if they meet at less than the speed that gravity adds in 2.5 steps, or at a little more.",

@@ -190,7 +190,7 @@ class Box2dWorld(QuietSteps):
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings, read back from Box2D except for the arguments of `Step`."""
+        """The settings as Box2D reports them, and the arguments of `Step`."""
         read: dict[str, Setting] = {name: bool(getattr(self._world, name)) for name in WORLD_SETTINGS}
         velocity, position = self._iterations
         read |= {

@@ -93,7 +93,7 @@ class DartWorld:
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings, read back from DART. For a release without split impulses, `split_impulse` is False."""
+        """The settings as DART reports them. For a release without split impulses, `split_impulse` is False."""
         told_by = self._world if hasattr(self._world, "getCollisionDetector") else self._solver
         detector = type(told_by.getCollisionDetector()).__name__.upper()
         return {

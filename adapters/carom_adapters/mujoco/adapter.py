@@ -89,9 +89,7 @@ adapter = shared.EngineAdapter(
         "located": shared.build_located_profile(
             "MuJoCo's own collision detection", _LOCATED, but=" without speculative contacts"
         ),
-        "no-ccd": Profile(
-            "The tuned settings without continuous detection: no contact is speculative.", shared.add_step(_NO_CCD)
-        ),
+        "no-ccd": Profile("The tuned settings without continuous detection.", shared.add_step(_NO_CCD)),
         "cylinder": Profile(
             "The tuned settings with cylinders instead of spheres. Slide joints keep the cylinders from tipping over, "
             "and MuJoCo finds contacts with a tolerance of 1e-12 (Carom's own measurements).",

@@ -82,7 +82,7 @@ class NewtonWorld:
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings, read back from solver and model."""
+        """The settings that the solver and the model really contain."""
         model_settings = {name: getattr(self._solver, name) for name in OF_THE_SOLVER}
         model_settings["gap"] = float(self._model.shape_gap.numpy()[0])
         if (speculative_gap := self._pipeline.speculative_contact_gap_max) is not None:
@@ -168,5 +168,5 @@ class NewtonWorld:
 
 
 def _to_space(vector: tuple[float, float]) -> tuple[float, float, float]:
-    """Return a vector of the scene as a vector in space."""
+    """Convert a vector in the scene's plane to a vector in three dimensions."""
     return vector[0], 0.0, vector[1]

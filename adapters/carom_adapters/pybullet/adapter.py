@@ -99,9 +99,7 @@ adapter = shared.EngineAdapter(
         "located": shared.build_located_profile(
             "Bullet's own collision detection", _NO_CCD, but=" without continuous detection"
         ),
-        "no-ccd": Profile(
-            "The tuned settings without continuous detection: no disc is swept.", shared.add_step(_NO_CCD)
-        ),
+        "no-ccd": Profile("The tuned settings without continuous detection.", shared.add_step(_NO_CCD)),
         "cylinder": Profile(
             "The tuned settings with cylinders instead of spheres. Infinite moments of inertia keep the "
             "cylinders from tipping over (Carom's own measurements).",

@@ -215,7 +215,7 @@ class PybulletWorld(QuietSteps):
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings in use. Settings that PyBullet reports are read back."""
+        """The settings in use. Some are read from PyBullet, and the others are as requested."""
         world = self._bullet.getPhysicsEngineParameters(self._client)
         body = self._bullet.getDynamicsInfo((self._movable or self._discs)[0], -1, self._client)
         return self._requested_settings | {

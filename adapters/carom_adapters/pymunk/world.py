@@ -111,7 +111,7 @@ class PymunkWorld(QuietSteps):
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings, read back from the space."""
+        """The settings that the space really contains."""
         # Before its first step, the space has no time step.
         read: dict[str, Setting] = {"dt_s": self._space.current_time_step or self._clock.dt_s}
         return read | {name: getattr(self._space, name) for name in SPACE_SETTINGS} | {NEIGHBORS: int(self._neighbors)}
