@@ -87,7 +87,7 @@ def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
                 if max(map(abs, velocity)) > SHIPPED_SPEED_CLAMP_M_S:
                     limit_text = f"{SHIPPED_SPEED_CLAMP_M_S:g} m/s"
                     raise AdapterError(
-                        f"PyBullet: {name}[{i}] is driven at {velocity}, but Bullet limits its components to {limit_text}"
+                        f"PyBullet: {name}[{i}] is driven at {velocity}; Bullet limits its components to {limit_text}"
                     )
     if scene.wall_rolling_resistance and len(radii := {d.radius_m for d in scene.discs if not d.immovable}) > 1:
         raise AdapterError(
