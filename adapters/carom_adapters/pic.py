@@ -33,7 +33,7 @@ class PicWorld(RecordedWorld):
         self._steps = 0
 
     def advance(self, steps: int) -> None:
-        """Advance the run by `steps` steps, with all impacts in these steps."""
+        """Advance the run by `steps` steps, and compute all impacts in these steps."""
         self._steps += steps
         outcome = self._run.advance_to(self._steps * self._dt_s)
         # Lasting contact is not a failure. After lasting contact has begun, the state stays the same and is not
@@ -65,11 +65,11 @@ class PicAdapter:
     profiles: Mapping[str, Profile] = AliasedProfiles(
         {
             "frame-by-frame": Profile(
-                "The source paper's Algorithm 2, also the profile default: each impact solves all pairs again.",
+                "The source paper's Algorithm 2 (also called default): each impact solves all pairs again.",
                 lambda dt_s: {"dt_s": dt_s, "form": "framewise"},
             ),
             "event-driven": Profile(
-                "PIC without frames, also the profile tuned: only the discs of an impact are predicted again.",
+                "PIC without frames (also called tuned): each impact solves only its own discs again.",
                 lambda dt_s: {"dt_s": dt_s, "form": "event-driven"},
             ),
         },
@@ -84,7 +84,7 @@ class PicAdapter:
         """
         for setting in settings:
             if setting not in {"dt_s", "form"}:
-                raise AdapterError(f"pic: no setting {setting!r}; there are: dt_s, form")
+                raise AdapterError(f"pic: no setting {setting!r}; the settings are dt_s and form")
         require_supported("pic", scene, self.capabilities, float(settings["dt_s"]))
         return PicWorld(start_pic_run(scene, all_pairs=settings["form"] == "framewise"), settings)
 

@@ -55,7 +55,7 @@ class PitAdapter:
         """
         for setting in settings:
             if setting != "dt_s":
-                raise AdapterError(f"pit: no setting {setting!r}; there is: dt_s")
+                raise AdapterError(f"pit: no setting {setting!r}; the only setting is dt_s")
         require_supported("pit", scene, self.capabilities, float(settings["dt_s"]))
         return PitWorld(scene, settings)
 

@@ -45,7 +45,7 @@ class RecordedWorld:
         self._warning = ""
 
     def advance(self, steps: int) -> None:
-        """Take steps, with all impacts in these steps."""
+        """Take steps, and compute all impacts in these steps."""
         raise NotImplementedError  # PIC and PIT have different implementations
 
     def take_quiet_steps(self, position_m: Array, velocity_m_s: Array, spin_rad_s: Array) -> int:

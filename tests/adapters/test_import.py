@@ -276,7 +276,7 @@ def test_unsupported_parts_of_a_model_are_listed(tmp_path: Path) -> None:
     for what in (
         "geom 0, a plane: its normal is not in the plane",
         "a box: scenes have only discs and half-planes",
-        "its body is not one geom that is free in the plane",
+        "its body has several parts, or can't move freely in the plane",
         "its centre is 1 off the plane z = 0",
         "geom can, a cylinder: its axis is not z",
         "gravity along z, -9.81",

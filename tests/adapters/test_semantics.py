@@ -105,7 +105,7 @@ def test_box2d_motion_limit_is_reported(named: Named, drive: Drive) -> None:
     thrown = staged("thrown", disc_at(0, 0, 16, r=5, m=1000), disc_at(7, 0, r=1), duration_s=1.0)
     assert not unsupported_reason(thrown, box2d.capabilities, dt_s)
     seen = drive(box2d, thrown, dt_s)
-    assert f"limits motion to {limit:g} m a step" in seen[-1].warning
+    assert f"limits motion to {limit:g} m per step" in seen[-1].warning
     moved = np.abs(np.diff([state.position_m[1, 0] for state in seen])).max()
     assert moved == pytest.approx(limit, rel=1e-6)
     fast = staged("fast", disc_at(0, 0, 21, r=1), duration_s=1)

@@ -168,7 +168,7 @@ def test_spin_beyond_the_engine_limit_is_reported_as_a_warning(named: Named, nam
         world.advance(1)
         said = said or world.observe().warning
     world.close()
-    assert {"pybullet": "clamps a multibody's spin to 100 rad/s", "box2d": "rad a step, and slowed"}[name] in said
+    assert {"pybullet": "clamps a multibody's spin to 100 rad/s", "box2d": "rad per step, and slowed"}[name] in said
 
 
 @each("name, friction", [("pybullet", 10.1), ("box2d", 1e20), ("mujoco", 1e-6), ("mujoco", 1e31), ("pymunk", 1e101)])

@@ -70,8 +70,8 @@ adapter = shared.EngineAdapter(
     },
     profiles={
         "default": Profile(
-            "Box2D's defaults (contacts below 1 m/s are inelastic), but bodies never sleep, with the scene's "
-            "restitution and friction.",
+            "Box2D's defaults (bodies that meet below 1 m/s do not bounce), except that bodies never sleep and have "
+            "the scene's restitution and friction.",
             shared.add_step(_DEFAULT),
             capabilities=replace(
                 CAPABILITIES,
@@ -88,15 +88,16 @@ adapter = shared.EngineAdapter(
             },
         ),
         "tuned": shared.build_tuned_profile(
-            "slow contacts bounce, overlaps are never pushed apart, and fast discs are swept", _TUNED
+            "slow bodies bounce, overlapping bodies are never pushed apart, and fast discs have continuous detection",
+            _TUNED,
         ),
-        "located": shared.build_located_profile("Box2D's own contact test", _LOCATED, but=" without sweeping"),
-        "no-ccd": Profile(
-            "The tuned settings without continuous detection: no disc is swept.", shared.add_step(_NO_CCD)
+        "located": shared.build_located_profile(
+            "Box2D's own contact test", _LOCATED, but=" without continuous detection"
         ),
+        "no-ccd": Profile("The tuned settings without continuous detection.", shared.add_step(_NO_CCD)),
         "resting": Profile(
-            "The tuned settings for balls that come to rest, which otherwise hop for ever: contacts slower than the "
-            "fall speed of 2.5 steps, or a little more, are inelastic.",
+            "The tuned settings, changed so that balls come to rest instead of hopping forever: bodies do not bounce "
+            "if they meet at less than the speed that gravity adds in 2.5 steps, or at a little more.",
             _build_resting_settings,
             capabilities=replace(CAPABILITIES, restitution_threshold_m_s=THRESHOLD_M_S),
         ),

@@ -106,8 +106,9 @@ def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
     heaviest = max((disc.mass_kg for disc in scene.discs if not disc.immovable), default=0.0)
     if scene.table_deceleration_m_s2 * heaviest * scale * scale > LARGEST_FORCE_N:
         raise AdapterError(
-            f"Box2D: the table's force on {heaviest:g} kg exceeds 32 bits ({scene.table_deceleration_m_s2:g} m/s^2 "
-            f"times the square of velocity_scale {scale:g}); lower table_deceleration_m_s2"
+            f"Box2D: the force with which the table slows a disc of {heaviest:g} kg is too large for 32-bit floats "
+            f"({scene.table_deceleration_m_s2:g} m/s^2, multiplied by the square of velocity_scale, {scale:g}); lower "
+            "table_deceleration_m_s2"
         )
     if math.frexp(scale)[0] != 0.5:
         raise AdapterError(f"Box2D: velocity_scale must be a power of two, got {settings['velocity_scale']}")

@@ -15,12 +15,10 @@ from carom_adapters.shared.walls import compute_thickness
 
 #: Comment in the program that explains the scale of velocities.
 SCALED = (
-    "All velocities are multiplied and all times are divided by this factor, since Box2D makes contacts inelastic if "
-    "the closing speed is below 1 m/s (b2_velocityThreshold, compiled in). A power of two avoids rounding."
+    "This program multiplies all velocities by this factor and divides all times by it, because in Box2D bodies do not "
+    "bounce below 1 m/s (b2_velocityThreshold, compiled in). The factor is a power of two, which avoids rounding."
 )
-NOT_SCALED = (
-    "By default, contacts are inelastic if the closing speed is below 1 m/s (b2_velocityThreshold, compiled in)."
-)
+NOT_SCALED = "By default, bodies that meet below 1 m/s do not bounce (b2_velocityThreshold, compiled in)."
 
 
 ADD_SHAPE = """def add_shape(shape, position=(0.0, 0.0), half_width=0.0, velocity=None{takes}):

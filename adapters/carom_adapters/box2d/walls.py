@@ -40,16 +40,17 @@ def build_wall_rectangle(scene: Scene, plane: Wall, centre: Point, radius: float
     smallest = min(disc.radius_m for disc in scene.discs)
     if not size * ROUNDING < smallest:
         raise AdapterError(
-            f"Box2D: a disc can move up to {radius:.3g} m, and 32-bit floats round a wall of that length by more "
+            f"Box2D: a disc can move up to {radius:.3g} m, and 32-bit floats move the ends of such a long wall by more "
             f"than the smallest radius, {smallest:.3g} m; shorten duration_s, or remove walls or heavy fast discs"
         )
     return foot, build_rectangle(plane.normal, size)
 
 
 def list_shape_points(chain: Chain, settings: Mapping[str, Setting]) -> list[list[Point]]:
-    """Return the points of each Box2D shape of a chain: one shape with the setting ``chains``, else one per edge.
+    """Return the points of each Box2D shape of a chain.
 
-    If a closed chain is one shape, the last point repeats the first point.
+    With the setting ``chains`` the chain is one shape, otherwise each edge is a shape. If a closed chain is one shape,
+    the last point repeats the first point.
 
     Raises:
         AdapterError: The setting ``chains`` is on, and a piece is shorter than Box2D accepts.

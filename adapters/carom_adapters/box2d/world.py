@@ -39,7 +39,7 @@ Point = tuple[float, float]
 
 
 def list_disc_shapes(scene: Scene) -> list[tuple[int, float, float]]:
-    """Return category, restitution and friction of each circular shape of a disc (one or two shapes).
+    """Return collision category, restitution and friction of each circular shape of a disc (one or two shapes).
 
     Box2D uses the larger of two bodies' restitutions, and the square root of the product of their frictions. If discs
     have a larger restitution than walls, or another friction, a disc needs two shapes. The first shape collides with
@@ -190,7 +190,7 @@ class Box2dWorld(QuietSteps):
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings, read back from Box2D except for the arguments of `Step`."""
+        """The settings as Box2D reports them, and the arguments of `Step`."""
         read: dict[str, Setting] = {name: bool(getattr(self._world, name)) for name in WORLD_SETTINGS}
         velocity, position = self._iterations
         read |= {
@@ -310,10 +310,10 @@ class Box2dWorld(QuietSteps):
         if fastest * dt_s > LONGEST_MOVE_M and (
             (fastest := float(np.hypot(*observation.velocity_m_s.T).max())) * dt_s > LONGEST_MOVE_M
         ):
-            return f"Box2D limits motion to {LONGEST_MOVE_M:g} m a step, and slowed a body down to {fastest:g} m/s"
+            return f"Box2D limits motion to {LONGEST_MOVE_M:g} m per step, and slowed a body down to {fastest:g} m/s"
         fastest = 0.0 if observation.spin_rad_s is None else float(np.abs(observation.spin_rad_s).max())
         if fastest * dt_s > LARGEST_TURN_RAD:
-            turn = f"{LARGEST_TURN_RAD:g} rad a step"
+            turn = f"{LARGEST_TURN_RAD:g} rad per step"
             return f"Box2D limits rotation to {turn}, and slowed a body down to {fastest:g} rad/s"
         return ""
 

@@ -40,7 +40,8 @@ adapter = shared.EngineAdapter(
             },
         ),
         "tuned": shared.build_tuned_profile(
-            "DART's own collision detector is used, and overlaps are pushed apart without an effect on velocities",
+            "DART's own collision detector finds contacts, and overlapping bodies are pushed apart without a change of "
+            "their velocities",
             _TUNED,
             CHAIN,
         ),

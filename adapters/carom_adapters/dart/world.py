@@ -63,7 +63,7 @@ class DartWorld:
         kinds = self._dart.collision  # up to release 6.19, the detector is an object that belongs to the solver
         kind = next((kind for kind in dir(kinds) if kind.upper() == f"{name}COLLISIONDETECTOR"), None)
         if kind is None:
-            raise AdapterError(f"this release of dartpy has no collision detector of {name}; choose another")
+            raise AdapterError(f"this release of dartpy has no collision detector named {name}; choose another")
         self._solver.setCollisionDetector(getattr(kinds, kind)())
 
     def _add_disc(self, i: int, radius_m: float, mass_kg: float | None, restitution: float) -> None:
@@ -93,7 +93,7 @@ class DartWorld:
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings, read back from DART. For a release without split impulses, `split_impulse` is False."""
+        """The settings as DART reports them. For a release without split impulses, `split_impulse` is False."""
         told_by = self._world if hasattr(self._world, "getCollisionDetector") else self._solver
         detector = type(told_by.getCollisionDetector()).__name__.upper()
         return {

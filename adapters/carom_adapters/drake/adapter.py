@@ -25,23 +25,23 @@ adapter = shared.EngineAdapter(
     },
     profiles={
         "default": Profile(
-            "Drake's defaults with a continuous plant, but without dissipation or friction: stiffness, accuracy and "
-            "integrator are the defaults.",
+            "A continuous plant (Drake's model without time steps) with Drake's default stiffness, accuracy and "
+            "integrator, but without dissipation or friction.",
             shared.add_step({}),
             # A contact lasts for pi * sqrt(mass / stiffness), some milliseconds. During this time the discs move along
             # each other, so the direction of the force changes.
             Accuracy(late_steps=1.0, velocity=0.05, energy=0.01),
             changed={
-                "time_step": "0, which makes a continuous plant: a discrete plant, the default, has no bounce",
-                "hunt_crossley_dissipation": "no dissipation, because Drake has no other restitution than 1",
+                "time_step": "0 (a continuous plant), because nothing bounces in the default, a discrete plant",
+                "hunt_crossley_dissipation": "no dissipation, because the adapter supports only a restitution of 1",
                 "dynamic_friction": shared.OF_THE_SCENE,
                 "static_friction": shared.OF_THE_SCENE,
-                "joint": "planar and undamped, which keeps a disc in the plane",
+                "joint": "a planar joint without damping, which keeps a disc in the plane",
             },
         ),
         "tuned": Profile(
-            "The most exact settings known, from Carom's own measurements: contacts ten thousand times as stiff, and "
-            "steps of the integrator that are short enough for slow contacts.",
+            "The most exact settings known, from Carom's own measurements: contacts ten thousand times as stiff as "
+            "by default, and steps of the integrator that are short enough for slow contacts.",
             shared.add_step(_TUNED),
             # The errors of this profile were measured with an accuracy of 1e-7 for each step of the integrator.
             Accuracy(velocity=1e-3, energy=1e-3),

@@ -102,7 +102,7 @@ class DrakeWorld:
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings, read back from Drake.
+        """The settings as Drake reports them.
 
         ``point_stiffness`` is the default for bodies without a stiffness of their own.
         """

@@ -74,27 +74,25 @@ adapter = shared.EngineAdapter(
     },
     profiles={
         "default": Profile(
-            "MuJoCo's defaults for a user who wants a bounce, with the scene's friction. The contact spring is "
-            "undamped (solref -1000 0); for restitution below 1 it is damped by the formula of the linear oscillator.",
+            "MuJoCo's defaults with the scene's friction, and with a contact spring that lets bodies bounce (solref "
+            "-1000 0). If the restitution is below 1, the spring also has the damping for this restitution.",
             shared.add_step(_DEFAULT),
             capabilities=replace(CAPABILITIES, continuous_detection=False),
             changed={
                 "stiffness": "solref is -1000 0, a common spring, because nothing bounces with the default 0.02 1",
-                "damping": "of the contact spring, for the scene's restitution",
+                "damping": "damping of the contact spring, computed from the scene's restitution",
                 "friction": shared.OF_THE_SCENE,
-                "condim": "1, a contact without friction, if the scene has none",
+                "condim": "1 (contacts without friction) if the scene has no friction",
             },
         ),
         "tuned": shared.build_tuned_profile("a contact is damped so that one Euler step reverses the velocity", _TUNED),
         "located": shared.build_located_profile(
-            "MuJoCo's own collision detection", _LOCATED, but=" without speculation"
+            "MuJoCo's own collision detection", _LOCATED, but=" without speculative contacts"
         ),
-        "no-ccd": Profile(
-            "The tuned settings without continuous detection: no contact is speculative.", shared.add_step(_NO_CCD)
-        ),
+        "no-ccd": Profile("The tuned settings without continuous detection.", shared.add_step(_NO_CCD)),
         "cylinder": Profile(
-            "The tuned settings with cylinders for spheres. Slide joints keep the cylinders from tipping over, and "
-            "their contacts are found to 1e-12 (Carom's own measurements).",
+            "The tuned settings with cylinders instead of spheres. Slide joints keep the cylinders from tipping over, "
+            "and MuJoCo finds contacts with a tolerance of 1e-12 (Carom's own measurements).",
             shared.add_step(_CYLINDER),
             CYLINDER_ACCURACY,
         ),

@@ -91,7 +91,7 @@ def does_solve_in_turn(scene: Scene, settings: Mapping[str, Setting]) -> bool:
 
 
 def does_list_pairs(scene: Scene, settings: Mapping[str, Setting]) -> bool:
-    """Whether each pair of bodies is listed in the model, by request or to set the pair's parameters of friction."""
+    """Whether the model lists each pair of bodies: with `listed_pairs`, or with `in_turn` and friction."""
     return bool(settings.get("listed_pairs", False)) or does_solve_in_turn(scene, settings)
 
 
@@ -107,12 +107,12 @@ def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
         raise AdapterError(f"MuJoCo: damping_per_s must be at most {LARGEST_VALUE:g}, got {scene.damping_per_s:g}")
     if does_list_pairs(scene, settings) and len(scene.discs) > MOST_LISTED:
         why = "listed_pairs" if settings.get("listed_pairs", False) else "in_turn with friction, which lists all pairs,"
-        raise AdapterError(f"MuJoCo: {why} is for at most {MOST_LISTED} discs, got {len(scene.discs)}")
+        raise AdapterError(f"MuJoCo: {why} supports at most {MOST_LISTED} discs, got {len(scene.discs)}")
     dt_s = float(settings["dt_s"])
     fastest = max(math.hypot(*disc.velocity_m_s) for disc in scene.discs)
     if 0 < fastest < LEAST_ACCELERATION_M_S2 * dt_s:
         raise AdapterError(
-            f"MuJoCo: the fastest disc's speed over dt_s must be at least {LEAST_ACCELERATION_M_S2:g} m/s^2, "
-            f"got {fastest:g} m/s in {dt_s:g} s: its solver would treat the bounce as rounding"
+            f"MuJoCo: the fastest disc's speed divided by dt_s must be at least {LEAST_ACCELERATION_M_S2:g} m/s^2, "
+            f"got {fastest:g} m/s and {dt_s:g} s; MuJoCo's solver would treat a slower bounce as a rounding error"
         )
     require_supported("MuJoCo", scene, CAPABILITIES, dt_s)

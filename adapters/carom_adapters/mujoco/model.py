@@ -51,7 +51,7 @@ def _compute_solref(stiffness: float, restitution: float, dt_s: float) -> tuple[
 
 
 def _compute_solreffriction(scene: Scene, discs: tuple[int, ...], dt_s: float) -> tuple[float, float]:
-    """Return the ``solreffriction`` with which a contact of these discs ends their slip (sliding) within the step.
+    """Return the ``solreffriction`` of a contact that ends the slip (sliding) of two discs within one step.
 
     Without `solreffriction`, MuJoCo applies `solref` also to friction, and a sliding speed u becomes ``-restitution *
     u`` instead of 0. MuJoCo regularises friction and the normal force alike, by ``(1 - d) / d`` times the inverse mass
@@ -239,8 +239,9 @@ def _format_free_joint(damped: str) -> str:
 
 
 def list_axis_dampings(scene: Scene, settings: Mapping[str, Setting], inertia: Sequence[float]) -> list[float] | None:
-    """Return the damping of rotations of a free joint with these moments of inertia; None to keep MJCF's damping.
+    """Return the damping of the three rotations of a free joint; None to keep the damping that MJCF sets.
 
+    `inertia` contains the moments of inertia of the body.
     In MJCF, all six axes of a free joint have the same damping, which is right only for translations.
     """
     if not (scene.damping_per_s and scene.arrays.turns and settings["joints"] == "free"):

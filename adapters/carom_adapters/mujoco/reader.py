@@ -115,7 +115,7 @@ class _Reading:
         elif not self._can_move(geom):
             self.discs.append((geom, Disc(position_m=(x, y), radius_m=radius, mass_kg=math.inf)))
         elif (turns := self._can_turn(int(model.geom_bodyid[geom]))) is None:
-            self.dropped.append(f"{label}: its body is not one geom that is free in the plane")
+            self.dropped.append(f"{label}: its body has several parts, or can't move freely in the plane")
         else:
             self._read_movable(geom, label, (x, y), radius, turns)
 

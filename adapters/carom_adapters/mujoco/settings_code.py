@@ -28,14 +28,14 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
     _share_attributes(model)
     _add_keyframe(model, scene, settings)
     ElementTree.indent(model)
-    sentences = [heading, f"{count_steps(scene, settings)} steps from the keyframe cover the scene."]
+    sentences = [heading, f"The scene takes {count_steps(scene, settings)} steps from the keyframe."]
     if not float(settings["stiffness"]):
-        sentences.append("solref is 0 and -(1 + restitution) / timestep: change it with the timestep.")
+        sentences.append("solref is 0 and -(1 + restitution) / timestep: if you change timestep, also change solref.")
     if (unit := choose_mass_unit(scene, settings)) != 1.0:
         sentences.append(f"A kilogram is {unit!r} units of mass here. The unit changes no motion.")
     if does_solve_in_turn(scene, settings):
         sentences.append(
-            "Each pair is listed, since solreffriction, which ends its slip, depends on the pair's masses."
+            "The model lists each pair of bodies, because solreffriction, a setting for friction, depends on masses."
         )
     if scene.damping_per_s and scene.arrays.turns and settings["joints"] == "free":
         sentences.append(

@@ -144,7 +144,7 @@ class MujocoWorld:
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings, read back from the compiled model."""
+        """The settings. Numbers and flags are read from the compiled model."""
         model, mujoco = self._model, self._mujoco
         disabled, flag = model.opt.disableflags, mujoco.mjtDisableBit
         # earlier releases use names that begin with "mpr", an algorithm
@@ -242,10 +242,10 @@ class MujocoWorld:
         return found
 
     def _compute_impulses(self, contact: int, frame: NDArray[np.float64]) -> tuple[float, float]:
-        """Return a contact's force along its normal, and friction's impulse along the normal turned by +90 degrees.
+        """Return a contact's normal force, and its impulse of friction along the normal turned by +90 degrees.
 
-        The force is computed by MuJoCo, since the solver's rows have another form if a pyramid approximates the
-        friction cone.
+        The force is read by a function of MuJoCo, because the solver's own numbers have another form if a pyramid
+        approximates the friction cone.
         """
         force = np.zeros(6)
         self._mujoco.mj_contactForce(self._model, self._data, contact, force)
@@ -272,7 +272,7 @@ class MujocoWorld:
         autoreset = not self._model.opt.disableflags & _find_flag_bit(self._mujoco, "autoreset")
         bad = number[[int(kind.mjWARN_BADQPOS), int(kind.mjWARN_BADQVEL), int(kind.mjWARN_BADQACC)]]
         if autoreset and bad.any():
-            warnings.append(f"MuJoCo reset the state: a value was not finite or beyond {LARGEST_VALUE:g}")
+            warnings.append(f"MuJoCo reset the state: a value was not finite, or was beyond {LARGEST_VALUE:g}")
         if number[[int(kind.mjWARN_CONTACTFULL), int(kind.mjWARN_CNSTRFULL)]].any():
             warnings.append("MuJoCo omitted contacts, because its memory for contacts is full")
         return "; ".join(warnings)

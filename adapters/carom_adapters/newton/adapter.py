@@ -35,20 +35,20 @@ adapter = shared.EngineAdapter(
     },
     profiles={
         "default": Profile(
-            "Defaults of Newton's XPBD solver, but with restitution on, with the scene's restitution and without "
-            "friction.",
+            "The defaults of Newton's XPBD solver, except that restitution is switched on and is the scene's, and that "
+            "there is no friction.",
             shared.add_step(_DEFAULT),
             changed={
                 "restitution": shared.OF_THE_SCENE,
                 "mu": shared.OF_THE_SCENE,
-                "enable_restitution": "on: without it the solver ignores every restitution",
+                "enable_restitution": "on, because otherwise the solver ignores every restitution",
             },
         ),
         "tuned": shared.build_tuned_profile(
-            "contacts are searched as far ahead as discs move in the step, up to 1 m, and no farther", _TUNED
+            "Newton searches for contacts only as far ahead as discs move in the step, and at most 1 m", _TUNED
         ),
         "located": shared.build_located_profile(
-            "Newton's own collision", _OVERLAPPING, LATE, ", without a search ahead"
+            "Newton's own collision detection", _OVERLAPPING, LATE, " without a search ahead"
         ),
     },
     world=NewtonWorld,

@@ -82,7 +82,7 @@ class NewtonWorld:
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings, read back from solver and model."""
+        """The settings that the solver and the model really contain."""
         model_settings = {name: getattr(self._solver, name) for name in OF_THE_SOLVER}
         model_settings["gap"] = float(self._model.shape_gap.numpy()[0])
         if (speculative_gap := self._pipeline.speculative_contact_gap_max) is not None:
@@ -113,7 +113,11 @@ class NewtonWorld:
             velocity[self._moved] = self._state.body_qd.numpy()[:, (0, 2)]
         count = int(self._contacts.rigid_contact_count.numpy()[0])
         has_overflowed = count > self._contacts.rigid_contact_max
-        warning = f"Newton kept {self._contacts.rigid_contact_max} of {count} contacts" if has_overflowed else ""
+        warning = (
+            f"Newton found {count} contacts, but stores at most {self._contacts.rigid_contact_max}"
+            if has_overflowed
+            else ""
+        )
         return Observation(position, velocity, () if has_overflowed else tuple(self._list_contacts(count)), warning)
 
     def _list_contacts(self, count: int) -> Iterator[Contact]:
@@ -164,5 +168,5 @@ class NewtonWorld:
 
 
 def _to_space(vector: tuple[float, float]) -> tuple[float, float, float]:
-    """Return a vector of the scene as a vector in space."""
+    """Convert a vector in the scene's plane to a vector in three dimensions."""
     return vector[0], 0.0, vector[1]

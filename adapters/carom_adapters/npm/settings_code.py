@@ -40,7 +40,7 @@ class NpmAdapter(ProgramAdapter):
 
 
 def _find_exports(source: Path) -> Mapping[str, str]:
-    """Return the code of each function that `serve.mjs` exports, with the comment above it, by the function's name."""
+    """Return the functions that `serve.mjs` exports: for each name, the code and the comment above the function."""
     pieces = (source.parents[1] / "serve.mjs").read_text(encoding="utf-8")
     found = ((_EXPORTED.search(piece), piece) for piece in re.split(r"\n\n(?=//)", pieces.rstrip("\n")))
     return {name[1]: piece.replace("export ", "") for name, piece in found if name}

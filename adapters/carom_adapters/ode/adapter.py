@@ -31,13 +31,11 @@ adapter = shared.EngineAdapter(
             changed={
                 "bounce": shared.OF_THE_SCENE,
                 "mu": shared.OF_THE_SCENE,
-                "mode": "contacts that bounce: without this flag ODE has no restitution",
+                "mode": "contacts bounce; without this flag ODE has no restitution",
             },
         ),
-        "tuned": shared.build_tuned_profile(
-            "contacts without softness, and overlaps that are not pushed apart", _TUNED
-        ),
-        "located": shared.build_located_profile("ODE's own collision", _TUNED),
+        "tuned": shared.build_tuned_profile("contacts are rigid, and overlapping bodies are not pushed apart", _TUNED),
+        "located": shared.build_located_profile("ODE's own collision detection", _TUNED),
     },
     world=OdeWorld,
     code=write_code,

@@ -86,7 +86,7 @@ class OdeWorld:
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings, read back from ODE, except for the name of the stepper."""
+        """The settings as ODE reports them, and the name of the stepper."""
         return {
             "dt_s": self._clock.dt_s,
             "cfm": self._world.getCfm(),

@@ -73,8 +73,8 @@ adapter = shared.EngineAdapter(
     },
     profiles={
         "default": Profile(
-            "PyBullet's defaults (with a clamp of 100 m/s and rad/s), but undamped and with the scene's restitution "
-            "and friction.",
+            "PyBullet's defaults (which limit speeds to 100 m/s and spins to 100 rad/s), but without damping and with "
+            "the scene's restitution and friction.",
             shared.add_step(_DEFAULT),
             capabilities=replace(
                 CAPABILITIES,
@@ -91,13 +91,15 @@ adapter = shared.EngineAdapter(
             },
         ),
         "tuned": shared.build_tuned_profile(
-            "only overlaps are solved, and never pushed apart, and fast discs are swept", _TUNED
+            "contacts act only when bodies overlap, overlapping bodies are never pushed apart, and fast discs have "
+            "continuous detection",
+            _TUNED,
         ),
         # Bullet stops a swept disc inside the other disc. So if discs were swept, bisection could not find the impact.
-        "located": shared.build_located_profile("Bullet's own collision detection", _NO_CCD, but=" without sweeping"),
-        "no-ccd": Profile(
-            "The tuned settings without continuous detection: no disc is swept.", shared.add_step(_NO_CCD)
+        "located": shared.build_located_profile(
+            "Bullet's own collision detection", _NO_CCD, but=" without continuous detection"
         ),
+        "no-ccd": Profile("The tuned settings without continuous detection.", shared.add_step(_NO_CCD)),
         "cylinder": Profile(
             "The tuned settings with cylinders instead of spheres. Infinite moments of inertia keep the "
             "cylinders from tipping over (Carom's own measurements).",

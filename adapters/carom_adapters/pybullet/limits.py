@@ -87,16 +87,16 @@ def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
                 if max(map(abs, velocity)) > SHIPPED_SPEED_CLAMP_M_S:
                     limit_text = f"{SHIPPED_SPEED_CLAMP_M_S:g} m/s"
                     raise AdapterError(
-                        f"PyBullet: {name}[{i}] is driven at {velocity}, which Bullet clamps to {limit_text}"
+                        f"PyBullet: {name}[{i}] is driven at {velocity}; Bullet limits its components to {limit_text}"
                     )
     if scene.wall_rolling_resistance and len(radii := {d.radius_m for d in scene.discs if not d.immovable}) > 1:
         raise AdapterError(
-            f"PyBullet: wall_rolling_resistance times a radius is a torque; Bullet's walls have one torque for all "
-            f"discs, but radii are {min(radii):g} to {max(radii):g} m"
+            f"PyBullet: with wall_rolling_resistance, all movable discs must have the same radius, because a wall in "
+            f"Bullet has one torque for all discs; the radii are {min(radii):g} to {max(radii):g} m"
         )
     for i, disc in enumerate(scene.discs):
         if disc.driven and disc.spin_rad_s and not disc.drive.is_stationary:
             raise AdapterError(
-                f"PyBullet: discs[{i}] is driven and spins at {disc.spin_rad_s:g} rad/s, and Bullet turns the "
-                f"velocity of a multibody by its spin; only one of the two is supported"
+                f"PyBullet: discs[{i}] is driven and spins at {disc.spin_rad_s:g} rad/s; Bullet supports only one of "
+                "the two, because a spin also rotates the velocity of a multibody"
             )

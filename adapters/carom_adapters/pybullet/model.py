@@ -71,7 +71,7 @@ def build_structure_key(scene: Scene, settings: Mapping[str, Setting]) -> object
     A client can be reused for a scene with an equal key. Return None if a client can't be reused for this scene, since
     Bullet stores state that can't be reset. With three bodies or more, Bullet stores the order in which pairs came
     near, and solves contacts in this order, which affects the last bits of results. Bullet also stores contact points
-    of cylinders and planes. If a disc has rolled, a stored point can be slightly off its line, and turns the disc in
+    of cylinders and planes. If a disc has rolled, a stored contact point can be slightly wrong, and turns the disc in
     the next run.
     """
     plain = settings.get("shape", "sphere") == "sphere" and not scene.arrays.driven

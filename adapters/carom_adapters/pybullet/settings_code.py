@@ -12,7 +12,9 @@ from carom_adapters.shared.settings_code import count_steps, format_arguments, f
 from carom_adapters.shared.walls import compute_thickness, cut_chain, factor_walls
 
 #: Line that sets a wall's rolling friction, which Bullet multiplies by the disc's friction.
-ROLLING = "    pybullet.changeDynamics(body, -1, rollingFriction=rolling)  # times the disc's friction, in metres\n"
+ROLLING = (
+    "    pybullet.changeDynamics(body, -1, rollingFriction=rolling)  # Bullet multiplies it by the disc's friction\n"
+)
 
 
 def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:

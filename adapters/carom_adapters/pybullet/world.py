@@ -215,7 +215,7 @@ class PybulletWorld(QuietSteps):
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings in use. Settings that PyBullet reports are read back."""
+        """The settings in use. Some are read from PyBullet, and the others are as requested."""
         world = self._bullet.getPhysicsEngineParameters(self._client)
         body = self._bullet.getDynamicsInfo((self._movable or self._discs)[0], -1, self._client)
         return self._requested_settings | {
@@ -351,7 +351,7 @@ class PybulletWorld(QuietSteps):
             bullet.resetBaseVelocity(body, *velocity, client)
 
     def close(self) -> None:
-        """Keep this world's client for the next world. Disconnect the client kept before, to free its memory."""
+        """Keep this world's client for the next world. Disconnect the previously kept client, to free its memory."""
         if _KEPT:
             _, (client, *_) = _KEPT.popitem()
             self._bullet.disconnect(client)

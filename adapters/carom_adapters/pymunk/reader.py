@@ -110,7 +110,7 @@ class _Reading:
         )
 
     def _can_keep(self, shape: pymunk.Shape, k: int) -> bool:
-        """Whether scenes support the body of a shape. If they do not, add the shape to the list of dropped parts."""
+        """Whether a scene can contain a shape. If not, add the shape to the list of dropped parts."""
         body, label = shape.body, f"shape {k}, a {type(shape).__name__}"
         if body is None or shape.sensor:
             self.dropped.append(f"{label}: {'it has no body' if body is None else 'a sensor, which pushes nothing'}")
@@ -191,7 +191,7 @@ def _list_unsupported_properties(shape: pymunk.Circle) -> Iterator[str]:
     if shape.surface_velocity != (0.0, 0.0):
         yield "its surface velocity"
     if body is not None and (body.force.length > 0 or body.torque != 0):
-        yield "the force on it"
+        yield "the force or torque on its body"
 
 
 def _list_faces(shape: pymunk.Shape) -> Iterator[tuple[Point, Point]]:

@@ -83,8 +83,8 @@ def build_wall_shapes(scene: Scene, dt_s: float) -> list[WallShape]:
     smallest = min(disc.radius_m for disc in scene.discs)
     if not farthest * 2.0**-52 < smallest:  # this also refuses NaN
         raise AdapterError(
-            f"pymunk: a disc can move up to {farthest:.3g} m, and a wall of that length is rounded by more than the "
-            f"smallest radius, {smallest:.3g} m; shorten duration_s, or remove walls or heavy fast discs"
+            f"pymunk: a wall must reach up to {farthest:.3g} m, because discs can move that far, but there rounding "
+            f"exceeds the smallest radius, {smallest:.3g} m; shorten duration_s, or remove walls or heavy fast discs"
         )
     return shapes
 

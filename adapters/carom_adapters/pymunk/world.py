@@ -111,7 +111,7 @@ class PymunkWorld(QuietSteps):
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings, read back from the space."""
+        """The settings that the space really contains."""
         # Before its first step, the space has no time step.
         read: dict[str, Setting] = {"dt_s": self._space.current_time_step or self._clock.dt_s}
         return read | {name: getattr(self._space, name) for name in SPACE_SETTINGS} | {NEIGHBORS: int(self._neighbors)}
@@ -210,7 +210,7 @@ class PymunkWorld(QuietSteps):
         return self._arbiters
 
     def save(self) -> object:
-        """Return positions, velocities and spins. With tuned settings, nothing else in a space has an effect."""
+        """Return positions, velocities and spins. With the settings of `tuned`, nothing else affects later steps."""
         moving = [*self._movable, *self._driven]
         bodies = [(body, body.position, body.velocity, body.angular_velocity) for body in moving]
         return (self._clock.now_s, bodies, self._legs.started)

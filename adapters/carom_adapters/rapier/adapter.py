@@ -66,8 +66,8 @@ adapter = shared.EngineAdapter(
     },
     profiles={
         "default": Profile(
-            "Rapier's defaults (contacts are solved from 2 cm away on, and speeds clamped to 400 m/s), but "
-            "bodies never sleep, with the scene's restitution.",
+            "Rapier's defaults (contacts act when bodies are still 2 cm apart, and speeds are limited to 400 m/s), "
+            "except that bodies never sleep and have the scene's restitution.",
             shared.add_step(_DEFAULT),
             # Rapier finds a contact within the margin only if a step ends there. In other cases Rapier finds the
             # overlap later, as in `tuned`.
@@ -82,20 +82,20 @@ adapter = shared.EngineAdapter(
             },
         ),
         "tuned": shared.build_tuned_profile(
-            "contacts are solved when bodies overlap, and overlapping bodies are never pushed apart",
+            "contacts act only when bodies overlap, and overlapping bodies are never pushed apart",
             _TUNED,
             Accuracy(late_steps=TURNS_LATE),
         ),
         "swept": Profile(
-            "The tuned settings with Rapier's soft continuous detection: contacts ahead are solved at the start of the "
-            "step in which bodies would meet.",
+            "The tuned settings with Rapier's soft continuous detection: if bodies would meet in a step, the contact "
+            "acts at the start of the step.",
             shared.add_step(_SWEPT),
             capabilities=replace(CAPABILITIES, continuous_detection=True),
         ),
         "located": shared.build_located_profile(
             "Rapier's own narrow phase",
             _LOCATED,
-            then=", and taken in two parts: touching bodies bounce in the first part and move in the second",
+            then=". Each step has two parts: in the first, touching bodies bounce; in the second, they move",
         ),
     },
     world=_build_world,

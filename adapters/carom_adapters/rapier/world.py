@@ -165,7 +165,7 @@ class RapierWorld:
         parameters = self._world.integration_parameters
         limit = parameters.normalized_max_linear_velocity * parameters.length_unit
         if (fastest := float(np.hypot(*velocity.T).max())) > limit * (1 - 4 * ROUNDING):
-            return f"Rapier limits the speed of a body to {limit:g} m/s, and limited one to {fastest:g} m/s"
+            return f"Rapier limits the speed of a body to {limit:g} m/s, and a body has reached {fastest:g} m/s"
         if not self._world.quarantine.is_empty():
             return "Rapier disabled a body: its state was not finite"
         return ""

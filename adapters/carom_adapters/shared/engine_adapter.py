@@ -74,7 +74,7 @@ def build_engine(name: str, extra: str, module: str, distribution: str = "", **r
 
 
 def add_step(settings: Settings) -> Callable[[float], Settings]:
-    """Return a function that takes a step size, and returns it together with the settings."""
+    """Return a function that adds a step size to the settings."""
     return lambda dt_s: {"dt_s": dt_s, **settings}
 
 
@@ -92,6 +92,6 @@ def build_located_profile(
     `but` describes how the settings differ from the settings of `tuned`, and `then` describes how steps are taken.
     """
     description = (
-        f"The tuned settings{but}, with each step cut at the instant at which {finder} begins to find an overlap"
+        f"The tuned settings{but}, but Carom shortens steps so that they end when {finder} begins to find an overlap"
     )
     return Profile(f"{description} (Carom's own bisection){then}.", add_step(settings), accuracy, located=True)

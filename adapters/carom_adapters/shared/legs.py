@@ -42,10 +42,10 @@ class Legs(Generic[Body]):
         self._changes.sort(key=itemgetter(0))
 
     def split_steps(self, steps: int, clock: StepClock) -> Iterable[tuple[int, Sequence[tuple[Body, Vector]]]]:
-        """Divide steps into calls of the engine: single steps while changes of velocity remain, then all other steps.
+        """Divide steps into calls of the engine: single steps until the last change of velocity, then all other steps.
 
         For each call, yield the number of steps, and the bodies whose velocities change before the call, with their new
-        velocities. The steps are counted on the clock.
+        velocities. `clock` counts the steps.
         """
         if self.started < len(self._changes):
             return self._split_steps_to_legs(steps, clock)
@@ -74,7 +74,10 @@ def has_legs(scene: Scene) -> bool:
 
 
 def group_legs_by_step(bodies: Sequence[Driven], dt_s: float) -> dict[int, list[tuple[int, Vector]]]:
-    """Return the changes of velocity before each step, by the step's number (from 0), as pairs of body and velocity."""
+    """Return the changes of velocity, grouped by the number of the step (from 0) before which they occur.
+
+    A change is the number of the body and its new velocity.
+    """
     changes: dict[int, list[tuple[int, Vector]]] = {}
     for number, body in enumerate(bodies):
         for leg in body.drive.legs[1:]:

@@ -29,7 +29,10 @@ def undamped(double rate, double seconds):
 
 
 def damped(double rate, double undamped_s):
-    """Return the time in which a damped disc moves as far as an undamped disc in `undamped_s`; infinity for never."""
+    """Return the time in which a damped disc moves as far as an undamped disc in `undamped_s`.
+
+    The result is infinity if the damped disc never moves that far.
+    """
     return damped_time(rate, undamped_s)
 
 

@@ -27,14 +27,14 @@ _BITS = 55
 
 
 def solve_quartic(powers: Sequence[Sequence[tuple[float, float]]], begin: float, is_closed: bool, index: int) -> float:
-    """Return an instant at which a gap closes, in seconds after `begin`; infinity if there is none with this index.
+    """Return an instant at which a gap closes, in seconds after `begin`; infinity if it closes at most `index` times.
 
     Args:
         powers: For each power of time, lowest power first, a list of pairs of numbers. The coefficient of the power is
             the sum of the pairs' products.
         begin: Instant at which the search starts, in seconds.
-        is_closed: Whether the gap is exactly 0 at `begin`. 0 then replaces the value of the polynomial at `begin`.
-        index: Number of the instant, from 0. For -1, the sign of the gap at `begin` is returned instead.
+        is_closed: Whether the gap is exactly 0 at `begin`. If true, 0 replaces the value of the polynomial.
+        index: Index of the instant, in order of time, from 0. For -1, the result is the sign of the gap at `begin`.
     """
     gap = [sum((Fraction(a) * Fraction(b) for a, b in products), Fraction(0)) for products in powers]
     start = Fraction(begin)

@@ -36,7 +36,7 @@ def require_extension() -> None:
 
 
 def find_extension_notes() -> tuple[str, ...]:
-    """Return a note for a result if the extension was not built from the current sources, or else no note.
+    """Return a note for results if the extension was not built from the current sources, otherwise nothing.
 
     If there is a note, a warning is also issued, once per process.
     """
@@ -79,7 +79,7 @@ def _is_installed(package: Path) -> bool:
 
 @functools.cache
 def _find_staleness() -> str:
-    """Return a message if the extension was not built from the sources next to it, or else an empty text.
+    """Return a message if the extension was not built from the sources next to it, otherwise an empty text.
 
     To save time, the digest of the sources is computed only if a source is newer than the extension.
     """
@@ -94,7 +94,7 @@ def _find_staleness() -> str:
     ):
         return ""
     return (
-        f"the compiled extension was built from other sources than those in {package}, one of which has changed since: "
+        f"the sources in {package} have changed since the compiled extension was built: "
         "build it again with python setup.py build_ext --inplace --force"
     )
 

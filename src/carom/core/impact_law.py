@@ -149,7 +149,7 @@ def compute_branches(
     pressed: NDArray[np.float64],
     contacts: ContactFrictions,
 ) -> Branches:
-    """Return the friction impulses of bodies that are pressed together by normal impulses.
+    """Return the friction impulses in impacts with the given normal impulses.
 
     `tangent` is the unit normal (from first to second) turned by +90 degrees, shape ``(m, 2)``. `pressed` contains the
     normal impulses J, shape ``(m,)``.

@@ -66,7 +66,7 @@ def build_chain_rows(walls: Iterable[HalfPlane | Outline]) -> tuple[list[tuple[f
 
 
 def build_driven_rows(start: DiscArrays) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the rows of driven bodies, and the rows of the legs of their paths, as the core reads them.
+    """Return two arrays that the core reads: the driven bodies, and the legs of their paths.
 
     A leg is a part of a path with constant velocity. The first array has a row for each driven body and each conveyor:
     the body number (wall k is -1 - k), the number of legs, and the surface speed. Walls come first, then discs, both in

@@ -32,7 +32,7 @@ cdef class Kernel:
         until: End of the run, in seconds since the start. A disc that is crushed after the end does not stop the run.
             `run` may be called with a later end.
         acceleration: The scene, `carom.solvers.run.Start`, if it has gravity or a table that slows discs, else None.
-            For such a scene, `obstacles` must contain grounds.
+            For such a scene, `obstacles` must contain grounds (surfaces on which discs can slide, roll or rest).
         contact_duration: Duration of a contact in the TC model, in seconds; 0 if the model is not used.
         standstill: Largest number of impacts at one instant. After more impacts the run ends, because time stands
             still.
@@ -203,14 +203,17 @@ cdef class Kernel:
         return self.s.clock
 
     def states(self, double time, double time_low):
-        """Return x, y, vx and vy of each disc, shape ``(n, 4)``, `time` + `time_low` seconds after the epoch began."""
+        """Return x, y, vx and vy of each disc, shape ``(n, 4)``, at the time `time` + `time_low`.
+
+        The time counts from the last reset of the run's clock (the start of the epoch).
+        """
         states = np.empty((self.s.disc_count, 4))
         cdef double[:, ::1] rows = states
         carom_states(&self.s, time, time_low, &rows[0, 0])
         return states
 
     def spins_at(self, double time, double time_low):
-        """Return the spins of all discs `time` + `time_low` seconds after the epoch began; None if no disc spins."""
+        """Return the spins of all discs at the time `time` + `time_low`, as in `states`; None if no disc spins."""
         if not self.s.record.has_spins:
             return None
         spins = np.empty(self.s.disc_count)
@@ -272,10 +275,9 @@ def solve_two_discs(first, second, double restitution, double end):
     """Solve a scene of two discs without walls.
 
     Returns:
-        Two objects of bytes. The first object has the row of the impact, and is empty without impact. The second object
-        has the positions and velocities at the end, shape ``(2, 2, 2)``. Return None if a number is not of ordinary
-        size (`carom.support.limits`), or if the discs meet too far from the origin. The caller then uses the event
-        loop.
+        The row of the impact as bytes, empty if there is no impact; and the positions and velocities at the end as
+        bytes, shape ``(2, 2, 2)``. None if a number is not of ordinary size (`carom.support.limits`), or if the discs
+        meet too far from the origin; the caller then uses the event loop.
     """
     cdef TwoDiscsResult result
     if not solve_two_discs_in_c(free_disc(first), free_disc(second), restitution, end, &result):

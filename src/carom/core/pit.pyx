@@ -49,9 +49,9 @@ cdef class FrameLoop:
         start: State at the start of the run, `carom.solvers.run.Start`.
         clock: Times of the frames, `carom.solvers.pit.clock.FrameClock`.
         skips: Whether to skip tests that can't find an impact.
-        max_waste: Limit of the work that skipping costs minus the work that it saves. Beyond the limit, all tests are
-            made at each frame for a while. The unit is the work of computing once for all discs when they must be
-            tested again. Infinity means no limit.
+        max_waste: Largest waste: the work that skipping has cost, minus the work that it has saved. Above this limit,
+            all tests are made at each frame until the waste is 0 again. The unit is the work of computing once for all
+            discs when they must be tested again. Infinity means no limit.
         damping_per_s: Rate of damping. With damping, the methods of this class have undamped times as arguments and
             return undamped velocities (see damping.h). Recorded impacts have damped times and velocities.
     """

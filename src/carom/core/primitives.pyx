@@ -200,7 +200,7 @@ def two_diff(double a, double b):
 
 
 def normal_impulse(double dx, double dy, double ux, double uy, double inverse_masses, double restitution):
-    """Return g <= 0. Disc 1 receives the impulse ``g d``, with ``d = c2 - c1`` (centres) and ``u = v2 - v1``."""
+    """Return g <= 0: disc 1 receives the impulse ``g d``, with ``d = c2 - c1`` (centres) and ``u = v2 - v1``."""
     return formulas.normal_impulse(dx, dy, ux, uy, inverse_masses, restitution)
 
 

@@ -35,7 +35,7 @@ _ROOT_BITS = 56
 def time_of_impact(
     p1: ArrayLike, v1: ArrayLike, r1: ArrayLike, p2: ArrayLike, v2: ArrayLike, r2: ArrayLike
 ) -> NDArray[np.float64] | float:
-    """Return the seconds until discs 1 and 2 collide, for numbers of any size.
+    """Return the seconds until discs 1 and 2 collide. Numbers may have any size.
 
     The error is at most 2 units in the last place.
 

@@ -182,7 +182,7 @@ def compute_root(square: Fraction) -> Pair:
 
 
 def _compute_smallest_unfit(centre: tuple[Pair, Pair], radius: Pair, half_width: float) -> float:
-    """Return the smallest radius of discs that don't fit into a circle, or fit with less room than floats resolve."""
+    """Return the smallest radius of discs that don't fit into a circle, or seem to fit only because of rounding."""
     return radius[0] - half_width - _PLACES * (abs(centre[0][0]) + abs(centre[1][0]) + radius[0])
 
 
@@ -272,8 +272,8 @@ def are_decidable(one: Feature, other: Feature, *, elastic: bool) -> bool:
 
     The result is True for two faces at an angle of 90 degrees. If both faces are elastic, the result is also True at
     60, 45 and 30 degrees. The orders have the same result at all angles pi/n, but only these angles have rational
-    squared cosines, which can be tested exactly. If both features are the same feature, the result is True, because a
-    disc meets a feature again only after it has left it.
+    squared cosines, which can be tested exactly. For two impacts on the same feature the result is True, because the
+    second impact can occur only after the disc has left the feature.
     """
     if one == other:
         return True
@@ -359,8 +359,9 @@ def find_stops(runs: list[JoinedEdges], k: int, *, closed: bool) -> list[Exact]:
     A disc with exactly the arc's radius touches the whole arc at once, so a few points can represent the arc. A whole
     circle has four stops, a quarter turn apart. A disc with the arc's radius can't leave an arc of more than half a
     circle. Such an arc has two stops, each a quarter turn from one of its ends. Exactly half a circle has one stop, in
-    the middle. A disc touches an end of a shorter arc no later than the arc itself. So a shorter arc has stops only at
-    ends at which the wall continues smoothly, where rounding may place the point of contact outside of the edge.
+    the middle. In a shorter arc, the disc touches an end of the arc first, or the end and the whole arc together. So a
+    shorter arc has stops only at ends at which the wall continues smoothly, where rounding may place the point of
+    contact outside of the edge.
     """
     run = runs[k]
     if run.circle is None:

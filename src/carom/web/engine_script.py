@@ -33,7 +33,7 @@ class PageEngine:
         profiles: Settings of each profile except `located`.
         script: Script of the engine, with its adapter.
         licence: Text of the package's licence, which the page must contain.
-        lacks: Features of scenes that the page can show and the engine does not support.
+        lacks: Features that the engine does not support, although the page can show scenes with these features.
         shared: Script with the functions that all adapters use. The page runs the shared script once, before the
             scripts of engines.
     """
@@ -51,7 +51,7 @@ def build_page_engine(name: str, manifest: Path) -> PageEngine | None:
     """Return the engine that a manifest ``engine.toml`` describes; None if its npm package is not installed.
 
     Raises:
-        InputError: The adapter has an unsupported import, or the package differs from the expected package.
+        InputError: The adapter has an unsupported import, or the package is not the expected version.
         OSError: A file of an installed package can't be read.
     """
     about = tomllib.loads(manifest.read_text(encoding="utf-8"))

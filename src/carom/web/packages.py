@@ -98,7 +98,7 @@ def load_package_script(package: Package, folder: Path) -> str:
     ended = {f"export default {package.exported};": _build_default_export(package, folder)} if package.exported else {}
     for old, new in (ended | dict(package.closed)).items():
         if text.count(old) != 1:
-            raise InputError(f"{package.script} has an unexpected version: it does not contain {old!r} exactly once")
+            raise InputError(f"{package.script} has an unexpected version: it must contain {old!r} exactly once")
         text = text.replace(old, new)
     if not package.exported:
         return text

@@ -51,7 +51,7 @@ def build_page_script() -> str:
 
 
 def strip_comments(script: str) -> str:
-    """Return a script without indents and comments, except comments that contain a quote. No string may span lines."""
+    """Remove indents and comments from a script. Comments that contain a quote are kept. No string may span lines."""
     lines = (_COMMENT.sub("", line).strip() for line in script.splitlines())
     return "\n".join(line for line in lines if line and not line.startswith("//")) + "\n"
 

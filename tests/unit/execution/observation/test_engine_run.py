@@ -177,8 +177,8 @@ _FAR = staged("far", disc_at(0, 0, 1e6), gravity_m_s2=(0.0, -1e8), duration_s=10
 @each(
     "engine, profile, scene, note",
     [
-        ("box2d", "default", _FALL, "limits motion to 2 m a step"),
-        ("box2d", "tuned", _FALL, "limits motion to 2 m a step"),
+        ("box2d", "default", _FALL, "limits motion to 2 m per step"),
+        ("box2d", "tuned", _FALL, "limits motion to 2 m per step"),
         ("pybullet", "default", _FALL, "clamps each component of a multibody's velocity"),
         ("pybullet", "default", _KICK, "clamps each component of a multibody's velocity"),
         ("mujoco", "default", _FAR, "reset the state"),
