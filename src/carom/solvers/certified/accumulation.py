@@ -16,11 +16,11 @@ from typing import NamedTuple
 
 from flint import arb
 
-from carom.core.wall_features import Exact, to_exact
+from carom.core.wall_parts import Exact, Plane, Round, dot, subtract, to_exact
 from carom.model.trace import EdgeKind, ImpactRecord, wall_body, wall_index
 from carom.solvers.certified.ball_arithmetic import ball, float_above
 from carom.solvers.certified.disc_states import BallBodies
-from carom.solvers.certified.obstacles import Obstacle, Plane, Round, dot, subtract
+from carom.solvers.certified.obstacles import Obstacle
 from carom.solvers.certified.recording import Recording
 from carom.solvers.certified.result import Degeneracy, Degenerate
 

@@ -18,14 +18,13 @@ from dataclasses import replace
 from flint import arb
 
 from carom.core.resolution import gap_resolution, size_of
-from carom.core.wall_features import Exact
-from carom.model.trace import Mode, wall_body, wall_index
+from carom.core.wall_parts import Plane
+from carom.model.trace import EdgeKind, Mode, wall_body, wall_index
 from carom.solvers.certified.ball_arithmetic import ZERO, ball, float_above, float_below
 from carom.solvers.certified.contact_state import BallGround, BallMode, End, GlideState, Gliding, Landing, Launch
 from carom.solvers.certified.disc_states import BallBodies
 from carom.solvers.certified.landing import meets_only_ground, sum_bounces
 from carom.solvers.certified.meeting import Meeting, WallApproach
-from carom.solvers.certified.obstacles import Obstacle, Plane, Round
 from carom.solvers.certified.result import Degeneracy, Degenerate, Undecided
 from carom.solvers.certified.sign_changes import find_falls
 from carom.solvers.certified.two_frictions import share_frictions, sign_of
@@ -276,12 +275,11 @@ class BallContacts:
         obstacle = bodies.obstacles[wall_index(ground.body)]
         last = bool(2 * state.place > ground.span[0] + ground.span[1])
         place = ground.span[last]
-        (ax, ay), _ = (map(ball, point) for point in stretch_of(obstacle.shape))
-        begins_there = bool(place.overlaps(ground.tangential_part(ax, ay)))
-        vertex = obstacle.neighbours[not begins_there]
-        shape = None if vertex is None else bodies.obstacles[wall_index(vertex)].shape
+        assert isinstance(obstacle.shape, Plane) and obstacle.shape.stretch is not None  # noqa: S101, PT018 - as above
+        begin = ground.tangential_part(*map(ball, obstacle.shape.stretch.begin))
+        vertex = obstacle.neighbours[not place.overlaps(begin)]
         trouble = self._describe_degeneracy(Degenerate.EDGE, i, ground, end.time)
-        if vertex is None or not isinstance(shape, Round) or shape.radius2 != 0:
+        if bodies.obstacles[wall_index(vertex)].kind is not EdgeKind.VERTEX:
             raise Undecided(replace(trouble, proven=True))
         a, p, u = ground.along, ground.presses, state.speed
         reach = bodies.laws.of_round(wall_index(vertex), bodies.scene.discs[i].radius_m).reach
@@ -366,27 +364,9 @@ def ground_of(bodies: BallBodies, i: int, k: int) -> BallGround | None:
     law, (gx, gy) = bodies.laws.of_straight(k, bodies.scene.discs[i].radius_m), bodies.gravity
     nx, ny, level = law.nx, law.ny, law.level / law.length
     presses, along = (ZERO - gx * nx - gy * ny) / law.length, (gx * ny - gy * nx) / law.length
-    span, never = None, {wall_body(k)}
+    span = None
     if shape.stretch is not None:
         ends = [map(ball, point) for point in shape.stretch]
         one, other = ((x * ny - y * nx) / law.length for x, y in ends)
         span = (one, other) if one < other else (other, one)
-        never |= {wall_body(m) for m, other in enumerate(bodies.obstacles) if _is_part_of(other, obstacle)}
-    return BallGround(wall_body(k), nx, ny, law.length, level, presses, along, span, frozenset(never))
-
-
-def stretch_of(shape: Plane | Round) -> tuple[Exact, Exact]:
-    """Return the two ends of a straight edge."""
-    if not isinstance(shape, Plane) or shape.stretch is None:
-        raise TypeError("a half-plane has no ends")
-    return shape.stretch
-
-
-def _is_part_of(other: Obstacle, face: Obstacle) -> bool:
-    """Whether a part of a wall is the other side of an edge, or a vertex at one of the edge's ends."""
-    if other.wall != face.wall:
-        return False
-    begin, end = stretch_of(face.shape)
-    if isinstance(other.shape, Plane):
-        return other.shape.stretch is not None and set(other.shape.stretch) == {begin, end}
-    return other.shape.radius2 == 0 and other.shape.centre in (begin, end)
+    return BallGround(wall_body(k), nx, ny, law.length, level, presses, along, span, obstacle.never_met)

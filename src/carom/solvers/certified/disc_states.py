@@ -11,17 +11,17 @@ this frame is ``g t^2 / 2``, and its velocity is ``g t``. In this frame, discs m
 from __future__ import annotations
 
 import math
-from fractions import Fraction
 
 from flint import arb, ctx
 
+from carom.core.wall_parts import Plane, Round, dot
 from carom.model.prescribed_motion import Drive
 from carom.model.scene import Scene
 from carom.model.trace import wall_body, wall_index
 from carom.solvers.certified.ball_arithmetic import SLACK, ZERO, BallLeg, legs_of
 from carom.solvers.certified.contact_state import ContactStates
 from carom.solvers.certified.laws import Laws
-from carom.solvers.certified.obstacles import Plane, Round, obstacles_of
+from carom.solvers.certified.obstacles import obstacles_of
 
 #: Position and velocity of a disc's centre: x, y, vx, vy.
 State = tuple[arb, arb, arb, arb]
@@ -48,8 +48,7 @@ def _find_gravity_sign(scene: Scene, shape: Plane | Round) -> int:
     """
     if isinstance(shape, Round):
         return 0
-    gx, gy = map(Fraction, scene.gravity_m_s2)
-    along = gx * shape.normal[0] + gy * shape.normal[1]
+    along = dot(scene.gravity_m_s2, shape.normal)
     return (along > 0) - (along < 0)
 
 
@@ -199,7 +198,7 @@ class BallBodies:
             a, b = (self.obstacles[wall_index(body)].shape for body in (one, other))
             orthogonal = False
             if isinstance(a, Plane) and isinstance(b, Plane) and not self.scene.arrays.has_wall_friction:
-                orthogonal = a.normal[0] * b.normal[0] + a.normal[1] * b.normal[1] == 0
+                orthogonal = dot(a.normal, b.normal) == 0
             self._orthogonal[one, other] = orthogonal
         return orthogonal
 

@@ -13,12 +13,12 @@ from fractions import Fraction
 
 import numpy as np
 
+from carom.core.wall_parts import Plane, dot
 from carom.model.broad_phase import find_near_pairs, find_near_walls
 from carom.model.scene import Scene
 from carom.model.trace import wall_body, wall_index
 from carom.solvers.certified.ball_arithmetic import SLACK
 from carom.solvers.certified.disc_states import BallBodies
-from carom.solvers.certified.obstacles import Plane, dot
 from carom.solvers.certified.result import Degeneracy, Degenerate
 
 

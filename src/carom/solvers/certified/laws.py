@@ -9,9 +9,10 @@ from typing import NamedTuple
 
 from flint import arb
 
+from carom.core.wall_parts import Plane, Round
 from carom.model.scene import Scene
 from carom.solvers.certified.ball_arithmetic import ZERO, ball
-from carom.solvers.certified.obstacles import Obstacle, Plane, Round
+from carom.solvers.certified.obstacles import Obstacle
 
 
 class PairLaw(NamedTuple):

@@ -24,6 +24,7 @@ from typing import NamedTuple
 
 from flint import arb, ctx
 
+from carom.core.wall_parts import Between, Plane, Round
 from carom.model.chain_geometry import Outline
 from carom.model.scene import Scene
 from carom.model.trace import wall_body, wall_index
@@ -31,7 +32,6 @@ from carom.solvers.certified.ball_arithmetic import SLACK, ZERO, BallLeg, ball, 
 from carom.solvers.certified.disc_states import BallBodies
 from carom.solvers.certified.exact import does_graze_wall
 from carom.solvers.certified.meeting import Meeting, RoundApproach, Seam, WallApproach, build_undecided, find_contacts
-from carom.solvers.certified.obstacles import Between, Plane, Round
 from carom.solvers.certified.result import Degeneracy, Degenerate
 from carom.solvers.certified.sign_changes import build_squared_gap_powers, find_falls
 
@@ -153,9 +153,8 @@ def meet_feature(bodies: BallBodies, i: int, second: int, instant_s: float, leg:
     meeting = touch.meeting
     if touch.on is On.INSIDE or not meeting.decided:
         return meeting
-    begin, end = bodies.obstacles[wall_index(second)].neighbours
-    taker = {On.BEGIN: begin, On.END: end}.get(touch.on)
-    other = None if taker is None else _find_touch(bodies, i, taker, instant_s, leg)
+    adjoining = dict(zip((On.BEGIN, On.END), bodies.obstacles[wall_index(second)].neighbours, strict=False))
+    other = _find_touch(bodies, i, adjoining[touch.on], instant_s, leg) if touch.on in adjoining else None
     if other is None or not other.meeting.decided:
         return build_undecided(i, second, instant_s, meeting.time, resting=False)
     time = meeting.time.union(other.meeting.time)
@@ -199,7 +198,8 @@ def _round_of(bodies: BallBodies, second: int) -> Round:
 
 def _passes_stop(bodies: BallBodies, i: int, k: int, shape: Round) -> bool:
     """Return whether disc `i` fits inside the arc of a stop, which only stops larger discs."""
-    return (Fraction(bodies.scene.discs[i].radius_m) + bodies.obstacles[k].half_width) ** 2 < shape.stops2
+    reach = Fraction(bodies.scene.discs[i].radius_m) + bodies.obstacles[k].half_width
+    return shape.stops_of is not None and reach**2 < shape.stops_of.radius2
 
 
 def _fall_on_round(bodies: BallBodies, i: int, second: int, instant_s: float, leg: BallLeg | None) -> _Touch | None:
