@@ -225,8 +225,9 @@ class BallBodies:
 
     def bound_wait(self, instant_s: float, leg: BallLeg | None, *discs: int) -> arb:
         """Return an upper bound of the time from `instant_s` until `leg` ends or a disc changes its acceleration."""
-        ends = self.contacts.bound_wait(instant_s, *discs)
-        return ends if leg is None else ends.min(arb(leg.end_s) - instant_s)
+        ends = [end.upper() - instant_s for i in discs if (end := self.contacts.end_of(i)) is not None]
+        wait = min(ends, default=arb("inf"))
+        return wait if leg is None else wait.min(arb(leg.end_s) - instant_s)
 
     def is_curved(self, body: int) -> bool:
         """Return whether a body's path is not straight in the reference frame that falls with gravity."""

@@ -14,7 +14,7 @@ from flint import arb
 
 from carom.model.trace import wall_index
 from carom.solvers.certified.ball_arithmetic import ZERO, BallLeg, float_above
-from carom.solvers.certified.contacts import BallContacts
+from carom.solvers.certified.contacts import gap_on_same_ground, meet_end
 from carom.solvers.certified.disc_states import BallBodies
 from carom.solvers.certified.exact import do_graze
 from carom.solvers.certified.meeting import Meeting, PairApproach, build_undecided, find_contacts
@@ -28,7 +28,7 @@ def meet(bodies: BallBodies, disc: int, body: int, instant_s: float) -> Meeting 
     `instant_s` is a lower bound of the impact's time.
     """
     if disc == body:
-        return BallContacts(bodies).meet_end(disc, instant_s)
+        return meet_end(bodies, disc, instant_s)
     if body < 0 and body in bodies.contacts.barred[disc]:
         return None
     fixed = body if body < 0 or not bodies.movable[body] else disc
@@ -66,9 +66,7 @@ def _meet_on_curves(bodies: BallBodies, i: int, j: int, instant_s: float, leg: B
     (xi, yi), (xj, yj) = bodies.centre(i, instant_s), bodies.centre(j, instant_s)
     (ui, vi), (uj, vj) = bodies.velocity(i, arb(instant_s), instant_s), bodies.velocity(j, arb(instant_s), instant_s)
     d, u = (xj - xi, yj - yi), (uj - ui, vj - vi)
-    powers = BallContacts(bodies).gap_on_same_ground(i, j, instant_s, law.reach) or build_squared_gap_powers(
-        d, u, pull, law.reach2
-    )
+    powers = gap_on_same_ground(bodies, i, j, instant_s, law.reach) or build_squared_gap_powers(d, u, pull, law.reach2)
     for wait, meeting in find_contacts(bodies, i, j, instant_s, powers, leg):
         if not meeting.decided:
             return meeting
@@ -96,7 +94,7 @@ def _meet_pair(bodies: BallBodies, i: int, j: int, instant_s: float) -> Meeting 
         d = (ux * ux + uy * uy) * law.reach2 - cross * cross
         c = dx * dx + dy * dy - law.reach2
         if not (b < 0 and d > 0):
-            if b >= 0 or d < 0 or d.is_zero() or _do_graze(bodies, i, j):
+            if b >= 0 or d < 0 or d.is_zero() or do_graze(bodies, i, j):
                 return None
             earliest = c.lower() / ((ZERO - b).upper() + d.upper().max(ZERO).sqrt())
             return build_undecided(i, j, instant_s, arb(instant_s) + earliest.lower().max(ZERO), resting=not b < 0)
@@ -118,12 +116,6 @@ def _meet_pair(bodies: BallBodies, i: int, j: int, instant_s: float) -> Meeting 
         return build_undecided(i, j, instant_s, begin if time < instant_s else time, resting=True, proven=touching)
     near = PairApproach(xi, yi, xj, yj, dx, dy, ux, uy, root, wait)
     return Meeting(i, j, instant_s, time, float_above(time), near=near)
-
-
-def _do_graze(bodies: BallBodies, i: int, j: int) -> bool:
-    """Return whether two discs on straight initial paths touch without an impact, because they only graze."""
-    straight = bodies.are_at_start(i, j) and not (bodies.is_curved(i) or bodies.is_curved(j))
-    return straight and do_graze(bodies, i, j)
 
 
 def _solve_on_line(d: arb, u: arb, reach: arb) -> tuple[arb | None, arb | None]:

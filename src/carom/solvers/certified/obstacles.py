@@ -44,8 +44,8 @@ def obstacles_of(scene: Scene) -> tuple[Obstacle, ...]:
     widest = scene.arrays.radius_m.max(initial=0.0)
     for k, wall in enumerate(scene.arrays.walls):
         if not isinstance(wall, Outline):
-            shape = Plane(to_exact(wall[:2]), to_exact(wall[2:]))
-            found.append(Obstacle(k, shape, never_met=frozenset({wall_body(len(found))})))
+            plane = Plane(to_exact(wall[:2]), to_exact(wall[2:]))
+            found.append(Obstacle(k, plane, never_met=frozenset({wall_body(len(found))})))
             continue
         begin, half_width = len(found), Fraction(wall.half_width)
         for shape, kind, edges, *related in build_parts(wall, widest):

@@ -5,19 +5,13 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
 from flint import arb, ctx
-from numpy.typing import NDArray
 
 from carom.model.scene import Scene
 from carom.model.trace import (
     NO_EDGE,
     ImpactRecord,
     ModeRecord,
-    build_edge_array,
-    build_impact_array,
-    build_mode_array,
-    build_spin_array,
 )
 from carom.solvers.certified.ball_arithmetic import divide_to_float, round_to_float
 from carom.solvers.certified.contact_state import BallMode
@@ -94,7 +88,6 @@ class Recording:
         self._skip = 0
         self._velocity = [Vector(disc.velocity_m_s, (0.0, 0.0)) for disc in scene.discs]
         self._turns = scene.arrays.turns
-        self._has_edges = not scene.arrays.has_half_planes
         self._radius = [arb(disc.radius_m) for disc in scene.discs]
         self._spin = [(disc.spin_rad_s, 0.0) for disc in scene.discs]
         self._wall_normals: dict[int, Vector] = {}
@@ -102,30 +95,10 @@ class Recording:
     def __len__(self) -> int:
         return len(self.rows)
 
-    def array(self) -> NDArray[np.void]:
-        """Return the impacts as a read-only array of `carom.model.trace.IMPACT_DTYPE`."""
-        return build_impact_array(row.values for row in self.rows)
-
-    def spins(self) -> NDArray[np.void] | None:
-        """Return the spins of impacts as an array of `trace.SPIN_DTYPE`; None if no disc spins."""
-        return build_spin_array(row.values for row in self.rows) if self._turns else None
-
-    def edges(self) -> NDArray[np.void] | None:
-        """Return the wall edges that impacts hit, as `trace.EDGE_DTYPE`; None without finite walls."""
-        return build_edge_array(row.values for row in self.rows) if self._has_edges else None
-
-    def modes(self) -> NDArray[np.void] | None:
-        """Return changes between flight, sliding, rolling and rest, of type `MODE_DTYPE`; None if there are none."""
-        return build_mode_array(row.values for row in self.mode_rows) if self.mode_rows else None
-
     def last_s(self) -> float:
         """Return the time of the last event, in seconds; 0 before the first event."""
         impacts, modes = self.rows[-1:], self.mode_rows[-1:]
         return max([0.0, *(row.values.time_s for row in impacts), *(row.values.time_s for row in modes)])
-
-    def ambiguous(self) -> tuple[int, ...]:
-        """Return an empty tuple, because a certified run ends before an impact without a unique result."""
-        return ()
 
     def begin_again(self) -> None:
         """Prepare for a new attempt, which first repeats the recorded events."""

@@ -30,7 +30,7 @@ from carom.model.scene import Scene
 from carom.model.trace import wall_body, wall_index
 from carom.solvers.certified.ball_arithmetic import SLACK, ZERO, BallLeg, ball, float_above
 from carom.solvers.certified.disc_states import BallBodies
-from carom.solvers.certified.exact import does_graze_wall
+from carom.solvers.certified.exact import do_graze, does_graze_wall
 from carom.solvers.certified.meeting import Meeting, RoundApproach, Seam, WallApproach, build_undecided, find_contacts
 from carom.solvers.certified.result import Degeneracy, Degenerate
 from carom.solvers.certified.sign_changes import build_squared_gap_powers, find_falls
@@ -169,7 +169,7 @@ def _find_touch(bodies: BallBodies, i: int, second: int, instant_s: float, leg: 
     if isinstance(shape, Round):
         if _passes_stop(bodies, i, k, shape):
             return None
-        return (_fall_on_round if curved else _touch_round)(bodies, i, second, instant_s, leg)
+        return (_fall_on_round if curved else _touch_round)(bodies, i, second, shape, instant_s, leg)
     x, y, vx, vy = bodies.relative_state(i, instant_s, leg)
     law = bodies.laws.of_straight(k, bodies.scene.discs[i].radius_m)
     straight = not bodies.pulls[k] and bodies.acceleration[i] is None
@@ -190,21 +190,17 @@ def _compute_position_after(bodies: BallBodies, i: int, x: arb, y: arb, vx: arb,
     return x + wait * (vx + gx * half), y + wait * (vy + gy * half)
 
 
-def _round_of(bodies: BallBodies, second: int) -> Round:
-    shape = bodies.obstacles[wall_index(second)].shape
-    assert isinstance(shape, Round)  # noqa: S101 - callers pass round obstacles only
-    return shape
-
-
 def _passes_stop(bodies: BallBodies, i: int, k: int, shape: Round) -> bool:
     """Return whether disc `i` fits inside the arc of a stop, which only stops larger discs."""
     reach = Fraction(bodies.scene.discs[i].radius_m) + bodies.obstacles[k].half_width
     return shape.stops_of is not None and reach**2 < shape.stops_of.radius2
 
 
-def _fall_on_round(bodies: BallBodies, i: int, second: int, instant_s: float, leg: BallLeg | None) -> _Touch | None:
+def _fall_on_round(
+    bodies: BallBodies, i: int, second: int, shape: Round, instant_s: float, leg: BallLeg | None
+) -> _Touch | None:
     """Return the first contact of a disc on a curved path with an arc or vertex; None if there is none."""
-    law, shape = bodies.laws.of_round(wall_index(second), bodies.scene.discs[i].radius_m), _round_of(bodies, second)
+    law = bodies.laws.of_round(wall_index(second), bodies.scene.discs[i].radius_m)
     if law.reach <= 0:
         return None
     x, y, ux, uy = bodies.relative_state(i, instant_s, leg)
@@ -223,15 +219,17 @@ def _fall_on_round(bodies: BallBodies, i: int, second: int, instant_s: float, le
     return None
 
 
-def _touch_round(bodies: BallBodies, i: int, second: int, instant_s: float, leg: BallLeg | None) -> _Touch | None:
-    law, shape = bodies.laws.of_round(wall_index(second), bodies.scene.discs[i].radius_m), _round_of(bodies, second)
+def _touch_round(
+    bodies: BallBodies, i: int, second: int, shape: Round, instant_s: float, leg: BallLeg | None
+) -> _Touch | None:
+    law = bodies.laws.of_round(wall_index(second), bodies.scene.discs[i].radius_m)
     if law.reach <= 0:  # the disc does not fit inside
         return None
     x, y, ux, uy = bodies.relative_state(i, instant_s, leg)
     dx, dy = x - law.cx, y - law.cy
     a, b, cross = ux * ux + uy * uy, dx * ux + dy * uy, dx * uy - dy * ux
     d = a * law.reach2 - cross * cross
-    if d < 0 or a.is_zero() or (not shape.inside and (b >= 0 or d.is_zero() or _does_graze(bodies, i, second))):
+    if d < 0 or a.is_zero() or (not shape.inside and (b >= 0 or d.is_zero() or do_graze(bodies, i, second))):
         return None
     c = dx * dx + dy * dy - law.reach2
     if c < 0 and not shape.inside:  # the disc is inside the full circle: behind the arc, or beyond the arc's end
@@ -293,23 +291,6 @@ def _locate_direction(sector: Between, x: arb, y: arb) -> On:
     if all(is_beside) if is_reflex else any(is_beside):
         return On.BESIDE
     return On.OPEN
-
-
-def _does_graze(bodies: BallBodies, i: int, second: int) -> bool:
-    """Return whether a disc on its initial path only grazes a vertex, or an arc from outside, which is no impact.
-
-    The condition is ``u^2 (R + r)^2 = (d x u)^2``, where r is the disc's radius plus the half width. This condition has
-    the form ``A + B R = 0`` with rational A, B and R^2, so squaring gives an exact test.
-    """
-    if not bodies.are_at_start(i) or bodies.is_driven(wall_index(second)):
-        return False
-    obstacle, disc, shape = bodies.obstacles[wall_index(second)], bodies.scene.discs[i], _round_of(bodies, second)
-    (cx, cy), radius2 = shape.centre, shape.radius2
-    dx, dy = Fraction(disc.position_m[0]) - Fraction(cx), Fraction(disc.position_m[1]) - Fraction(cy)
-    ux, uy = map(Fraction, disc.velocity_m_s)
-    thick, cross, square = Fraction(disc.radius_m) + obstacle.half_width, dx * uy - dy * ux, ux * ux + uy * uy
-    rest, slope = square * (radius2 + thick * thick) - cross * cross, 2 * square * thick
-    return rest <= 0 and rest * rest == slope * slope * radius2
 
 
 def _compute_upper_root(square: arb) -> arb:
