@@ -56,9 +56,9 @@ def test_correct_run_violates_no_rule(run: Callable[..., Run]) -> None:
 @each("asked_s", [0.0, 0.1 * (1 - 0.05), 0.1 * (1 + 0.05)])
 def test_wrong_contact_duration_violates_the_law(asked_s: float) -> None:
     """A run without the TC model, or checked with a duration that is off by 5 %, violates "law"."""
-    assert list_rules(check_gas_run(EventDrivenRun(build_gas(), contact_duration_s=asked_s))) == {"law"}
+    assert list_rules(check_gas_run(EventDrivenRun(build_gas().scene, contact_duration_s=asked_s))) == {"law"}
     assert list_rules(
-        check_gas_run(EventDrivenRun(build_gas(), contact_duration_s=build_gas().contact_duration_s), asked_s)
+        check_gas_run(EventDrivenRun(build_gas().scene, contact_duration_s=build_gas().contact_duration_s), asked_s)
     ) == {"law"}
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,10 +48,13 @@ class Obstacles:
         self.driven, self.legs = build_driven_rows(start)
 
     @cached_property
-    def grounds(self) -> Grounds:
-        """The surfaces of walls on which a disc can slide, roll or rest.
+    def grounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """The surfaces of walls (grounds) on which a disc can slide, roll or rest under gravity.
 
-        These are half-planes and straight sides of finite walls, unless the wall moves or is a conveyor belt.
+        These are half-planes and straight sides of finite walls, unless the wall moves or is a conveyor belt. The first
+        array has a row for each obstacle: whether it is a ground, the numbers of the vertices at its two ends, and the
+        number of its entries in the second array. The second array contains, for each ground in order, the numbers of
+        the obstacles that a disc on it never meets.
         """
         rows = np.tile(np.array([0, NO_OBSTACLE, NO_OBSTACLE, 0], np.float64), (len(self.rows), 1))
         never_met: list[int] = []
@@ -73,7 +75,7 @@ class Obstacles:
                 arcs += [] if is_vertex else [other, other ^ 1]
             rows[number] = (1, *vertices, len(part.never_met) + len(arcs))
             never_met += (begin + other for other in (*part.never_met, *arcs))
-        return Grounds(rows, np.array(never_met, np.float64))
+        return rows, np.array(never_met, np.float64)
 
     def format_names(self, one: int, other: int) -> str:
         """Return the names of two obstacles, joined by "and"."""
@@ -116,18 +118,3 @@ class Obstacles:
             lowest[obstacle] = part.edges[0], part.kind
             is_joined[obstacle] = len(part.edges) > 1
         return lowest, is_joined
-
-
-class Grounds(NamedTuple):
-    """For each side and vertex of a wall, whether discs can slide, roll or rest on it.
-
-    A *ground* is a half-plane or straight side of a finite wall on which a disc can slide, roll or rest under gravity.
-
-    Attributes:
-        rows: Shape ``(features, 4)``, one row for each side or vertex: whether it is a ground, the numbers of the
-            vertices at its two ends, and the number of its entries in `never_met`.
-        never_met: For each ground in order, the numbers of the sides and vertices that a disc on it never meets.
-    """
-
-    rows: NDArray[np.float64]
-    never_met: NDArray[np.float64]
