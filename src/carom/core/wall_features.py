@@ -18,7 +18,7 @@ from fractions import Fraction
 from typing import NamedTuple
 
 from carom.core import primitives
-from carom.core.wall_parts import Pair, Plane, Round, WallPart, build_parts, compute_root, find_smallest_unfit, to_pair
+from carom.core.wall_parts import Pair, Round, WallPart, build_parts, compute_root, find_smallest_unfit, to_pair
 from carom.model.chain_geometry import Outline
 
 Point = tuple[float, float]
@@ -76,6 +76,11 @@ class Face:
         length2 = ex * ex + ey * ey
         normal = _compute_nearest_root(-ey, length2), _compute_nearest_root(ex, length2)
         return cls(a, b, half_width, along, compute_root(length2), normal)
+
+    def reverse(self) -> Face:
+        """Return the other side of the edge. Differences from 0.0 are used, because negation could return -0.0."""
+        (x, y), (nx, ny) = (tuple(0.0 - part for part in pair) for pair in self.along), self.normal
+        return Face(self.b, self.a, self.half_width, (x, y), self.length, (0.0 - nx, 0.0 - ny))
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,13 +158,15 @@ def build_features(outline: Outline, widest_m: float = math.inf) -> tuple[WallFe
     Where a disc meets two features at once, it hits the first of them. Where a vertex adjoins a face, a disc meets the
     face at the same time or earlier. So the impact is on the face, which has the correct normal.
     """
-    return tuple(
-        WallFeature(_build_feature(part.shape, outline.half_width), part) for part in build_parts(outline, widest_m)
-    )
-
-
-def _build_feature(shape: Plane | Round, half_width: float) -> Feature:
-    if isinstance(shape, Round):
-        return Arc.of(shape, half_width)
-    a, b = ((float(x), float(y)) for x, y in shape.stretch or ())
-    return Face.between(a, b, half_width)
+    found: list[WallFeature] = []
+    for number, part in enumerate(build_parts(outline, widest_m)):
+        if isinstance(part.shape, Round):
+            found.append(WallFeature(Arc.of(part.shape, outline.half_width), part))
+            continue
+        if number % 2 == 0:  # a left side, which the right side of the same edge follows
+            a, b = ((float(x), float(y)) for x, y in part.shape.stretch or ())
+            face = Face.between(a, b, outline.half_width)
+        else:
+            face = face.reverse()
+        found.append(WallFeature(face, part))
+    return tuple(found)

@@ -155,20 +155,15 @@ def build_parts(outline: Outline, widest_m: float = math.inf) -> list[WallPart]:
     runs, closed = _join_edges(outline), outline.closed
     n, is_whole_circle = len(runs), runs[0].edge.a == runs[0].edge.b
     sides, points = list[WallPart](), list[WallPart]()
-    point_at: dict[Exact, int] = {}  # numbers of vertices and stops
     vertex_before: dict[int, int] = {}  # number of the vertex before a series of edges; smooth joints have none
-
-    def add_point(shape: Round, kind: EdgeKind, edges: tuple[int, ...]) -> int:
-        point_at[shape.centre] = number = 2 * n + len(points)
-        points.append(WallPart(shape, kind, edges))
-        return number
-
+    stop_at: dict[Exact, int] = {}
     for k in () if is_whole_circle else (*range(1, n), 0) if closed else range(n + 1):
         ends = [(runs[k - 1].numbers[-1], runs[k - 1].edge.b)] if k > 0 or closed else []
         ends += [(runs[k].numbers[0], runs[k].edge.a)] if k < n else []
         if len(ends) < 2 or not runs[k - 1].joins_smoothly(runs[k]):
             lower = min(number for number, _ in ends)
-            vertex_before[k] = add_point(Round(to_exact(ends[0][1])), EdgeKind.VERTEX, (lower,))
+            vertex_before[k] = 2 * n + len(points)
+            points.append(WallPart(Round(to_exact(ends[0][1])), EdgeKind.VERTEX, (lower,)))
     for k, run in enumerate(runs):
         after = (k + 1) % n if closed else k + 1
         is_smooth = k not in vertex_before, after not in vertex_before
@@ -179,11 +174,13 @@ def build_parts(outline: Outline, widest_m: float = math.inf) -> list[WallPart]:
             sides.append(WallPart(shape, run.kind, run.numbers, neighbours))
             if isinstance(shape, Round) and shape.inside and find_smallest_unfit(shape, outline.half_width) <= widest_m:
                 for stop in _build_stops(run, shape, is_smooth):
-                    add_point(stop, EdgeKind.ARC, run.numbers)
-    for k, (shape, *_) in enumerate(sides):
+                    stop_at[stop.centre] = 2 * n + len(points)
+                    points.append(WallPart(stop, EdgeKind.ARC, run.numbers))
+    for k, (shape, _, _, neighbours, _) in enumerate(sides):
         if isinstance(shape, Plane):
-            at_ends = (point_at[end] for end in shape.stretch or () if end in point_at)
-            sides[k] = sides[k]._replace(never_met=(k, k ^ 1, *at_ends))
+            vertices = (other for other in neighbours if other >= 2 * n)
+            stops = (stop_at[end] for end in shape.stretch or () if end in stop_at) if stop_at else ()
+            sides[k] = sides[k]._replace(never_met=(k, k ^ 1, *vertices, *stops))
     return [*sides, *points]
 
 
@@ -284,9 +281,9 @@ def subtract(a: Exact, b: Exact) -> Exact:
     return a[0] - b[0], a[1] - b[1]
 
 
-def dot(a: tuple[float, float] | Exact, b: tuple[float, float] | Exact) -> Fraction:
-    """Return the exact inner product of two vectors."""
-    return Fraction(a[0]) * Fraction(b[0]) + Fraction(a[1]) * Fraction(b[1])
+def dot(a: Exact, b: Exact) -> Fraction:
+    """Return the inner product of two vectors."""
+    return a[0] * b[0] + a[1] * b[1]
 
 
 def cross(a: Exact, b: Exact) -> Fraction:
@@ -297,6 +294,8 @@ def cross(a: Exact, b: Exact) -> Fraction:
 def to_pair(number: Fraction) -> Pair:
     """Return the pair of floats nearest to a rational number. The relative error is at most 2^-106."""
     high = float(number)
+    if high.as_integer_ratio() == number.as_integer_ratio():
+        return high, 0.0
     return high, float(number - Fraction(high))
 
 

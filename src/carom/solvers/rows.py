@@ -66,7 +66,7 @@ class RecordedImpacts:
         self._spins = Rows(SPIN_DTYPE) if turns else None
         self._edges_of = edges_of
         self._edges = None if edges_of is None else Rows(EDGE_DTYPE)
-        self._modes: Rows | None = None
+        self._modes = Rows(MODE_DTYPE)
         self._contacts: list[NDArray[np.void]] = []  # contacts whose edges are not computed yet
 
     def __len__(self) -> int:
@@ -106,10 +106,8 @@ class RecordedImpacts:
         """Return the changes between flight, sliding, rolling and rest, as `MODE_DTYPE`; None if there are none."""
         if (taken := self._run.take_modes()) is not None:
             modes = np.frombuffer(memoryview(taken), MODE_DTYPE)
-            if self._modes is None:
-                self._modes = Rows(MODE_DTYPE)
             self._modes.add(self._convert(modes, modes))
-        return None if self._modes is None else self._modes.array()
+        return self._modes.array() if len(self._modes) else None
 
     def edges(self) -> NDArray[np.void] | None:
         """Return the wall edges that the impacts hit; None in scenes without finite walls."""

@@ -103,7 +103,7 @@ def _find_crush(log: Recording, bodies: BallBodies) -> Degeneracy | None:
     last_impact_s, until = last[-1].time_s, math.inf
     for end, obstacle in zip(ends, obstacles, strict=True):
         place, speed, ends_s = _compute_surface_motion(end, obstacle, line, bodies, last_impact_s)
-        sign = 1 if dot(end.normal, line) > 0 else -1  # 1 if the line points from the end body to the discs
+        sign = 1 if dot(to_exact(end.normal), line) > 0 else -1  # 1 if the line points from the end body to the discs
         room, rate, until = room - sign * place, rate - sign * speed, min(until, ends_s)
     for disc in row[1:-1]:
         room = room - 2 * arb(bodies.scene.discs[disc].radius_m)
@@ -213,7 +213,9 @@ def _find_obstacle(bodies: BallBodies, end: _Facing) -> Obstacle | None:
         away = subtract(start, shape.centre)
         return dot(away, away)
 
-    facing = [part for part in fits if isinstance(part.shape, Plane) and dot(end.normal, part.shape.normal) > 0]
+    facing = [
+        part for part in fits if isinstance(part.shape, Plane) and dot(to_exact(end.normal), part.shape.normal) > 0
+    ]
     # A disc never passes through a wall. So if two vertices are on the line of the row, the disc meets the nearer
     # vertex.
     rounds = [
@@ -265,7 +267,7 @@ def _compute_surface_motion(
     """
     dx, dy = map(ball, line)
     length = (dx * dx + dy * dy).sqrt()
-    sign = 1 if dot(end.normal, line) > 0 else -1
+    sign = 1 if dot(to_exact(end.normal), line) > 0 else -1
     if obstacle is None:
         (x, y), depth = _compute_exact_centre(bodies, end.body), arb(bodies.scene.discs[end.body].radius_m)
     elif isinstance(obstacle.shape, Plane):

@@ -183,8 +183,3 @@ class ContactStates:
         if landing is not None:
             return landing.time
         return self.stops[i] if gliding is None or gliding.end is None else gliding.end.time
-
-    def launch_from(self, i: int, body: int) -> Launch | None:
-        """Return the `Launch` of disc `i` at the vertex `body`, or else None."""
-        launch = self.launched[i]
-        return launch if launch is not None and launch.vertex == body else None

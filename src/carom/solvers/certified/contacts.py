@@ -85,7 +85,7 @@ def begin_contact(bodies: BallBodies, i: int, ground: BallGround) -> BallMode | 
     bodies.x[i], bodies.y[i] = ground.centre_at(place)
     if normal_speed * normal_speed <= 2 * ground.presses * _compute_gap_resolution(bodies, i, k):
         return start_mode(bodies, i, Landing(ZERO, ground, GlideState(place, speed, speed + rim, rim)), 0.0)
-    near = WallApproach((ZERO - normal_speed) * bodies.laws.of_straight(k, None).length, ZERO)
+    near = WallApproach((ZERO - normal_speed) * bodies.laws.of_straight(k, bodies.scene.discs[i].radius_m).length, ZERO)
     return Meeting(i, ground.body, 0.0, ZERO, 0.0, near=near)
 
 

@@ -81,7 +81,7 @@ def does_graze_wall(bodies: BallBodies, i: int, k: int) -> bool:
     velocity, gravity and the centre's offset, and r is the radius.
     """
     offset, rim2, toward = _find_root_form(bodies, i, wall_body(k))
-    pull = dot(bodies.scene.gravity_m_s2, _plane_of(bodies, wall_body(k)).normal)
+    pull = dot(to_exact(bodies.scene.gravity_m_s2), _plane_of(bodies, wall_body(k)).normal)
     left = 2 * pull * offset - toward * toward  # 2 a r |n| if the disc turns back where it touches the half-plane
     return _sign(left) == _sign(pull) and left * left == 4 * pull * pull * rim2
 
@@ -131,7 +131,7 @@ def _find_curvature_sign(scene: Scene, i: int, j: int, spread: Fraction) -> int:
     if fixed[0] == fixed[1] or scene.gravity_m_s2 == (0.0, 0.0):
         return 0
     p, q = scene.discs[i], scene.discs[j]
-    along = dot(scene.gravity_m_s2, q.position_m) - dot(scene.gravity_m_s2, p.position_m)
+    along = dot(to_exact(scene.gravity_m_s2), subtract(to_exact(q.position_m), to_exact(p.position_m)))
     return _sign(spread + (along if fixed[0] else -along))
 
 
@@ -142,10 +142,10 @@ def _find_root_form(bodies: BallBodies, first: int, second: int) -> tuple[Fracti
         a, b, c = _build_pair_polynomial(scene, first, second)
         return -b, b * b - a * c, a
     disc, plane, wall = scene.discs[first], _plane_of(bodies, second), wall_index(bodies.trace_body(second))
-    offset = dot(disc.position_m, plane.normal) - dot(plane.point, plane.normal)
+    offset = dot(subtract(to_exact(disc.position_m), plane.point), plane.normal)
     rim2 = Fraction(disc.radius_m) ** 2 * dot(plane.normal, plane.normal)
-    drive = scene.arrays.drive_of_wall(wall).velocity_at(0.0)
-    return offset, rim2, dot(drive, plane.normal) - dot(disc.velocity_m_s, plane.normal)
+    drive = to_exact(scene.arrays.drive_of_wall(wall).velocity_at(0.0))
+    return offset, rim2, dot(subtract(drive, to_exact(disc.velocity_m_s)), plane.normal)
 
 
 def _find_near_bodies(bodies: BallBodies) -> list[tuple[int, int]]:

@@ -24,7 +24,7 @@ from carom.solvers.certified.two_frictions import BallFrictions, limit_sticking,
 
 
 class BallImpact(NamedTuple):
-    """A certified impact: its time, its normal (of any length), and the velocities and spins after it.
+    """A certified impact: its time, its normal (of any length), the velocities after it, and the spins.
 
     `before` contains the velocities just before the impact. `before` is None if no velocity has changed since the
     previous impact. `second` is the second body's number in traces. `edge` is the part of a finite wall that the disc
@@ -41,7 +41,7 @@ class BallImpact(NamedTuple):
     before: tuple[arb, arb, arb, arb] | None = None
     spins_after: tuple[arb, arb] = (ZERO, ZERO)
     edge: tuple[int, int] = NO_EDGE
-    spins_before: tuple[arb, arb] | None = None
+    spins_before: tuple[arb, arb] = (ZERO, ZERO)
 
 
 class BallEvent(NamedTuple):

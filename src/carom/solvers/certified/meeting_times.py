@@ -31,12 +31,8 @@ def meet(bodies: BallBodies, disc: int, body: int, instant_s: float) -> Meeting 
         return meet_end(bodies, disc, instant_s)
     if body < 0 and body in bodies.contacts.barred[disc]:
         return None
-    fixed = body if body < 0 or not bodies.movable[body] else disc
-    if fixed >= 0 and bodies.movable[fixed]:
-        pair = min(disc, body), max(disc, body)
-        curved = bodies.is_curved(disc) or bodies.is_curved(body)
-        return _meet_on_curves(bodies, *pair, instant_s, None) if curved else _meet_pair(bodies, *pair, instant_s)
-    for leg in bodies.legs_after(fixed, instant_s):
+    driven = body if body < 0 or not bodies.movable[body] else disc  # the body that may have a prescribed motion
+    for leg in bodies.legs_after(driven, instant_s):
         begin_s = instant_s if leg is None else max(instant_s, leg.begin_s)
         meeting = _meet_on_leg(bodies, disc, body, begin_s, leg)
         if meeting is None or leg is None or meeting.time < leg.end_s:
@@ -48,10 +44,11 @@ def meet(bodies: BallBodies, disc: int, body: int, instant_s: float) -> Meeting 
 
 
 def _meet_on_leg(bodies: BallBodies, disc: int, body: int, instant_s: float, leg: BallLeg | None) -> Meeting | None:
-    """Return the result of `meet` for a body with a prescribed motion, as if it kept the velocity of `leg` for ever."""
+    """Return the result of `meet`, as if a body with a prescribed motion kept the velocity of `leg` for ever."""
     if body >= 0:
         pair = min(disc, body), max(disc, body)
-        curved = bodies.falls or any(bodies.acceleration[i] is not None for i in pair)
+        curved = any(bodies.acceleration[i] is not None for i in pair)
+        curved = curved or (bodies.falls and not all(bodies.movable[i] for i in pair))
         return _meet_on_curves(bodies, *pair, instant_s, leg) if curved else _meet_pair(bodies, *pair, instant_s)
     k = wall_index(body)
     if bodies.obstacles[k].kind is not None:

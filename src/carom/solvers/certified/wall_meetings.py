@@ -44,20 +44,8 @@ def meet_straight(bodies: BallBodies, i: int, second: int, instant_s: float, leg
 
     `leg` is the current part of the wall's path if the wall is driven.
     """
-    if bodies.acceleration[i] is not None:
-        return _glide_to_plane(bodies, i, second, instant_s, leg)
-    return (_fall_on_plane if bodies.pulls[wall_index(second)] else _meet_plane)(bodies, i, second, instant_s, leg)
-
-
-def _glide_to_plane(bodies: BallBodies, i: int, second: int, instant_s: float, leg: BallLeg | None) -> Meeting | None:
-    """Return the impact of disc `i` on a half-plane or face while the disc slides, rolls or rests elsewhere."""
-    law = bodies.laws.of_straight(wall_index(second), bodies.scene.discs[i].radius_m)
-    x, y, vx, vy = bodies.relative_state(i, instant_s, leg)
-    gap, speed = x * law.nx + y * law.ny - law.level, vx * law.nx + vy * law.ny
-    pull = bodies.acceleration_of(i)[0] * law.nx + bodies.acceleration_of(i)[1] * law.ny
-    for wait, meeting in find_contacts(bodies, i, second, instant_s, [gap, speed, pull / 2], leg):
-        return meeting._replace(near=WallApproach(ZERO - speed - pull * wait, wait)) if meeting.decided else meeting
-    return None
+    is_pulled = bodies.acceleration[i] is not None or bodies.pulls[wall_index(second)]
+    return (_fall_on_plane if is_pulled else _meet_plane)(bodies, i, second, instant_s, leg)
 
 
 def _meet_plane(bodies: BallBodies, i: int, second: int, instant_s: float, leg: BallLeg | None) -> Meeting | None:
@@ -82,12 +70,20 @@ def _meet_plane(bodies: BallBodies, i: int, second: int, instant_s: float, leg: 
 
 
 def _fall_on_plane(bodies: BallBodies, i: int, second: int, instant_s: float, leg: BallLeg | None) -> Meeting | None:
-    """Return the impact of disc `i` on a half-plane or face, if gravity has a component along the normal."""
+    """Return the impact of disc `i` on a half-plane or face, if its acceleration may have a component along the normal.
+
+    The disc is in flight, or it slides, rolls or rests elsewhere.
+    """
     k = wall_index(second)
     law, pulled = bodies.laws.of_straight(k, bodies.scene.discs[i].radius_m), bodies.pulls[k]
     x, y, vx, vy = bodies.relative_state(i, instant_s, leg)
-    gx, gy = bodies.gravity
-    gap, speed, pull = x * law.nx + y * law.ny - law.level, vx * law.nx + vy * law.ny, gx * law.nx + gy * law.ny
+    ax, ay = bodies.acceleration_of(i)
+    gap, speed, pull = x * law.nx + y * law.ny - law.level, vx * law.nx + vy * law.ny, ax * law.nx + ay * law.ny
+    if bodies.acceleration[i] is not None:
+        for wait, meeting in find_contacts(bodies, i, second, instant_s, [gap, speed, pull / 2], leg):
+            near = WallApproach(ZERO - speed - pull * wait, wait)
+            return meeting._replace(near=near) if meeting.decided else meeting
+        return None
     d = speed * speed - 2 * pull * gap
     if d < 0 or (d.is_zero() and pulled > 0) or _turns_back(bodies, i, k):
         return None
@@ -136,8 +132,8 @@ def meet_feature(bodies: BallBodies, i: int, second: int, instant_s: float, leg:
 
     `leg` is the current part of the wall's path if the wall is driven.
     """
-    launch = bodies.contacts.launch_from(i, second)
-    if launch is not None:
+    launch = bodies.contacts.launched[i]
+    if launch is not None and launch.vertex == second:
         # When the disc flew off its surface, the gap and its rate of change were 0. The other coefficients give the
         # next contact.
         fall = next(find_falls(launch.powers), None)
@@ -336,7 +332,8 @@ def _check_start(bodies: BallBodies, i: int, number: int) -> tuple[Degenerate, a
     gx, gy = bodies.gravity
     if isinstance(shape, Plane):
         law = bodies.laws.of_straight(number, radius)
-        free, on = x * law.nx + y * law.ny - bodies.laws.of_straight(number, None).level, On.INSIDE
+        px, py = map(ball, shape.point)
+        free, on = (x - px) * law.nx + (y - py) * law.ny, On.INSIDE
         gap, speed = x * law.nx + y * law.ny - law.level, ux * law.nx + uy * law.ny
         pull = arb(bodies.pulls[number])
         if shape.stretch is not None:
