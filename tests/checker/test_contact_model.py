@@ -48,7 +48,7 @@ def list_rules(report: Report) -> set[str]:
 @each("run", [EventDrivenRun, all_pairs])
 def test_correct_run_violates_no_rule(run: Callable[..., Run]) -> None:
     """A correct run with the TC model violates no rule; 10 to 90 % of its impacts are elastic."""
-    report = check_gas_run(run(build_gas(), contact_duration_s=build_gas().contact_duration_s))
+    report = check_gas_run(run(build_gas().scene, contact_duration_s=build_gas().contact_duration_s))
     assert (report.violations, report.impacts) == ([], IMPACTS)
     assert 0.1 * IMPACTS < report.elastic < 0.9 * IMPACTS
 

@@ -79,8 +79,8 @@ class Face:
 
     def reverse(self) -> Face:
         """Return the other side of the edge. Differences from 0.0 are used, because negation could return -0.0."""
-        (x, y), (nx, ny) = (tuple(0.0 - part for part in pair) for pair in self.along), self.normal
-        return Face(self.b, self.a, self.half_width, (x, y), self.length, (0.0 - nx, 0.0 - ny))
+        x, y, normal = ((0.0 - first, 0.0 - second) for first, second in (*self.along, self.normal))
+        return Face(self.b, self.a, self.half_width, (x, y), self.length, normal)
 
 
 @dataclass(frozen=True, slots=True)

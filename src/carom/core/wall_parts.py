@@ -176,11 +176,11 @@ def build_parts(outline: Outline, widest_m: float = math.inf) -> list[WallPart]:
                 for stop in _build_stops(run, shape, is_smooth):
                     stop_at[stop.centre] = 2 * n + len(points)
                     points.append(WallPart(stop, EdgeKind.ARC, run.numbers))
-    for k, (shape, _, _, neighbours, _) in enumerate(sides):
-        if isinstance(shape, Plane):
-            vertices = (other for other in neighbours if other >= 2 * n)
-            stops = (stop_at[end] for end in shape.stretch or () if end in stop_at) if stop_at else ()
-            sides[k] = sides[k]._replace(never_met=(k, k ^ 1, *vertices, *stops))
+    for k, part in enumerate(sides):
+        if isinstance(part.shape, Plane):
+            vertices = (other for other in part.neighbours if other >= 2 * n)
+            stops = (stop_at[end] for end in part.shape.stretch or () if end in stop_at) if stop_at else ()
+            sides[k] = part._replace(never_met=(k, k ^ 1, *vertices, *stops))
     return [*sides, *points]
 
 

@@ -31,23 +31,23 @@ def start_pic_run(scene: Scene, options: RunOptions = PLAIN, *, all_pairs: bool 
     With `all_pairs`, the next impact of each pair is computed at each event. Computing all pairs is slower, with the
     same result.
     """
-    from carom.solvers.damped import DampedRun, build_undamped_options
     from carom.solvers.event_driven.run import EventDrivenRun  # imported here: scenes of two discs don't need it
     from carom.solvers.units import run_in_ordinary_units
 
     def make(start: Start, units: Units) -> Run:
-        damping = units.convert_damping(scene.damping_per_s) if scene.damping_per_s else None
-        undamped = options.convert_units(units)
-        if damping is not None:
-            undamped = build_undamped_options(undamped, damping)
-        run = EventDrivenRun(
-            start,
-            record=undamped.record,
-            window_s=undamped.window_s,
-            contact_duration_s=undamped.contact_duration_s,
-            all_pairs=all_pairs,
+        converted = options.convert_units(units)
+        if not scene.damping_per_s:
+            return build_undamped_run(start, converted)
+        from carom.solvers.damped import DampedRun, build_undamped_options
+
+        damping = units.convert_damping(scene.damping_per_s)
+        return DampedRun(build_undamped_run(start, build_undamped_options(converted, damping)), damping)
+
+    def build_undamped_run(start: Start, options: RunOptions) -> Run:
+        record, window_s, contact_s = options.record, options.window_s, options.contact_duration_s
+        return EventDrivenRun(
+            start, record=record, window_s=window_s, contact_duration_s=contact_s, all_pairs=all_pairs
         )
-        return run if damping is None else DampedRun(run, damping)
 
     run: Run = run_in_ordinary_units(scene.undamped, make)
     return run
