@@ -3,9 +3,7 @@
 The module is built with the extension if that is built in place, see setup.py. No wheel contains this module.
 """
 
-from carom.core.carom_core cimport (
-    Body, Corners, Index, Law, NO_FEATURE, NOBODY, Recent, Resize, Spins, Surface, Turning, Wall, c_bool,
-)
+from carom.core.carom_core cimport Corners, Index, Law, Recent, Resize, Spins, Turning, c_bool
 from carom.core.run_input cimport law_of
 from carom.core.formulas cimport DoubleDouble, Frictions, Slips, descent_time as c_descent_time, greater
 
@@ -15,6 +13,28 @@ import numpy as np
 
 cdef extern from "float.h":
     int FLT_EVAL_METHOD
+
+cdef extern from "carom/core/carom_core.h" nogil:
+    enum:
+        NOBODY
+        NO_FEATURE
+
+    struct Wall:
+        double x
+        double y
+        double nx
+        double ny
+
+    struct Surface:
+        double vx
+        double vy
+        double belt
+
+    struct Body:
+        double *velocity
+        double inverse_mass
+        double radius
+        Turning *turning
 
 cdef extern from "carom/core/binding_memory.h":
     void *carom_enlarge(void *memory, size_t used, size_t size) noexcept nogil

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.engines.api import Capabilities, Contact, ContactTimes, Observation, Setting
-from carom.solvers.run import RunImpacts
+from carom.solvers.rows import RecordedImpacts
 
 Array = NDArray[np.float64]
 #: Capabilities of PIT. PIC also computes the instants of impacts.
@@ -71,7 +71,7 @@ class RecordedWorld:
         """Do nothing, because a run holds no resources."""
 
 
-def list_contacts_since(log: RunImpacts, old_count: int) -> tuple[Contact, ...]:
+def list_contacts_since(log: RecordedImpacts, old_count: int) -> tuple[Contact, ...]:
     """Return all impacts except the first `old_count`, each with the velocities before and after the impact."""
     if len(log) == old_count:  # most steps have no impact
         return ()

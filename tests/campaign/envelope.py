@@ -25,8 +25,8 @@ from carom.model.disc_arrays import list_wall_lengths
 from carom.model.flights import free_flights
 from carom.model.trace import NO_EDGE, wall_index
 from carom.solvers.certified.ball_arithmetic import ZERO, float_above
-from carom.solvers.certified.contact_state import BallMode, GlideState
-from carom.solvers.certified.contacts import BallContacts
+from carom.solvers.certified.contact_state import BallMode, GlideState, Landing
+from carom.solvers.certified.contacts import begin_contact, find_resting, record_landing, start_mode
 from carom.solvers.certified.disc_states import BallBodies
 from carom.solvers.certified.impacts import BallEvent, BallImpact, apply_meeting
 from carom.solvers.certified.meeting import Meeting, Seam, WallApproach
@@ -225,8 +225,8 @@ class _Widened:
 
     def _begin(self) -> None:
         """Begin the motion on a table, and the contacts of discs that lie on something; widen all other centres."""
-        bodies, contacts, table = self.bodies, BallContacts(self.bodies), self.scene.table_deceleration_m_s2
-        lying = dict(contacts.find_resting()) if bodies.falls else {}
+        bodies, table = self.bodies, self.scene.table_deceleration_m_s2
+        lying = dict(find_resting(bodies)) if bodies.falls else {}
         for i in range(len(bodies)):
             if bodies.movable[i] and i not in lying:
                 bodies.x[i], bodies.y[i] = self._widen_point(bodies.x[i], bodies.y[i], self.found.gap_m)
@@ -234,7 +234,7 @@ class _Widened:
                     start_deceleration(bodies, i, ZERO, 0.0)
         for i, ground in lying.items():
             closing = -float(ground.normal_part(bodies.vx[i], bodies.vy[i]).mid())
-            begun = contacts.begin_contact(i, ground)
+            begun = begin_contact(bodies, i, ground)
             if isinstance(begun, Meeting):
                 self._carry_out(self._delayed(begun, i, self.found.gap_m / closing, ground.length))
             else:
@@ -272,7 +272,7 @@ class _Widened:
             self._last_rounding[i] = (rounding.velocities[side], rounding.spins[side])
             self._widen(i, meeting, rounding.velocities[side], rounding.spins[side])
         for i in {body for body, _ in discs}:
-            BallContacts(bodies).record_landing(i, arb(LANDING_PART))
+            record_landing(bodies, i, arb(LANDING_PART))
 
     def _widen(self, i: int, meeting: Meeting, speed_m_s: float, spin_rad_s: float) -> None:
         """Widen the state of a disc after an impact."""
@@ -318,7 +318,7 @@ class _Widened:
         wider = zip(speeds, (speed_m_s, 2.0 * speed_m_s, speed_m_s), strict=True)
         speed, slip, rim = (value if value.is_zero() else value + arb(0, by) for value, by in wider)
         widened = GlideState(place + arb(0, self.found.gap_m), speed, slip, rim)
-        BallContacts(self.bodies).start_mode(i, gliding.ground, gliding.since, at, widened)
+        start_mode(self.bodies, i, Landing(gliding.since, gliding.ground, widened), at, gliding.mode)
 
     def _law_of(self, meeting: Meeting) -> tuple[float, float]:
         """Return restitution, and friction with rolling resistance, between the two bodies of an impact."""

@@ -207,17 +207,12 @@ def certify_within(seconds: float, scene: Scene, impacts: int) -> CertifiedTrace
     def interrupt(_signal: int, _frame: FrameType | None) -> None:
         raise KeyboardInterrupt  # which ends a certified run, and keeps what was certified
 
-    def certified_run() -> CertifiedRun:
-        options = CertifyOptions()
-        bits = {"max_precision_bits": options.max_precision_bits, "tie_bits": options.tie_bits}
-        return CertifiedRun(scene, digits=options.digits, **bits)
-
-    run = certified_run()
+    run = CertifiedRun(scene, CertifyOptions(max_impacts=impacts))
     with contextlib.suppress(KeyboardInterrupt), _alarm(seconds, interrupt):
-        run.advance_to(scene.duration_s, impacts)
+        run.advance()
     if run.ending is None:  # interrupted between two attempts
-        run = certified_run()
-        run.advance_to(scene.duration_s, 0)
+        run = CertifiedRun(scene, CertifyOptions(max_impacts=0))
+        run.advance()
     return run.result()
 
 

@@ -25,8 +25,8 @@ class FlightAlone(EventDrivenRun):
     """
 
     def __init__(self, gas: Gas) -> None:
-        super().__init__(gas)
-        self._scout = EventDrivenRun(gas)
+        super().__init__(gas.scene)
+        self._scout = EventDrivenRun(gas.scene)
 
     def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:
         """Advance up to the first contact."""

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom import DiscArrays
+from carom.solvers.run import ScaledScene
 
 Floats = NDArray[np.float64]
 
@@ -75,9 +76,10 @@ class Gas:
     duration_s: float = math.inf
 
     @property
-    def arrays(self) -> DiscArrays:
-        """Its discs and walls, as a `carom.solvers.run.Start` names them."""
-        return self.start
+    def scene(self) -> ScaledScene:
+        """Its discs, walls and forces, from which a run can start."""
+        forces = self.gravity_m_s2, self.wall_rolling_resistance, self.table_deceleration_m_s2
+        return ScaledScene(self.start, *forces, self.duration_s)
 
 
 def draw_gas(number: int, kind: Kind | None = None, *, most_discs: int = MOST_DISCS) -> Gas:

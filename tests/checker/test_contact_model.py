@@ -48,7 +48,7 @@ def list_rules(report: Report) -> set[str]:
 @each("run", [EventDrivenRun, all_pairs])
 def test_correct_run_violates_no_rule(run: Callable[..., Run]) -> None:
     """A correct run with the TC model violates no rule; 10 to 90 % of its impacts are elastic."""
-    report = check_gas_run(run(build_gas(), contact_duration_s=build_gas().contact_duration_s))
+    report = check_gas_run(run(build_gas().scene, contact_duration_s=build_gas().contact_duration_s))
     assert (report.violations, report.impacts) == ([], IMPACTS)
     assert 0.1 * IMPACTS < report.elastic < 0.9 * IMPACTS
 
@@ -56,9 +56,9 @@ def test_correct_run_violates_no_rule(run: Callable[..., Run]) -> None:
 @each("asked_s", [0.0, 0.1 * (1 - 0.05), 0.1 * (1 + 0.05)])
 def test_wrong_contact_duration_violates_the_law(asked_s: float) -> None:
     """A run without the TC model, or checked with a duration that is off by 5 %, violates "law"."""
-    assert list_rules(check_gas_run(EventDrivenRun(build_gas(), contact_duration_s=asked_s))) == {"law"}
+    assert list_rules(check_gas_run(EventDrivenRun(build_gas().scene, contact_duration_s=asked_s))) == {"law"}
     assert list_rules(
-        check_gas_run(EventDrivenRun(build_gas(), contact_duration_s=build_gas().contact_duration_s), asked_s)
+        check_gas_run(EventDrivenRun(build_gas().scene, contact_duration_s=build_gas().contact_duration_s), asked_s)
     ) == {"law"}
 
 

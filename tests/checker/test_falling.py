@@ -140,7 +140,7 @@ def test_flight_that_enters_a_body_and_returns_is_found(over: float) -> None:
         mass = np.array([1.0, math.inf][:count])
         velocity = np.array([[0.0, 3.0], [0.0, 0.0]][:count])
         start = DiscArrays(np.array(place), velocity, np.full(count, 0.5), mass, ceiling)
-        impacts, places = EventDrivenRun(build_gas()).log.array(), np.array([place, place])
+        impacts, places = EventDrivenRun(build_gas().scene).log.array(), np.array([place, place])
         back = np.array([[0.0, -3.0], [0.0, 0.0]][:count])
         velocities, never = np.array([velocity, back]), np.full(count, -math.inf)
         stretch = Stretch(0, impacts, np.array([0, 0]), np.array([0.0, 0.6]), places, velocities, never)

@@ -8,22 +8,7 @@ cdef extern from "<stdbool.h>":
     ctypedef bint c_bool "bool"  # C's bool: the type bint would be an int in the type of a function that C calls
 
 cdef extern from "carom/core/carom_core.h" nogil:
-    enum:
-        NOBODY
-        NO_FEATURE
-
     ctypedef void *(*Resize)(void *memory, size_t used, size_t size) noexcept nogil
-
-    struct Wall:
-        double x
-        double y
-        double nx
-        double ny
-
-    struct Surface:
-        double vx
-        double vy
-        double belt
 
     struct Turning:
         double spin
@@ -39,12 +24,6 @@ cdef extern from "carom/core/carom_core.h" nogil:
         double contact_duration
         ContactFriction contact
         ContactFriction wall_contact
-
-    struct Body:
-        double *velocity
-        double inverse_mass
-        double radius
-        Turning *turning
 
     struct Impact:
         pass

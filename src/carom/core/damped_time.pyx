@@ -5,40 +5,21 @@ import numpy as np
 from carom.core.carom_core cimport Impact, Index, Spins
 
 cdef extern from "carom/core/damping.h" nogil:
-    double remaining_velocity(double rate, double time)
-    double undamped_time(double rate, double time)
+    # the factor by which damping multiplies a speed during a time
+    cpdef double kept "remaining_velocity"(double rate, double seconds)
+    # the time in which an undamped disc moves as far as a damped disc in a time
+    cpdef double undamped "undamped_time"(double rate, double seconds)
+    # the time in which a damped disc moves as far as an undamped disc in a time; infinity for never
+    cpdef double damped "damped_time"(double rate, double undamped_s)
+    # the greatest undamped time t for which damped(rate, t) is at most a time
+    cpdef double latest_undamped "latest_undamped_time"(double rate, double seconds)
     struct LogAnchor:
         pass
 
     LogAnchor first_anchor()
-    double damped_time(double rate, double undamped)
     double damped_time_from(LogAnchor *anchor, double rate, double undamped)
-    double latest_undamped_time(double rate, double time)
     void c_slow_impacts "slow_impacts"(double rate, Impact *impacts, Index count)
     void c_slow_spins "slow_spins"(double rate, const Impact *undamped, Spins *spins, Index count)
-
-
-def kept(double rate, double seconds):
-    """Return the factor by which damping multiplies a speed during `seconds`."""
-    return remaining_velocity(rate, seconds)
-
-
-def undamped(double rate, double seconds):
-    """Return the time in which an undamped disc moves as far as a damped disc in `seconds`."""
-    return undamped_time(rate, seconds)
-
-
-def damped(double rate, double undamped_s):
-    """Return the time in which a damped disc moves as far as an undamped disc in `undamped_s`.
-
-    The result is infinity if the damped disc never moves that far.
-    """
-    return damped_time(rate, undamped_s)
-
-
-def latest_undamped(double rate, double seconds):
-    """Return the greatest undamped time t for which ``damped(rate, t)`` is at most `seconds`."""
-    return latest_undamped_time(rate, seconds)
 
 
 def all_damped(double rate, undamped_s):

@@ -41,10 +41,9 @@ def find_extension_notes() -> tuple[str, ...]:
     If there is a note, a warning is also issued, once per process.
     """
     stale = _find_staleness()
-    if not stale:
-        return ()
-    _warn()
-    return (stale,)
+    if stale:
+        _warn(stale)
+    return (stale,) if stale else ()
 
 
 def compute_sources_digest() -> str:
@@ -100,5 +99,5 @@ def _find_staleness() -> str:
 
 
 @functools.cache
-def _warn() -> None:
-    warnings.warn(_find_staleness(), StaleExtensionWarning, stacklevel=3)
+def _warn(stale: str) -> None:
+    warnings.warn(stale, StaleExtensionWarning, stacklevel=3)

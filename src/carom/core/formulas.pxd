@@ -17,12 +17,6 @@ cdef extern from "carom/core/arithmetic/double_double.h" nogil:
     double greater(double a, double b)
     DoubleDouble two_diff(double a, double b)
 
-cdef extern from "carom/core/straight/pair_time.h" nogil:
-    double pair_time(
-        double x1, double y1, double vx1, double vy1, double r1,
-        double x2, double y2, double vx2, double vy2, double r2,
-    )
-
 cdef extern from "carom/core/feature.h" nogil:
     enum:
         FEATURE_NUMBERS
@@ -92,7 +86,6 @@ cdef extern from "carom/core/parabola/fall_time.h" nogil:
     )
 
 cdef extern from "carom/core/impact_law.h" nogil:
-    double normal_impulse(double dx, double dy, double ux, double uy, double inverse_masses, double restitution)
     double tangential_impulse(
         const ContactFriction *contact, double slip, double inverse_effective_mass, double pressed
     )

@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from carom.core.wall_features import Feature, Pair
+    from carom.core.wall_features import Feature
+    from carom.core.wall_parts import Pair
     from carom.model.chain_geometry import Outline
     from carom.model.disc_arrays import DiscArrays, HalfPlane
     from carom.model.prescribed_motion import Drive

@@ -40,12 +40,6 @@ cdef extern from "carom/core/pic/state.h" nogil:
         Index beyond
         Index choices
         Index epochs
-        Index epoch_impacts
-        Index at_instant
-        Index ambiguous_in_row
-        Index still_impacts
-        Index has_begun
-        Index predicted
         Index too_far
 
     struct Crush:

@@ -4,6 +4,7 @@
 from cpython.bytes cimport PyBytes_FromStringAndSize
 from libc.stdint cimport int64_t, uintptr_t
 from libc.stdlib cimport free
+from libc.string cimport memcpy
 
 from carom.core.resolution import too_far_out
 
@@ -62,9 +63,9 @@ cdef class Kernel:
             given.driven, given.driven_count = floats(kept, obstacles.driven), len(obstacles.driven)
             given.legs, given.leg_count = floats(kept, obstacles.legs), len(obstacles.legs)
         if acceleration is not None:
-            grounds = obstacles.grounds
-            given.grounds = floats(kept, grounds.rows)
-            given.never_lists, given.never_length = floats(kept, grounds.never_met), len(grounds.never_met)
+            grounds, never_met = obstacles.grounds
+            given.grounds = floats(kept, grounds)
+            given.never_lists, given.never_length = floats(kept, never_met), len(never_met)
             given.exact = exact_solver()
         given.law.contact_duration, given.until = contact_duration, until
         given.cell_factor, given.standstill, given.solves_all_pairs = cell_factor, standstill, all_pairs
@@ -253,7 +254,8 @@ cdef class Kernel:
         """Return a copy of all data that the run needs to continue, by name."""
         rows = {name: rows.copy() for name, rows in self.continued().items()}
         recent = self.recent_memory.copy() if self.s.record.is_wanted else None
-        return {**rows, "recent": recent, "clock": self.s.clock, "counts": self.s.counts}
+        counts = PyBytes_FromStringAndSize(<char *>&self.s.counts, sizeof(Counts))
+        return {**rows, "recent": recent, "clock": self.s.clock, "counts": counts}
 
     def resume(self, state):
         """Continue a run from a result of `state`. Discs, walls and contact duration must be those of that run."""
@@ -261,7 +263,8 @@ cdef class Kernel:
             rows[:] = state[name]
         if self.s.record.is_wanted and state["recent"] is not None:
             self.recent_memory[:] = state["recent"]
-        self.s.clock, self.s.counts = state["clock"], state["counts"]
+        self.s.clock = state["clock"]
+        memcpy(&self.s.counts, <const char *>state["counts"], sizeof(Counts))
         carom_resume(&self.s)
 
 

@@ -153,21 +153,13 @@ cdef class FrameLoop:
         """Return the numbers of impacts that share a movable disc with an earlier impact of the same frame."""
         return ambiguous_rows(&self.s.record)
 
-    def positions(self, double time):
-        """Return the centres, in metres, shape ``(n, 2)``. The time must not be before the last frame."""
-        return self.states(time)[:, :2].copy()
-
-    def velocities(self, double time):
-        """Return the velocities, in m/s, shape ``(n, 2)``. The time must not be before the last frame."""
-        return self.states(time)[:, 2:].copy()
-
     def present_spins(self):
         """Return the spins, in rad/s, shape ``(n,)``; None if no disc spins."""
         cdef Index i
         spins = [self.s.turning[i].spin for i in range(self.s.disc_count)]
         return np.array(spins) if self.s.record.has_spins else None
 
-    cdef states(self, double time):
+    def states(self, double time):
         """Return x, y, vx, vy of each disc. The time must not be before the last frame."""
         states = np.empty((self.s.disc_count, 4))
         cdef double[:, ::1] rows = states

@@ -7,15 +7,9 @@ from typing_extensions import disjoint_base
 from carom.core.wall_features import Mover
 from carom.model.disc_arrays import HalfPlane
 
-def fill_pair_times(
-    p1: NDArray[np.float64],
-    v1: NDArray[np.float64],
-    r1: NDArray[np.float64],
-    p2: NDArray[np.float64],
-    v2: NDArray[np.float64],
-    r2: NDArray[np.float64],
-    times: NDArray[np.float64],
-) -> None: ...
+_Array = NDArray[np.float64]
+
+def fill_pair_times(p1: _Array, v1: _Array, r1: _Array, p2: _Array, v2: _Array, r2: _Array, times: _Array) -> None: ...
 def pair_time(
     x1: float, y1: float, vx1: float, vy1: float, r1: float, x2: float, y2: float, vx2: float, vy2: float, r2: float
 ) -> float: ...

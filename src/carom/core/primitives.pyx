@@ -17,6 +17,18 @@ from carom.core.formulas cimport (
 )
 
 
+cdef extern from "carom/core/straight/pair_time.h" nogil:
+    # the seconds until two discs collide
+    cpdef double pair_time(
+        double x1, double y1, double vx1, double vy1, double r1,
+        double x2, double y2, double vx2, double vy2, double r2,
+    )
+
+cdef extern from "carom/core/impact_law.h" nogil:
+    # The factor g <= 0. Disc 1 receives the impulse g d, with d = c2 - c1 and u = v2 - v1.
+    cpdef double normal_impulse(double dx, double dy, double ux, double uy, double inverse_masses, double restitution)
+
+
 cdef inline bint is_moderate(double a) noexcept nogil:
     size = fabs(a)
     return (CAROM_PAIR_LEAST <= size) & (size < CAROM_PAIR_MOST) | (size == 0.0)
@@ -38,14 +50,7 @@ def fill_pair_times(
             x2, y2, vx2, vy2 = p2[k, 0], p2[k, 1], v2[k, 0], v2[k, 1]
             moderate = is_moderate(x2 - x1) & is_moderate(y2 - y1) & is_moderate(vx2 - vx1) & is_moderate(vy2 - vy1)
             moderate = moderate & is_moderate(r1[k] + r2[k])
-            times[k] = formulas.pair_time(x1, y1, vx1, vy1, r1[k], x2, y2, vx2, vy2, r2[k]) if moderate else NAN
-
-
-def pair_time(
-    double x1, double y1, double vx1, double vy1, double r1, double x2, double y2, double vx2, double vy2, double r2
-):
-    """Return the seconds until two discs collide."""
-    return formulas.pair_time(x1, y1, vx1, vy1, r1, x2, y2, vx2, vy2, r2)
+            times[k] = pair_time(x1, y1, vx1, vy1, r1[k], x2, y2, vx2, vy2, r2[k]) if moderate else NAN
 
 
 def wall_time(double x, double y, double vx, double vy, double radius, wall):
@@ -197,11 +202,6 @@ def two_diff(double a, double b):
 
 
 # ---- impulses ----
-
-
-def normal_impulse(double dx, double dy, double ux, double uy, double inverse_masses, double restitution):
-    """Return g <= 0: disc 1 receives the impulse ``g d``, with ``d = c2 - c1`` (centres) and ``u = v2 - v1``."""
-    return formulas.normal_impulse(dx, dy, ux, uy, inverse_masses, restitution)
 
 
 def tangential_impulse(

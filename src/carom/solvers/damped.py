@@ -15,7 +15,7 @@ from carom.core import damped_time
 from carom.model.damping import Damping
 from carom.model.trace import SPIN_DTYPE, Outcome
 from carom.solvers.options import ALWAYS, RunOptions, require_goal
-from carom.solvers.run import Progress, Run, RunImpacts, SeenRun
+from carom.solvers.run import Progress, Run, SeenRun
 
 Array = NDArray[np.float64]
 
@@ -44,7 +44,7 @@ class DampedRun(SeenRun):
     """
 
     def __init__(self, run: Run, damping: Damping) -> None:
-        super().__init__(run, lambda rows: _slow_rows(rows, run.log, damping))
+        super().__init__(run, lambda rows, undamped: _slow_rows(rows, undamped, damping))
         self.time_s = 0.0
         self._damping = damping
 
@@ -72,11 +72,11 @@ class DampedRun(SeenRun):
         return None if spins is None else spins * self._damping.compute_kept_fraction(self.time_s)
 
 
-def _slow_rows(rows: NDArray[np.void], log: RunImpacts, damping: Damping) -> NDArray[np.void]:
+def _slow_rows(rows: NDArray[np.void], undamped: NDArray[np.void], damping: Damping) -> NDArray[np.void]:
     """Convert impacts, or their spins, of the run without damping to those of the run with damping."""
     slowed = rows.copy()
     if rows.dtype == SPIN_DTYPE:
-        damped_time.slow_spins(damping.per_s, log.array().view(np.uint8), slowed.view(np.uint8))
+        damped_time.slow_spins(damping.per_s, undamped.view(np.uint8), slowed.view(np.uint8))
     else:
         damped_time.slow_impacts(damping.per_s, slowed.view(np.uint8))
     return slowed

@@ -35,22 +35,18 @@ def start_pic_run(scene: Scene, options: RunOptions = PLAIN, *, all_pairs: bool 
     from carom.solvers.units import run_in_ordinary_units
 
     def make(start: Start, units: Units) -> Run:
+        converted = options.convert_units(units)
         if not scene.damping_per_s:
-            return build_undamped_run(start, options.convert_units(units))
+            return build_undamped_run(start, converted)
         from carom.solvers.damped import DampedRun, build_undamped_options
 
         damping = units.convert_damping(scene.damping_per_s)
-        return DampedRun(
-            build_undamped_run(start, build_undamped_options(options.convert_units(units), damping)), damping
-        )
+        return DampedRun(build_undamped_run(start, build_undamped_options(converted, damping)), damping)
 
     def build_undamped_run(start: Start, options: RunOptions) -> Run:
+        record, window_s, contact_s = options.record, options.window_s, options.contact_duration_s
         return EventDrivenRun(
-            start,
-            record=options.record,
-            window_s=options.window_s,
-            contact_duration_s=options.contact_duration_s,
-            all_pairs=all_pairs,
+            start, record=record, window_s=window_s, contact_duration_s=contact_s, all_pairs=all_pairs
         )
 
     run: Run = run_in_ordinary_units(scene.undamped, make)

@@ -44,8 +44,12 @@ class Rows:
 CONTACT_DTYPE = np.dtype([("x", "f8"), ("y", "f8"), ("feature", "i8")])
 
 
+#: Function that converts rows of impacts, spins or modes. Its second argument is the unconverted impacts of spins.
+Conversion = Callable[["NDArray[np.void]", "NDArray[np.void]"], "NDArray[np.void]"]
+
+
 class RecordedImpacts:
-    """Recorded impacts in the memory of the compiled code; implements `carom.solvers.run.RunImpacts`.
+    """The impacts that a run has recorded, and the changes of discs between flight, sliding, rolling and rest.
 
     `edges_of` converts contacts (`CONTACT_DTYPE`) to edges of walls. `edges_of` is None in scenes without finite walls.
     """
@@ -56,41 +60,54 @@ class RecordedImpacts:
         turns: bool,
         edges_of: Callable[[NDArray[np.void]], NDArray[np.void]] | None = None,
     ) -> None:
-        self.ambiguous = run.ambiguous
         self._run = run
+        self._conversions: list[Conversion] = []
         self._taken = Rows(IMPACT_DTYPE)
         self._spins = Rows(SPIN_DTYPE) if turns else None
         self._edges_of = edges_of
         self._edges = None if edges_of is None else Rows(EDGE_DTYPE)
-        self._modes: Rows | None = None
+        self._modes = Rows(MODE_DTYPE)
         self._contacts: list[NDArray[np.void]] = []  # contacts whose edges are not computed yet
 
     def __len__(self) -> int:
         return self._run.recorded
 
+    def add_conversion(self, convert: Conversion) -> None:
+        """Convert all rows that are taken from now on. Conversions that were added before come first."""
+        self._conversions.append(convert)
+
+    def _convert(self, rows: NDArray[np.void], impacts: NDArray[np.void]) -> NDArray[np.void]:
+        for convert in self._conversions:
+            rows = convert(rows, impacts)
+        return rows
+
     def array(self) -> NDArray[np.void]:
-        """Return the impacts so far. The first call makes no copy."""
+        """Return the impacts so far, read-only, as `trace.IMPACT_DTYPE`. The first call makes no copy."""
         if len(self._taken) < self._run.recorded:
-            impacts, spins, contacts = self._run.take_impacts()
-            self._taken.add(np.frombuffer(memoryview(impacts), IMPACT_DTYPE))
+            taken, spins, contacts = self._run.take_impacts()
+            impacts = np.frombuffer(memoryview(taken), IMPACT_DTYPE)
+            self._taken.add(self._convert(impacts, impacts))
             if self._spins is not None and spins is not None:
-                self._spins.add(np.frombuffer(memoryview(spins), SPIN_DTYPE))
+                self._spins.add(self._convert(np.frombuffer(memoryview(spins), SPIN_DTYPE), impacts))
             if contacts is not None:
                 self._contacts.append(np.frombuffer(memoryview(contacts), CONTACT_DTYPE))
         return self._taken.array()
 
+    def ambiguous(self) -> tuple[int, ...]:
+        """Return the rows of impacts that may be simultaneous with an earlier impact of one of their movable discs."""
+        return self._run.ambiguous()
+
     def spins(self) -> NDArray[np.void] | None:
-        """Return the spins before and after the impacts so far; None if no disc spins."""
+        """Return the spins before and after the impacts so far, as `trace.SPIN_DTYPE`; None if no disc spins."""
         self.array()
         return None if self._spins is None else self._spins.array()
 
     def modes(self) -> NDArray[np.void] | None:
-        """Return the changes of discs between flight, sliding, rolling and rest; None if there are none."""
-        if (modes := self._run.take_modes()) is not None:
-            if self._modes is None:
-                self._modes = Rows(MODE_DTYPE)
-            self._modes.add(np.frombuffer(memoryview(modes), MODE_DTYPE))
-        return None if self._modes is None else self._modes.array()
+        """Return the changes between flight, sliding, rolling and rest, as `MODE_DTYPE`; None if there are none."""
+        if (taken := self._run.take_modes()) is not None:
+            modes = np.frombuffer(memoryview(taken), MODE_DTYPE)
+            self._modes.add(self._convert(modes, modes))
+        return self._modes.array() if len(self._modes) else None
 
     def edges(self) -> NDArray[np.void] | None:
         """Return the wall edges that the impacts hit; None in scenes without finite walls."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,58 +11,25 @@ from numpy.typing import NDArray
 from carom.core.extension import find_extension_notes
 from carom.model.disc_arrays import DiscArrays
 from carom.model.scene import Scene
-from carom.model.trace import Outcome, Trace
+from carom.model.trace import Outcome, Trace, Vector
+from carom.solvers.rows import Conversion, RecordedImpacts
 
 #: Function called at intervals with the number of impacts and the time so far, in seconds.
 Progress = Callable[[int, float], None]
-#: Function that converts rows of impacts, spins or modes.
-SeenRows = Callable[["NDArray[np.void]"], "NDArray[np.void]"]
 
 
-class Start(Protocol):
-    """Start of a run: a scene, or a scene converted to other units by `carom.solvers.units`."""
+class ScaledScene(NamedTuple):
+    """The numbers of a scene in the units of `carom.solvers.units`, with the names of the fields of `Scene`."""
 
-    @property
-    def arrays(self) -> DiscArrays:
-        """The discs and walls as arrays."""
-
-    @property
-    def gravity_m_s2(self) -> tuple[float, float]:
-        """Uniform gravity."""
-
-    @property
-    def wall_rolling_resistance(self) -> float:
-        """Coefficient of rolling resistance between discs and walls."""
-
-    @property
-    def table_deceleration_m_s2(self) -> float:
-        """Deceleration of every disc by a table."""
-
-    @property
-    def duration_s(self) -> float:
-        """Duration of the scene."""
+    arrays: DiscArrays
+    gravity_m_s2: Vector
+    wall_rolling_resistance: float
+    table_deceleration_m_s2: float
+    duration_s: float
 
 
-class RunImpacts(Protocol):
-    """The impacts that a run has recorded."""
-
-    def __len__(self) -> int:
-        """Return the number of impacts."""
-
-    def array(self) -> NDArray[np.void]:
-        """Return the impacts as a read-only array of `trace.IMPACT_DTYPE`, in order."""
-
-    def spins(self) -> NDArray[np.void] | None:
-        """Return the spins of impacts as an array of `trace.SPIN_DTYPE`; None if no disc spins."""
-
-    def edges(self) -> NDArray[np.void] | None:
-        """Return the wall edges that impacts hit, as `trace.EDGE_DTYPE`; None without finite walls."""
-
-    def modes(self) -> NDArray[np.void] | None:
-        """Return changes between flight, sliding, rolling and rest, as `trace.MODE_DTYPE`; None if there are none."""
-
-    def ambiguous(self) -> tuple[int, ...]:
-        """Return the rows of impacts that may be simultaneous with an earlier impact of one of their movable discs."""
+#: The start of a run.
+Start = Scene | ScaledScene
 
 
 class Run(Protocol):
@@ -73,7 +40,7 @@ class Run(Protocol):
         """Time that the run has reached, in seconds since the start."""
 
     @property
-    def log(self) -> RunImpacts:
+    def log(self) -> RecordedImpacts:
         """The impacts so far."""
 
     @property
@@ -105,10 +72,14 @@ class Run(Protocol):
 
 
 class SeenRun:
-    """A run that wraps another run and converts its units or damping. Subclasses override the methods that convert."""
+    """A run that wraps another run and converts its units or damping. Subclasses override converting methods.
 
-    def __init__(self, run: Run, rows: SeenRows) -> None:
-        self.log = SeenLog(run.log, rows)
+    The run must be at its start. From then on, its log contains converted rows.
+    """
+
+    def __init__(self, run: Run, convert: Conversion) -> None:
+        self.log = run.log
+        self.log.add_conversion(convert)
         self._run = run
 
     @property
@@ -128,43 +99,6 @@ class SeenRun:
     def positions(self) -> NDArray[np.float64]:
         """Return the current centres, in metres, shape ``(n, 2)``."""
         return self._run.positions()
-
-
-class SeenLog:
-    """The converted impacts of a wrapped run; implements `RunImpacts`.
-
-    Args:
-        log: The impacts of the wrapped run.
-        rows: Function that converts rows of impacts, spins or modes of the wrapped run.
-    """
-
-    def __init__(self, log: RunImpacts, rows: SeenRows) -> None:
-        self.ambiguous = log.ambiguous
-        self.edges = log.edges
-        self._log = log
-        self._rows = rows
-
-    def __len__(self) -> int:
-        return len(self._log)
-
-    def array(self) -> NDArray[np.void]:
-        """Return the impacts as a read-only array of `carom.model.trace.IMPACT_DTYPE`."""
-        return self._convert(self._log.array())
-
-    def spins(self) -> NDArray[np.void] | None:
-        """Return the spins of impacts as an array of `trace.SPIN_DTYPE`; None if no disc spins."""
-        spins = self._log.spins()
-        return None if spins is None else self._convert(spins)
-
-    def modes(self) -> NDArray[np.void] | None:
-        """Return changes between flight, sliding, rolling and rest, as `trace.MODE_DTYPE`; None if there are none."""
-        modes = self._log.modes()
-        return None if modes is None else self._convert(modes)
-
-    def _convert(self, rows: NDArray[np.void]) -> NDArray[np.void]:
-        converted = self._rows(rows)
-        converted.flags.writeable = False
-        return converted
 
 
 def build_trace(run: Run, method: str, scene: Scene, outcome: Outcome, **extra_fields: Any) -> Trace:

@@ -21,7 +21,7 @@ from carom.model.prescribed_motion import Drive
 from carom.model.scene import Scene
 from carom.model.sizes import Sizes
 from carom.model.trace import SPIN_DTYPE, Outcome, Vector
-from carom.solvers.run import Progress, SeenRun, Start
+from carom.solvers.run import Progress, ScaledScene, SeenRun, Start
 from carom.support.limits import ORDINARY
 
 Array = NDArray[np.float64]
@@ -61,7 +61,7 @@ class Units(NamedTuple):
                 scaled[name] = tuple(self._convert_drive(drive) for drive in drives)
         if start.belts_m_s is not None:
             scaled["belts_m_s"] = tuple(_scale_by_power(belt, -speed) for belt in start.belts_m_s)
-        return _ScaledStart(
+        return ScaledScene(
             DiscArrays.of_valid(**scaled),
             _scale_vector(scene.gravity_m_s2, self.time - speed),
             scene.wall_rolling_resistance,
@@ -132,21 +132,11 @@ def run_in_ordinary_units(scene: Scene, make: Callable[[Start, Units], Any]) -> 
     return run if units == SI else RunInUnits(run, units)
 
 
-class _ScaledStart(NamedTuple):
-    """The start of a run in other units. Fields are not checked, and their names still contain SI units."""
-
-    arrays: DiscArrays
-    gravity_m_s2: Vector
-    wall_rolling_resistance: float
-    table_deceleration_m_s2: float
-    duration_s: float
-
-
 class RunInUnits(SeenRun):
     """A PIC or PIT run that computes in other units and has results in SI units; implements `carom.solvers.run.Run`."""
 
     def __init__(self, run: Any, units: Units) -> None:
-        super().__init__(run, units.convert_rows)
+        super().__init__(run, lambda rows, _: units.convert_rows(rows))
         self._of_frames = run
         self._units = units
 

@@ -34,7 +34,7 @@ function rowOf(feature, wall) {
 const SQUARES = [1n, 2n, 3n]; // squared cosines of 60, 45 and 30 degrees, times 4
 const wayOf = ({ along }) => along.map(([high, low]) => plus(rational(high), rational(low)));
 // For a disc that hits two features at one instant: whether both orders of the two impacts have the same result. This
-// is `are_decidable` of carom/core/wall_features.py.
+// is `are_decidable` of carom/core/wall_parts.py.
 function areOrderFree(one, other, elastic) {
   if (sameFeature(one, other)) return true;
   if (one.kind !== "face" || other.kind !== "face") return false;

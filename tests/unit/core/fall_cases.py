@@ -6,7 +6,10 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import NamedTuple
 
+from tests.unit.core.feature_times import build_arc, build_side, build_vertex
+
 from carom.core.wall_features import Arc, Face, Feature, Mover, Point
+from carom.core.wall_parts import build_stop, subtract, to_exact
 from carom.model.chain_geometry import Edge, ExactCircle, compute_circle
 
 
@@ -171,14 +174,15 @@ def _feature(rnd: random.Random, kind: str, size: float, thick: float, middle: P
     if kind == "face":
         return Face.between(a, b, half_width)
     if kind == "vertex":
-        return Arc.vertex(a, half_width)
+        return build_vertex(a, half_width)
     inside = kind.startswith("inner") or kind == "stop"
     if "circle" in kind:
         radius = Fraction(size * 10 ** rnd.uniform(-1, 0.5))
-        return Arc.on(ExactCircle(Fraction(a[0]), Fraction(a[1]), radius**2), None, half_width, inside=inside)
+        return build_arc(ExactCircle(Fraction(a[0]), Fraction(a[1]), radius**2), None, half_width, inside=inside)
     circle = compute_circle(Edge(a, b, rnd.choice([1.0, 0.5, 10 ** rnd.uniform(-2, 1)])))
-    arc = Arc.on(circle, (a, b), half_width, inside=inside)
-    return arc.build_stop(circle, (Fraction(b[0]) - circle.x, Fraction(b[1]) - circle.y)) if kind == "stop" else arc
+    side = build_side(circle, (a, b), inside=inside)
+    shape = build_stop(side, subtract(to_exact(b), side.centre)) if kind == "stop" else side
+    return Arc.of(shape, half_width)
 
 
 def draw_fall(rnd: random.Random, kind: str) -> Fall:
@@ -237,7 +241,7 @@ def _place(rnd: random.Random, feature: Feature, radius: float, size: float) -> 
 def draw_past_an_end(rnd: random.Random) -> Fall:
     """Return a disc that is in contact with the inner side of an arc's circle next to one of its ends."""
     a, b = (0.0, 0.0), rnd.choice([(4.0, 0.0), (4.0, 1.0), (rnd.gauss(3, 1), rnd.gauss(0, 1))])
-    arc = Arc.on(
+    arc = build_arc(
         compute_circle(Edge(a, b, rnd.choice([0.2, 0.5, 1.0, 1.5]))), (a, b), rnd.choice([0.0, 0.1]), inside=True
     )
     assert arc.sector is not None
@@ -271,4 +275,4 @@ def draw_whole_number_arc(rnd: random.Random) -> Fall:
     disc = Mover.at((x, y), (vx, vy), rnd.choice([0.25, 0.5, 1.0, 1.5, 2.0]))
     pull = rnd.choice([(0.0, -8.0), (8.0, 0.0), (4.0, -8.0), (1.0, 1.0), (0.0, 0.0)])
     leaving = rnd.choice([None, None, None, 0.0, 1.0, 4.0])
-    return Fall(disc, Arc.on(compute_circle(Edge(a, b, bulge)), (a, b), half_width, inside=inside), pull, leaving)
+    return Fall(disc, build_arc(compute_circle(Edge(a, b, bulge)), (a, b), half_width, inside=inside), pull, leaving)

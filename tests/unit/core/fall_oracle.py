@@ -15,7 +15,8 @@ from fractions import Fraction
 from tests.unit.core.fall_cases import Encounter, Fall
 
 from carom.core.exact_quartic import find_closings
-from carom.core.wall_features import Arc, Face, Mover, Pair, Point, Sector
+from carom.core.wall_features import Arc, Face, Mover, Point, Sector
+from carom.core.wall_parts import Pair
 
 Polynomial = list[Fraction]  # lowest power first
 Vector = tuple[Fraction, Fraction]

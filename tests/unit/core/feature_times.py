@@ -1,8 +1,29 @@
-"""Times of impact with one feature, by the core."""
+"""Rounded arcs and vertices, and times of impact with one feature, by the core."""
 
 from carom.core import primitives
 from carom.core.input_rows import build_feature_row
-from carom.core.wall_features import Feature, Mover, Point
+from carom.core.wall_features import Arc, Feature, Mover, Point
+from carom.core.wall_parts import Between, Round, subtract, to_exact
+from carom.model.chain_geometry import ExactCircle
+
+
+def build_side(circle: ExactCircle, ends: tuple[Point, Point] | None = None, *, inside: bool) -> Round:
+    """Return one side of a circle, or of its arc that runs counterclockwise from `ends[0]` to `ends[1]`."""
+    centre = circle.x, circle.y
+    sector = None if ends is None else Between(*(subtract(to_exact(end), centre) for end in ends))
+    return Round(centre, circle.radius2, inside, sector)
+
+
+def build_arc(
+    circle: ExactCircle, ends: tuple[Point, Point] | None = None, half_width: float = 0.0, *, inside: bool
+) -> Arc:
+    """Return one side of a circle, or of its arc between two points, with rounded numbers."""
+    return Arc.of(build_side(circle, ends, inside=inside), half_width)
+
+
+def build_vertex(at: Point, half_width: float = 0.0) -> Arc:
+    """Return a vertex, with rounded numbers."""
+    return Arc.of(Round(to_exact(at)), half_width)
 
 
 def build_wall_features(feature: Feature) -> primitives.WallFeatures:

@@ -23,7 +23,8 @@ from tests.unit.core.fall_cases import (
 
 from carom.core.exact_quartic import find_closings
 from carom.core.input_rows import build_feature_row
-from carom.core.wall_features import Arc, Face, Mover, Pair
+from carom.core.wall_features import Arc, Face, Mover
+from carom.core.wall_parts import Pair
 
 core = pytest.importorskip("tests.core_fall_functions")
 

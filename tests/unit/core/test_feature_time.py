@@ -12,11 +12,18 @@ import pytest
 from flint import acb, acb_poly, ctx, fmpq
 from mpmath import atan2, mp, mpf, sqrt
 from tests.cases import each, release_after
-from tests.unit.core.feature_times import build_wall_features, compute_feature_fall_time, compute_feature_time
+from tests.unit.core.feature_times import (
+    build_arc,
+    build_vertex,
+    build_wall_features,
+    compute_feature_fall_time,
+    compute_feature_time,
+)
 
 from carom.core import primitives
 from carom.core.input_rows import build_feature_row
-from carom.core.wall_features import Arc, Face, Feature, Mover, Pair, Point
+from carom.core.wall_features import Arc, Face, Feature, Mover, Point
+from carom.core.wall_parts import Pair
 from carom.model.chain_geometry import Edge, ExactCircle, compute_circle
 
 DIGITS = 80
@@ -112,9 +119,9 @@ def draw_geometries(rnd: random.Random, size: float, radius: float) -> Iterator[
     bulge = 10.0 ** rnd.uniform(-2, 1)
     circle = compute_circle(Edge(*ends, bulge))
     yield Geometry("face", Face.between(*ends, half_width), ends, thickness)
-    yield Geometry("vertex", Arc.vertex(ends[0], half_width), ends, thickness)
+    yield Geometry("vertex", build_vertex(ends[0], half_width), ends, thickness)
     for name, inside in (("arc outside", False), ("arc inside", True)):
-        yield Geometry(name, Arc.on(circle, ends, half_width, inside=inside), ends, thickness, bulge)
+        yield Geometry(name, build_arc(circle, ends, half_width, inside=inside), ends, thickness, bulge)
 
 
 def draw_movers(
@@ -245,8 +252,8 @@ def test_feature_times_match_80_digit_arithmetic(falling: bool, seed: int, count
 
 FLOOR = Face.between((0.0, 0.0), (2.0, 0.0), 0.25)
 HALF = compute_circle(Edge((2.0, -1.0), (2.0, 1.0), 1.0))  # the right half of a circle of radius 1 about (2, 0)
-CAP, RIM = (Arc.on(HALF, ((2.0, -1.0), (2.0, 1.0)), inside=inside) for inside in (True, False))
-RING = Arc.on(ExactCircle(Fraction(0), Fraction(0), Fraction(9)), None, 0.5, inside=True)
+CAP, RIM = (build_arc(HALF, ((2.0, -1.0), (2.0, 1.0)), inside=inside) for inside in (True, False))
+RING = build_arc(ExactCircle(Fraction(0), Fraction(0), Fraction(9)), None, 0.5, inside=True)
 
 
 @each(
@@ -261,8 +268,8 @@ RING = Arc.on(ExactCircle(Fraction(0), Fraction(0), Fraction(9)), None, 0.5, ins
         (FLOOR, (0.0, 1.5), (0.0, -1.0), 1.0),
         (FLOOR, (4.0, 1.5), (-2.0, -1.0), 1.0),  # the same, aslant
         (FLOOR, (4.125, 1.5), (-2.0, -1.0), NEVER),
-        (Arc.vertex((0.0, 0.0), 0.25), (1.0, 0.0), (-1.0, 0.0), 0.5),
-        (Arc.vertex((0.0, 0.0), 0.25), (1.0, 0.5), (-1.0, 0.0), NEVER),  # a graze of depth zero
+        (build_vertex((0.0, 0.0), 0.25), (1.0, 0.0), (-1.0, 0.0), 0.5),
+        (build_vertex((0.0, 0.0), 0.25), (1.0, 0.5), (-1.0, 0.0), NEVER),  # a graze of depth zero
         (RIM, (4.0, 0.0), (-1.0, 0.0), 0.75),
         (RIM, (0.0, 0.0), (1.0, 0.0), NEVER),  # through the open side, to the arc's inner side
         (RIM, (2.0, 2.25), (0.0, -1.0), 1.0),  # onto its very end
@@ -308,7 +315,7 @@ def test_just_left_feature_is_met_again_only_inside_an_arc() -> None:
     disc = Mover.at((2.25 + 1e-15, 0.0), (-1.0, 0.0), 0.25)
     assert compute_feature_time(disc, RING, just_left=True) == (2 * (2.25 + 1e-15), False)
     assert compute_feature_time(disc._replace(ux=(0.0, 0.0), uy=(1.0, 0.0)), RING, just_left=True) == (0.0, True)
-    for feature in (FLOOR, Arc.vertex((0.0, 0.0)), RIM):
+    for feature in (FLOOR, build_vertex((0.0, 0.0)), RIM):
         assert compute_feature_time(Mover.at((1.0, 0.5), (0.0, -1.0), 0.25), feature, just_left=True)[0] == NEVER
 
 
@@ -322,7 +329,7 @@ def test_disc_does_not_slip_through_a_smooth_joint() -> None:
         across = joint[0] - 2 * step[1], joint[1] + 2 * step[0]  # half a circle to the left: its tangent is the edge's
         wall = (
             Face.between(start, joint),
-            Arc.on(compute_circle(Edge(joint, across, 1.0)), (joint, across), inside=True),
+            build_arc(compute_circle(Edge(joint, across, 1.0)), (joint, across), inside=True),
         )
         before = rnd.uniform(0.1, 1.5), rnd.uniform(-0.5, 0.5)
         touch = joint[0] - 0.25 * step[1], joint[1] + 0.25 * step[0]
@@ -345,8 +352,8 @@ def test_disc_does_not_slip_through_a_smooth_joint() -> None:
         (FLOOR, (1.0, 0.5), (0.5, 0.0), None, 0.0),  # rests
         (FLOOR, (1.0, 0.5), (0.0, -1e-17), 4.0, 1.0),  # back after 2 v/g, whatever rounding has made of its velocity
         (FLOOR, (1.5, 0.5), (1.0, 4.0), 4.0, NEVER),  # bounces over the edge
-        (Arc.vertex((0.0, 0.0), 0.25), (0.0, 4.5), (0.0, 0.0), None, 1.0),
-        (Arc.vertex((0.0, 0.0), 0.25), (0.0, 0.5), (0.0, 4.0), 4.0, 1.0),
+        (build_vertex((0.0, 0.0), 0.25), (0.0, 4.5), (0.0, 0.0), None, 1.0),
+        (build_vertex((0.0, 0.0), 0.25), (0.0, 0.5), (0.0, 4.0), 4.0, 1.0),
         (RING, (0.0, 1.75), (0.0, 0.0), None, 1.0),
         (RING, (0.0, -2.25), (0.0, 0.0), None, 0.0),  # rests in the bowl
         (RING, (0.0, -2.25), (0.0, 4.0), 4.0, 1.0),
@@ -370,7 +377,7 @@ def test_normal_points_from_the_wall_to_the_disc() -> None:
     """The normal of a face points to its left; that of an arc is the line through its centre to the disc."""
     disc = Mover.at((3.0, 4.0), (0.0, 0.0), 0.25)
     assert build_wall_features(FLOOR).normal(0, disc) == (0.0, 1.0)
-    assert build_wall_features(Arc.vertex((0.0, 0.0))).normal(0, disc) == (0.6, 0.8)
+    assert build_wall_features(build_vertex((0.0, 0.0))).normal(0, disc) == (0.6, 0.8)
     assert build_wall_features(RING).normal(0, disc) == (-0.6, -0.8)
     assert build_wall_features(RIM).normal(0, Mover.at((2.0, -3.0), (0.0, 0.0), 0.25)) == (0.0, -1.0)
 
@@ -387,7 +394,7 @@ def test_face_gap_has_its_exact_sign() -> None:
 
 def test_first_listed_feature_wins_at_one_instant() -> None:
     """If a disc meets several features at the same instant, the one that is listed first is returned."""
-    disc, vertex = Mover.at((2.0, 1.5), (0.0, -1.0), 0.25), Arc.vertex((2.0, 0.0), 0.25)
+    disc, vertex = Mover.at((2.0, 1.5), (0.0, -1.0), 0.25), build_vertex((2.0, 0.0), 0.25)
     for order, first in (((FLOOR, vertex), 0), ((vertex, FLOOR), 0), ((RING, vertex, FLOOR), 1)):
         wall = primitives.WallFeatures([build_feature_row(feature, 0) for feature in order])
         assert wall.first_touch(disc, -1) == (1.0, first, False)

@@ -7,8 +7,10 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from tests.cases import each
+from tests.unit.core.feature_times import build_arc
 
-from carom.core.wall_features import Arc, Face, Pair, are_decidable, build_features, compute_root, to_pair
+from carom.core.wall_features import Face
+from carom.core.wall_parts import Pair, Plane, Round, are_decidable, build_parts, compute_root, to_pair
 from carom.model.chain_geometry import Edge, ExactCircle, Outline, compute_circle
 from carom.model.trace import EdgeKind
 
@@ -16,7 +18,7 @@ from carom.model.trace import EdgeKind
 def list_edges_by_kind(outline: Outline) -> dict[EdgeKind, list[tuple[int, ...]]]:
     """Return the edges of the features of an outline that a point meets, by kind, one side of each."""
     found: dict[EdgeKind, list[tuple[int, ...]]] = {}
-    for part in build_features(outline, widest_m=0.0):
+    for part in build_parts(outline, widest_m=0.0):
         if part.edges not in found.setdefault(part.kind, []):
             found[part.kind].append(part.edges)
     return found
@@ -34,7 +36,7 @@ def test_collinear_edges_are_merged_into_one_face() -> None:
     assert list_edges_by_kind(straight) == {EdgeKind.FACE: [(0, 1, 2)], EdgeKind.VERTEX: [(0,), (2,)]}
     bent = build_chain((0.0, 0.0), (1.0, math.nextafter(0.5, 1.0)), (3.0, 1.5))
     assert list_edges_by_kind(bent) == {EdgeKind.FACE: [(0,), (1,)], EdgeKind.VERTEX: [(0,), (1,)]}
-    assert len(build_features(bent)) == 7
+    assert len(build_parts(bent)) == 7
 
 
 def test_smooth_joint_has_no_vertex() -> None:
@@ -67,13 +69,13 @@ def test_first_and_last_edge_of_a_closed_chain_are_merged() -> None:
 
 def test_features_are_ordered_faces_arcs_vertices() -> None:
     """Features are ordered so that a face comes before the vertex at its end, which is met at the same instant."""
-    order = [part.kind for part in build_features(build_chain((0.0, 0.0), (1.0, 0.0), (1.0, 1.0)))]
+    order = [part.kind for part in build_parts(build_chain((0.0, 0.0), (1.0, 0.0), (1.0, 1.0)))]
     assert order == sorted(order, key=[EdgeKind.FACE, EdgeKind.ARC, EdgeKind.VERTEX].index)
 
 
-def build_face(a: tuple[float, float], b: tuple[float, float]) -> Face:
+def build_side(a: tuple[float, float], b: tuple[float, float]) -> Plane | Round:
     """Return the left side of an edge."""
-    return Face.between(a, b)
+    return build_parts(build_chain(a, b))[0].shape
 
 
 @each(
@@ -89,7 +91,7 @@ def build_face(a: tuple[float, float], b: tuple[float, float]) -> Face:
 )
 def test_decidable_corners_are_recognised(second: tuple[float, float], smooth: bool, elastic: bool) -> None:
     """A right angle is decidable, 45 degrees only without energy loss, and the other corners are not."""
-    floor, slope = build_face((0.0, 0.0), (9.0, 0.0)), build_face(second, (0.0, 0.0))
+    floor, slope = build_side((0.0, 0.0), (9.0, 0.0)), build_side(second, (0.0, 0.0))
     assert are_decidable(floor, slope, elastic=False) is smooth
     assert are_decidable(floor, slope, elastic=True) is (smooth or elastic)
     assert are_decidable(floor, floor, elastic=False)
@@ -153,7 +155,7 @@ def test_face_normal_points_to_the_left(a: tuple[float, float], b: tuple[float, 
 def test_arc_sector_is_reflex_for_bulges_above_1(a: tuple[float, float], b: tuple[float, float], k: float) -> None:
     """The sector of an arc is reflex, more than half a circle, exactly if its bulge is above 1."""
     assume(a != b)
-    sector = Arc.on(compute_circle(Edge(a, b, k)), (a, b), inside=True).sector
+    sector = build_arc(compute_circle(Edge(a, b, k)), (a, b), inside=True).sector
     assert sector is not None
     assert sector.reflex == (k > 1.0)
 

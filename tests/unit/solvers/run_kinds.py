@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 
 from carom import Outcome, Scene
-from carom.solvers.certified.options import MAX_PRECISION_BITS, TIE_BITS
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.pit.solve import FrameRun, start_pit_run
@@ -16,12 +15,6 @@ from carom.solvers.run import Run
 def all_pairs(scene: Scene, **options: Any) -> EventDrivenRun:
     """Return a run that computes all pairs at each event: the oracle of cells and queue."""
     return EventDrivenRun(scene, all_pairs=True, **options)
-
-
-def start_certified_run(scene: Scene) -> Run:
-    from carom.solvers.certified.run import CertifiedRun  # needs python-flint, which other kinds do without
-
-    return CertifiedRun(scene, digits=15, max_precision_bits=MAX_PRECISION_BITS, tie_bits=TIE_BITS)
 
 
 def start_frame_run(scene: Scene) -> Run:
@@ -35,7 +28,6 @@ RUNS: dict[str, Callable[[Scene], Run]] = {
     "event-driven": EventDrivenRun,
     "all pairs": all_pairs,
     "frames": start_frame_run,
-    "certified": start_certified_run,
 }
 
 

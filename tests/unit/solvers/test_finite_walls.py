@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from tests.cases import each, release_after
 from tests.scene_builders import disc_at, require_value, staged, wall_at
-from tests.unit.core.feature_times import build_wall_features
+from tests.unit.core.feature_times import build_vertex, build_wall_features
 from tests.unit.solvers.run_kinds import all_pairs
 
 from carom import Chain, Disc, Outcome, Ring, Scene, solve_pic, solve_pic_framewise, solve_pit
@@ -75,7 +75,7 @@ def test_impact_on_a_merged_face_names_the_edge_below_the_disc() -> None:
     "feature, x, since_s",
     [
         pytest.param(Face.between((0.0, 1.0), (0.0, -1.0)), 0.25, -0.125, id="face"),
-        pytest.param(Arc.vertex((0.0, 0.0), 0.0), 0.375, -0.0625, id="vertex"),
+        pytest.param(build_vertex((0.0, 0.0), 0.0), 0.375, -0.0625, id="vertex"),
     ],
 )
 def test_overlap_began_depth_over_speed_ago(feature: Face | Arc, x: float, since_s: float) -> None:

@@ -17,7 +17,7 @@ from carom.model.trace import IMPACT_DTYPE, SPIN_DTYPE, Outcome
 from carom.solvers.damped import DampedRun
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.rows import Rows
-from carom.solvers.run import Run, RunImpacts
+from carom.solvers.run import Run
 from carom.solvers.units import RunInUnits, choose_units
 
 from .run_kinds import RUNS, start_frame_run
@@ -35,8 +35,6 @@ def list_members(protocol: type) -> list[str]:
 @pytest.fixture(params=[*RUNS, "in units", "damped", "on a table"])
 def run_factory(request: pytest.FixtureRequest) -> Callable[[Scene], Run]:
     name = request.param
-    if name == "certified":
-        pytest.importorskip("flint")
 
     def in_units(scene: Scene) -> Any:
         return RunInUnits(start_frame_run(scene), choose_units(scene))
@@ -49,10 +47,9 @@ def run_factory(request: pytest.FixtureRequest) -> Callable[[Scene], Run]:
 
 
 def test_every_run_has_all_protocol_members(run_factory: Callable[[Scene], Run]) -> None:
-    """Every kind of run has all members of the protocol Run, and its log those of RunImpacts."""
+    """Every kind of run has all members of the protocol Run."""
     run = run_factory(ROW)
     assert {name for name in list_members(Run) if not hasattr(run, name)} == set()
-    assert {name for name in list_members(RunImpacts) if not hasattr(run.log, name)} == set()
 
 
 @each("scene", [ROW, ROUGH])

@@ -11,16 +11,17 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from fractions import Fraction
+from itertools import pairwise
 from operator import itemgetter
 from typing import NamedTuple
 
 from flint import arb
 
-from carom.core.wall_features import Exact, to_exact
+from carom.core.wall_parts import Exact, Plane, Round, dot, subtract, to_exact
 from carom.model.trace import EdgeKind, ImpactRecord, wall_body, wall_index
 from carom.solvers.certified.ball_arithmetic import ball, float_above
 from carom.solvers.certified.disc_states import BallBodies
-from carom.solvers.certified.obstacles import Obstacle, Plane, Round, dot, subtract
+from carom.solvers.certified.obstacles import Obstacle
 from carom.solvers.certified.recording import Recording
 from carom.solvers.certified.result import Degeneracy, Degenerate
 
@@ -34,7 +35,7 @@ _CRUSH = 256
 
 def find_accumulation(log: Recording, bodies: BallBodies) -> Degeneracy | None:
     """Return the collapse or crush that the last impacts indicate; None if there is none."""
-    return _find_collapse(log, bodies) or _find_crush(log, bodies) or _find_crush_in_row(log, bodies)
+    return _find_collapse(log, bodies) or _find_crush(log, bodies)
 
 
 def _find_collapse(log: Recording, bodies: BallBodies) -> Degeneracy | None:
@@ -58,43 +59,6 @@ def _find_collapse(log: Recording, bodies: BallBodies) -> Degeneracy | None:
     return Degeneracy(Degenerate.COLLAPSE, tuple(sorted(involved)), first, latest, proven=False, bits=known)
 
 
-def _find_crush(log: Recording, bodies: BallBodies) -> Degeneracy | None:
-    """Return the crush of a disc between two approaching half-planes, if the disc had many impacts with both.
-
-    Finite walls are ignored, because a disc can escape past their ends. If the normals of the half-planes are exactly
-    opposite, the time of the crush does not depend on the disc's position.
-    """
-    last = [row.values for row in log.rows[-_CRUSH:]]
-    if not bodies.fastest_drive or len(last) < _CRUSH or len({(row.first, row.second) for row in last}) > 2:
-        return None
-    disc, walls = last[-1].first, [row.second for row in last[-2:]]
-    if walls[0] == walls[1] or max(walls) >= 0:
-        return None
-    room = rate = arb(0)
-    normals, ends_s = [], []
-    for wall in walls:
-        k = next(k for k, obstacle in enumerate(bodies.obstacles) if obstacle.wall == wall_index(wall))
-        shape = bodies.obstacles[k].shape
-        if not isinstance(shape, Plane) or shape.stretch is not None:
-            return None
-        law = bodies.laws.of_straight(k, bodies.scene.discs[disc].radius_m)
-        leg = bodies.legs_after(wall_body(k), last[-1].time_s)[0]
-        normals.append(shape.normal)
-        room = room - law.level
-        if leg is not None:
-            room, rate = room - leg.x * law.nx - leg.y * law.ny, rate - leg.vx * law.nx - leg.vy * law.ny
-            ends_s.append(leg.end_s)
-    (ax, ay), (bx, by) = normals
-    if (ax, ay) != (-bx, -by) or not rate < 0:
-        return None
-    end = room / (arb(0) - rate)
-    if not all(end < end_s for end_s in ends_s) or end > bodies.scene.duration_s:
-        return None
-    bodies_of_it = tuple(sorted({disc, *walls}))
-    known = bodies.state_bits(disc)
-    return Degeneracy(Degenerate.CRUSH, bodies_of_it, last[-1].time_s, float_above(end), proven=False, bits=known)
-
-
 class _Facing(NamedTuple):
     """Last contact between the body at one end of a row of discs and the disc next to this body.
 
@@ -111,38 +75,35 @@ class _Facing(NamedTuple):
     edge: tuple[int, int]
 
 
-def _find_crush_in_row(log: Recording, bodies: BallBodies) -> Degeneracy | None:
+def _find_crush(log: Recording, bodies: BallBodies) -> Degeneracy | None:
     """Return the crush of a row of discs between two bodies, if the last impacts were all in this row.
 
     The time of the crush is exact. A crush is found under three conditions: centres, velocities and normals are on one
     line, the discs have had no impacts with other bodies, and no other body moves. If both end bodies move, the scene
-    must not have other bodies.
+    must not have other bodies. The conditions are unnecessary for a single disc between two half-planes whose normals
+    are exactly opposite. Then the time of the crush does not depend on the disc's position.
     """
     last = [row.values for row in log.rows[-_CRUSH:]]
     if not bodies.fastest_drive or len(last) < _CRUSH:
         return None
     pairs = {(row.first, row.second) for row in last}
     row = _order_row(pairs, bodies)
-    window = [one.values for one in log.rows[-_CRUSH * (len(pairs) - 1) :]]
-    if row is None or len(window) < _CRUSH * (len(pairs) - 1):
-        return None
-    struck_pairs = {
-        (one.values.first, one.values.second)
-        for one in log.rows
-        if not {one.values.first, one.values.second}.isdisjoint(row[1:-1])
-    }
-    if struck_pairs != pairs or not _is_alone(row, bodies) or _has_loss_or_slip(row, bodies):
+    if row is None:
         return None
     ends = [_find_facing(last, row[0], row[1]), _find_facing(last, row[-1], row[-2])]
-    obstacles = [_find_obstacle(bodies, end) for end in ends]
-    line = _find_line(row, obstacles, bodies)
+    obstacles, line = _find_parallel_planes(row, bodies)
+    if line is None or last[-1].second == last[-2].second:
+        if not _is_separate(row, log, bodies):
+            return None
+        obstacles = [_find_obstacle(bodies, end) for end in ends]
+        line = _find_line(row, obstacles, bodies)
     if line is None:
         return None
     room = rate = arb(0)
     last_impact_s, until = last[-1].time_s, math.inf
     for end, obstacle in zip(ends, obstacles, strict=True):
         place, speed, ends_s = _compute_surface_motion(end, obstacle, line, bodies, last_impact_s)
-        sign = 1 if dot(end.normal, line) > 0 else -1  # 1 if the line points from the end body to the discs
+        sign = 1 if dot(to_exact(end.normal), line) > 0 else -1  # 1 if the line points from the end body to the discs
         room, rate, until = room - sign * place, rate - sign * speed, min(until, ends_s)
     for disc in row[1:-1]:
         room = room - 2 * arb(bodies.scene.discs[disc].radius_m)
@@ -155,6 +116,29 @@ def _find_crush_in_row(log: Recording, bodies: BallBodies) -> Degeneracy | None:
     return Degeneracy(
         Degenerate.CRUSH, tuple(sorted(row)), last_impact_s, float_above(crushed), proven=False, bits=known
     )
+
+
+def _find_parallel_planes(row: list[int], bodies: BallBodies) -> tuple[list[Obstacle | None], Exact | None]:
+    """Return the half-planes with exactly opposite normals at both ends of a row of one disc, and a normal."""
+    planes = [
+        obstacle
+        for body in (row[0], row[-1])
+        for obstacle in bodies.obstacles
+        if obstacle.wall == wall_index(body) and obstacle.kind is None
+    ]
+    normals = [plane.shape.normal for plane in planes if isinstance(plane.shape, Plane)]
+    if len(row) != 3 or len(normals) != 2 or normals[0] != (-normals[1][0], -normals[1][1]):
+        return [], None
+    return [*planes], normals[0]
+
+
+def _is_separate(row: list[int], log: Recording, bodies: BallBodies) -> bool:
+    """Return whether the discs of a row have met nothing else, and whether nothing but the ends makes them move."""
+    pairs = {frozenset(pair) for pair in pairwise(row)}
+    impacts = [frozenset((one.values.first, one.values.second)) for one in log.rows]
+    struck = {pair for pair in impacts if not pair.isdisjoint(row[1:-1])}
+    is_long = len(impacts) >= _CRUSH * (len(pairs) - 1)
+    return is_long and struck == pairs and _is_alone(row, bodies) and not _has_loss_or_slip(row, bodies)
 
 
 def _order_row(pairs: set[tuple[int, int]], bodies: BallBodies) -> list[int] | None:
@@ -229,7 +213,9 @@ def _find_obstacle(bodies: BallBodies, end: _Facing) -> Obstacle | None:
         away = subtract(start, shape.centre)
         return dot(away, away)
 
-    facing = [part for part in fits if isinstance(part.shape, Plane) and dot(end.normal, part.shape.normal) > 0]
+    facing = [
+        part for part in fits if isinstance(part.shape, Plane) and dot(to_exact(end.normal), part.shape.normal) > 0
+    ]
     # A disc never passes through a wall. So if two vertices are on the line of the row, the disc meets the nearer
     # vertex.
     rounds = [
@@ -281,7 +267,7 @@ def _compute_surface_motion(
     """
     dx, dy = map(ball, line)
     length = (dx * dx + dy * dy).sqrt()
-    sign = 1 if dot(end.normal, line) > 0 else -1
+    sign = 1 if dot(to_exact(end.normal), line) > 0 else -1
     if obstacle is None:
         (x, y), depth = _compute_exact_centre(bodies, end.body), arb(bodies.scene.discs[end.body].radius_m)
     elif isinstance(obstacle.shape, Plane):

@@ -11,7 +11,7 @@ from flint import arb, ctx
 from carom.model.scene import Scene
 from carom.solvers.certified.accumulation import find_accumulation
 from carom.solvers.certified.ball_arithmetic import float_above
-from carom.solvers.certified.contacts import BallContacts
+from carom.solvers.certified.contacts import begin_contact, find_resting, record_landing
 from carom.solvers.certified.disc_states import BallBodies
 from carom.solvers.certified.impacts import BallEvent, apply_meeting
 from carom.solvers.certified.meeting import Meeting
@@ -81,15 +81,13 @@ class Attempt:
         self.events: list[tuple[int, int, float]] = []
         self.commuted: list[tuple[int, int]] = list(earlier.commuted) if earlier else []
         self._known = earlier.events[:events] if earlier else []
-        self._selection: Selection | None = None
         self._log = log
         log.begin_again()
 
     def _begin(self) -> None:
         """Start the contact of each disc on a wall below it. Apply an impact if the disc moves towards the wall."""
-        contacts = BallContacts(self.bodies)
-        for i, ground in list(contacts.find_resting()) if self.bodies.falls else ():
-            mode_or_meeting = contacts.begin_contact(i, ground)
+        for i, ground in list(find_resting(self.bodies)) if self.bodies.falls else ():
+            mode_or_meeting = begin_contact(self.bodies, i, ground)
             if isinstance(mode_or_meeting, Meeting):
                 event = apply_meeting(self.bodies, mode_or_meeting)
             else:
@@ -107,7 +105,7 @@ class Attempt:
             return self.bits - self.bodies.worst_accuracy_bits()
 
     def advance(self, goal: Goal) -> Stop:
-        """Advance to the goal, or to the last event that can be decided with this precision."""
+        """Advance to the goal, or to the last event that can be decided with this precision. Call this method once."""
         with ctx.workprec(self.precision):
             try:
                 return self._replay(goal) or self._select(goal)
@@ -122,12 +120,11 @@ class Attempt:
                 self.precision = ctx.prec
 
     def _replay(self, goal: Goal) -> Stop | None:
-        if not self.events:
-            self._begin()
+        self._begin()
         while not self.has_replayed:
             first, second, instant_s = self._known[len(self.events)]
             if first == second:
-                BallContacts(self.bodies).record_landing(first, None)
+                record_landing(self.bodies, first, None)
             meeting = meet(self.bodies, first, second, instant_s)
             stop = self._carry_out(meeting, goal) if meeting is not None and meeting.decided else Stop()
             if stop is not None:
@@ -135,11 +132,9 @@ class Attempt:
         return None
 
     def _select(self, goal: Goal) -> Stop:
-        if self._selection is None:
-            for i in range(len(self.bodies)):
-                BallContacts(self.bodies).record_landing(i, self._tolerance)
-            self._selection = Selection(self.bodies)
-        selection = self._selection
+        for i in range(len(self.bodies)):
+            record_landing(self.bodies, i, self._tolerance)
+        selection = Selection(self.bodies)
         selection.end_s, selection.deadline_s = min(float_above(goal.time), sys.float_info.max), goal.deadline_s
         while True:
             at_limit = self.impacts >= goal.impacts
@@ -160,7 +155,7 @@ class Attempt:
             stop = self._carry_out(choice.meeting, goal)
             for i in choice.meeting[:2]:
                 if i >= 0:
-                    BallContacts(self.bodies).record_landing(i, self._tolerance)
+                    record_landing(self.bodies, i, self._tolerance)
             selection.changed(choice.meeting)
             if stop is not None:
                 return stop

@@ -10,6 +10,8 @@ from flint import arb, fmpq
 
 from carom.model.prescribed_motion import Drive
 
+BallVector = tuple[arb, arb]
+
 ZERO = arb(0)
 #: Bound of the relative error of rounding to a 64-bit float. The bound is slightly larger than 2^-53.
 ROUNDING = 2.0**-53 * (1.0 + 2.0**-40)

@@ -18,8 +18,8 @@ from math import frexp
 
 from flint import arb
 
+from carom.core.wall_parts import Round
 from carom.solvers.certified.ball_arithmetic import float_above
-from carom.solvers.certified.obstacles import Round
 from carom.solvers.units import choose_units
 from carom.model.trace import wall_body, wall_index
 

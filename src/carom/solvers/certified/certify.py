@@ -59,13 +59,11 @@ def certify(
         raise MissingExtraError("certify needs python-flint", hints=["pip install 'carom[certify]'"]) from None
     from carom.solvers.certified.run import CertifiedRun
 
-    run = CertifiedRun(
-        scene, digits=options.digits, max_precision_bits=options.max_precision_bits, tie_bits=options.tie_bits
-    )
+    run = CertifiedRun(scene, options)
 
     def report(impacts: int, time_s: float) -> None:
         if progress is not None:
             progress(impacts, time_s, run.precision_bits)
 
-    run.advance_to(scene.duration_s, options.max_impacts, report, options.time_budget_s)
+    run.advance(report)
     return run.result()

@@ -132,7 +132,7 @@ class Gliding(NamedTuple):
 
 
 class Landing(NamedTuple):
-    """End of infinitely many bounces of a disc: the time, the surface, and the disc's state."""
+    """Start of sliding, rolling or rest, perhaps after infinitely many bounces: time, surface, and the disc's state."""
 
     time: arb
     ground: BallGround
@@ -183,13 +183,3 @@ class ContactStates:
         if landing is not None:
             return landing.time
         return self.stops[i] if gliding is None or gliding.end is None else gliding.end.time
-
-    def bound_wait(self, instant_s: float, *discs: int) -> arb:
-        """Return an upper bound of the time from `instant_s` until one of the discs changes its acceleration."""
-        ends = [end.upper() - instant_s for i in discs if (end := self.end_of(i)) is not None]
-        return min(ends, default=arb("inf"))
-
-    def launch_from(self, i: int, body: int) -> Launch | None:
-        """Return the `Launch` of disc `i` at the vertex `body`, or else None."""
-        launch = self.launched[i]
-        return launch if launch is not None and launch.vertex == body else None

@@ -12,347 +12,338 @@ bounces, or certainly stick in all of them, unless friction can reverse the slip
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import replace
+from collections.abc import Iterator, Mapping
 
 from flint import arb
 
 from carom.core.resolution import gap_resolution, size_of
-from carom.core.wall_features import Exact
-from carom.model.trace import Mode, wall_body, wall_index
-from carom.solvers.certified.ball_arithmetic import ZERO, ball, float_above, float_below
+from carom.core.wall_parts import Plane
+from carom.model.trace import EdgeKind, Mode, wall_body, wall_index
+from carom.solvers.certified.ball_arithmetic import ZERO, BallVector, ball, float_above, float_below
 from carom.solvers.certified.contact_state import BallGround, BallMode, End, GlideState, Gliding, Landing, Launch
 from carom.solvers.certified.disc_states import BallBodies
 from carom.solvers.certified.landing import meets_only_ground, sum_bounces
 from carom.solvers.certified.meeting import Meeting, WallApproach
-from carom.solvers.certified.obstacles import Obstacle, Plane, Round
 from carom.solvers.certified.result import Degeneracy, Degenerate, Undecided
 from carom.solvers.certified.sign_changes import find_falls
 from carom.solvers.certified.two_frictions import share_frictions, sign_of
 
+# Future events ----------------------------------------------------------------------------------------------------
 
-class BallContacts:
-    """Begins, changes and ends the contacts of discs with walls. `BallBodies` stores the contacts."""
 
-    def __init__(self, bodies: BallBodies) -> None:
-        self._bodies, self._states = bodies, bodies.contacts
-        self._was_on: dict[int, int] = {}  # for discs that an impact has just released: their surface
+def meet_end(bodies: BallBodies, i: int, instant_s: float) -> Meeting | None:
+    """Return when disc `i` stops sliding, rolling or resting, as an event of this disc alone; None for never."""
+    time = bodies.contacts.end_of(i)
+    if time is None:
+        return None
+    return Meeting(i, i, max(instant_s, min(float_below(time), float_above(time))), time, float_above(time))
 
-    # Future events ----------------------------------------------------------------------------------------------------
 
-    def meet_end(self, i: int, instant_s: float) -> Meeting | None:
-        """Return when disc `i` stops sliding, rolling or resting, as an event of this disc alone; None for never."""
-        time = self._states.end_of(i)
-        if time is None:
-            return None
-        return Meeting(i, i, max(instant_s, min(float_below(time), float_above(time))), time, float_above(time))
+def gap_on_same_ground(bodies: BallBodies, i: int, j: int, instant_s: float, reach: arb) -> list[arb] | None:
+    """Return the gap of two discs on one surface as a polynomial of time since `instant_s`, or else None."""
+    one, other = bodies.contacts.gliding[i], bodies.contacts.gliding[j]
+    if one is None or other is None or one.ground.body != other.ground.body:
+        return None
+    ground = one.ground
+    kinds = [(bodies.scene.discs[k].inertia_factor, g.branch) for k, g in ((i, one), (j, other))]
+    rate = ZERO if kinds[0] == kinds[1] else other.rate - one.rate
+    (xi, yi), (xj, yj) = bodies.centre(i, instant_s), bodies.centre(j, instant_s)
+    (ui, vi), (uj, vj) = (bodies.velocity(k, arb(instant_s), instant_s) for k in (i, j))
+    offset, speed = ground.tangential_part(xj - xi, yj - yi), ground.tangential_part(uj - ui, vj - vi)
+    radii = [arb(bodies.scene.discs[k].radius_m) for k in (i, j)]
+    along = reach if (radii[0] - radii[1]).is_zero() else 2 * (radii[0] * radii[1]).sqrt()
+    side = 1 if offset > 0 else -1
+    return [side * offset - along, side * speed, side * rate / 2]
 
-    def gap_on_same_ground(self, i: int, j: int, instant_s: float, reach: arb) -> list[arb] | None:
-        """Return the gap of two discs on one surface as a polynomial of time since `instant_s`, or else None."""
-        one, other = self._states.gliding[i], self._states.gliding[j]
-        if one is None or other is None or one.ground.body != other.ground.body:
-            return None
-        bodies, ground = self._bodies, one.ground
-        kinds = [(bodies.scene.discs[k].inertia_factor, g.branch) for k, g in ((i, one), (j, other))]
-        rate = ZERO if kinds[0] == kinds[1] else other.rate - one.rate
-        (xi, yi), (xj, yj) = bodies.centre(i, instant_s), bodies.centre(j, instant_s)
-        (ui, vi), (uj, vj) = (bodies.velocity(k, arb(instant_s), instant_s) for k in (i, j))
-        offset, speed = ground.tangential_part(xj - xi, yj - yi), ground.tangential_part(uj - ui, vj - vi)
-        radii = [arb(bodies.scene.discs[k].radius_m) for k in (i, j)]
-        along = reach if (radii[0] - radii[1]).is_zero() else 2 * (radii[0] * radii[1]).sqrt()
-        side = 1 if offset > 0 else -1
-        return [side * offset - along, side * speed, side * rate / 2]
 
-    # The start --------------------------------------------------------------------------------------------------------
+# The start ------------------------------------------------------------------------------------------------------------
 
-    def find_resting(self) -> Iterator[tuple[int, BallGround]]:
-        """Yield each disc that touches a surface below it at the start, within float rounding, and this surface."""
-        bodies = self._bodies
-        for i, disc in enumerate(bodies.scene.discs):
-            for k in range(len(bodies.obstacles)) if bodies.movable[i] else ():
-                ground = ground_of(bodies, i, k)
-                if ground is None:
-                    continue
-                centre, max_gap = (bodies.x[i], bodies.y[i]), self._compute_gap_resolution(i, k)
-                gap, place = ground.normal_part(*centre) - ground.level, ground.tangential_part(*centre)
-                is_beyond_end = ground.span and not ground.span[0] < place < ground.span[1]
-                normal_speed = ground.normal_part(bodies.vx[i], bodies.vy[i])
-                slow = normal_speed * normal_speed <= 2 * ground.presses * max_gap
-                if not is_beyond_end and -arb(disc.radius_m) < gap <= max_gap and (slow or normal_speed < 0):
-                    yield i, ground
-                    break
 
-    def begin_contact(self, i: int, ground: BallGround) -> BallMode | Meeting:
-        """Start the contact of disc `i` with a surface, or return an impact if the disc moves towards the surface."""
-        bodies, k = self._bodies, wall_index(ground.body)
-        place = ground.tangential_part(bodies.x[i], bodies.y[i])
-        speed = ground.tangential_part(bodies.vx[i], bodies.vy[i])
-        normal_speed, rim = ground.normal_part(bodies.vx[i], bodies.vy[i]), bodies.rim_speed(i)
-        bodies.x[i], bodies.y[i] = ground.centre_at(place)
-        if normal_speed * normal_speed <= 2 * ground.presses * self._compute_gap_resolution(i, k):
-            return self.start_mode(i, ground, ZERO, 0.0, GlideState(place, speed, speed + rim, rim))
-        near = WallApproach((ZERO - normal_speed) * bodies.laws.of_straight(k, None).length, ZERO)
-        return Meeting(i, ground.body, 0.0, ZERO, 0.0, near=near)
-
-    def _compute_gap_resolution(self, i: int, k: int) -> arb:
-        """Return the rounding error of the gap between disc `i` and a straight surface k at the start."""
-        disc, shape = self._bodies.scene.discs[i], self._bodies.obstacles[k].shape
-        point = shape.point if isinstance(shape, Plane) else (0, 0)
-        sizes = size_of(*disc.position_m, disc.radius_m) + size_of(float(point[0]), float(point[1]), 0.0)
-        return arb(gap_resolution(sizes))
-
-    # Modes ------------------------------------------------------------------------------------------------------------
-
-    def end_mode(self, meeting: Meeting) -> BallMode:
-        """Let a disc change from sliding, rolling or rest to its next motion."""
-        i, instant_s = meeting.first, meeting.at
-        gliding, landing = self._states.gliding[i], self._states.landings[i]
-        if landing is not None:
-            return self.start_mode(i, landing.ground, landing.time, instant_s, landing.state)
-        if gliding is None or gliding.end is None:
-            raise TypeError(f"the mode of disc {i} does not end")
-        end, state = gliding.end, gliding.state_after(gliding.end.wait)
-        if end.undecided:
-            raise Undecided(self._describe_degeneracy(Degenerate.MODE, i, gliding.ground, end.time))
-        if end.over:
-            return self._leave_face(i, gliding, state, instant_s)
-        slip, rim = (ZERO if zero else value for zero, value in ((end.slip, state.slip), (end.rim, state.rim)))
-        return self.start_mode(i, gliding.ground, end.time, instant_s, state._replace(slip=slip, rim=rim))
-
-    def release(self, i: int, time: arb, instant_s: float) -> None:
-        """Release disc `i` from its wall before an impact.
-
-        The disc's new path is the tangent of the old path, in the reference frame that falls with gravity.
-        """
-        bodies = self._bodies
-        place, velocity, spin = bodies.centre_at(i, time), bodies.velocity(i, time, instant_s), bodies.spin_at(i, time)
-        self._set_flight(i, place, velocity, spin, time, instant_s)
-
-    def restore_contact(self, i: int, before: Gliding, meeting: Meeting, normal: tuple[arb, arb]) -> BallMode | None:
-        """Return disc `i` to its wall after an impact, or let it leave the wall.
-
-        Return the change between sliding, rolling, rest and flight; None if nothing changes.
-
-        Raises:
-            Undecided: The disc is pushed into its wall, so that the result is not unique, or the precision is too low
-                for a decision.
-        """
-        bodies, ground = self._bodies, before.ground
-        time, instant_s = meeting.time, meeting.at
-        x, y = bodies.centre_at(i, time)
-        vx, vy = bodies.velocity(i, time, instant_s)
-        if not self._keeps_normal_speed(i, ground, meeting, normal):
-            normal_speed = ground.normal_part(vx, vy)
-            if normal_speed > 0:
-                return self._describe_change(i, ground, time, instant_s, before.mode, Mode.FLIGHT)
-            other_bodies = (body for body in (meeting.first, meeting.second) if body != i)
-            raise Undecided(
-                self._describe_degeneracy(
-                    Degenerate.RESTING_CONTACT, i, ground, time, *other_bodies, proven=bool(normal_speed < 0)
-                )
-            )
-        rim = bodies.rim_speed(i)
-        speed = ground.tangential_part(vx, vy)
-        settled = self.start_mode(
-            i, ground, time, instant_s, GlideState(ground.tangential_part(x, y), speed, speed + rim, rim), before.mode
-        )
-        gliding = self._states.gliding[i]
-        is_same_mode = gliding is not None and gliding.mode is before.mode and gliding.rate.overlaps(before.rate)
-        return None if is_same_mode and gliding is not None and gliding.rim_rate.overlaps(before.rim_rate) else settled
-
-    def _keeps_normal_speed(self, i: int, ground: BallGround, meeting: Meeting, normal: tuple[arb, arb]) -> bool:
-        """Return whether an impact certainly doesn't change the speed of disc `i` perpendicular to its surface."""
-        bodies, other = self._bodies, meeting.second if meeting.first == i else meeting.first
-        if other < 0:
-            rubs = bodies.materials[bodies.obstacles[wall_index(other)].wall].friction > 0.0
-            flat = isinstance(bodies.obstacles[wall_index(other)].shape, Plane)
-            return flat and not rubs and bodies.are_orthogonal(other, ground.body)
-        if bodies.scene.arrays.has_disc_friction:
-            return False
-        theirs = self._was_on.get(other)
-        alike = bodies.scene.discs[i].radius_m == bodies.scene.discs[other].radius_m
-        return (alike and theirs == ground.body) or ground.normal_part(*normal).is_zero()
-
-    def release_struck(self, discs: list[int], time: arb, instant_s: float) -> dict[int, Gliding]:
-        """Release the discs of an impact from their walls. Return the contacts of these discs by disc number."""
-        before = {i: gliding for i in discs if (gliding := self._states.gliding[i]) is not None}
-        self._was_on = {i: gliding.ground.body for i, gliding in before.items()}
-        for i in discs:
-            if self._bodies.acceleration[i] is not None:
-                self.release(i, time, instant_s)
-        for i in discs:
-            self._states.clear(i)
-        return before
-
-    def start_mode(
-        self, i: int, ground: BallGround, time: arb, instant_s: float, state: GlideState, before: Mode | None = None
-    ) -> BallMode:
-        """Let disc `i` slide, roll or rest on a surface, from a given time and state on."""
-        bodies = self._bodies
-        gliding, material = self._states.gliding[i], bodies.materials[bodies.obstacles[wall_index(ground.body)].wall]
-        if before is None:
-            before = Mode.FLIGHT if gliding is None else gliding.mode
-        self._states.clear(i)
-        y, (place, speed, slip, rim) = bodies.inverse_inertia_ratio[i], state
-        c = ZERO if y.is_zero() else arb(bodies.scene.wall_rolling_resistance)
-        limits = (arb(material.friction) * ground.presses, c * ground.presses)
-        resists = not c.is_zero()
-        if resists and slip.is_zero():  # rolling: speed and rim speed are exactly opposite
-            speed = ZERO if rim.is_zero() else speed
-            rim = ZERO - speed
-        signs = sign_of(slip), sign_of(rim) if resists else 0
-        frictions = None if None in signs else share_frictions(ground.along, ZERO, limits, y, signs)  # type: ignore[arg-type]
-        if frictions is None or frictions.sticks is None or frictions.blocks is None:
-            raise Undecided(self._describe_degeneracy(Degenerate.MODE, i, ground, time))
-        turns = ZERO if frictions.blocks else ZERO - (frictions.friction + frictions.rolling) * y
-        rate = ZERO - turns if frictions.sticks else ground.along - frictions.friction
-        if frictions.sticks:
-            slip = ZERO
-            speed, rim = (ZERO - rim, rim) if y.is_zero() else (speed, ZERO - speed)
-            mode = Mode.REST if speed.is_zero() and rate.is_zero() else Mode.ROLL
-        else:
-            mode = Mode.BLOCK if frictions.blocks else Mode.SLIDE
-        slides = 0 if frictions.sticks else sign_of(frictions.friction) or 0
-        rolls = 0 if frictions.blocks else sign_of(frictions.rolling) or 0
-        branch = (slides, rolls, frictions.sticks, frictions.blocks)
-        gliding = Gliding(time, ground, mode, GlideState(place, speed, slip, rim), rate, turns, branch)
-        self._states.gliding[i] = gliding._replace(end=self._find_end(i, gliding, resists=resists))
-        self._states.barred[i] = ground.never_met
-        self._set_path(i, instant_s)
-        return self._describe_change(i, ground, time, instant_s, before, mode)
-
-    def _set_path(self, i: int, instant_s: float) -> None:
-        """Let disc `i` move with the acceleration that its contact causes."""
-        bodies, gliding, radius = self._bodies, self._states.gliding[i], arb(self._bodies.scene.discs[i].radius_m)
-        assert gliding is not None  # noqa: S101 - the caller has just set it
-        ground, (place, speed, _, rim), rate = gliding.ground, gliding.begun, gliding.rate
-        wait = gliding.since - arb(instant_s)
-        (ax, ay), (vx, vy) = ground.vector_along(rate), ground.vector_along(speed)
-        x, y = ground.centre_at(place)
-        bodies.acceleration[i], bodies.spin_rate[i] = (ax, ay), gliding.rim_rate / radius
-        bodies.x[i], bodies.y[i] = x - wait * (vx - ax * wait / 2), y - wait * (vy - ay * wait / 2)
-        bodies.vx[i], bodies.vy[i] = vx - ax * wait, vy - ay * wait
-        bodies.spin[i] = rim / radius - bodies.spin_rate[i] * wait
-        bodies.record_impact(i, ground.body, instant_s, gliding.since, float_above(gliding.since))
-
-    def _find_end(self, i: int, gliding: Gliding, *, resists: bool) -> End | None:
-        """Return when a disc first stops sliding, rolling or resting without an impact; None if it never stops."""
-        (_, speed, slip, rim), slips = gliding.begun, gliding.rate + gliding.rim_rate
-        turns_only = speed.is_zero() and gliding.rate.is_zero()  # slip and rim speed are equal, so they end together
-        causes = [(slip, slips, End(ZERO, ZERO, slip=True, rim=turns_only))]
-        if resists and not turns_only:
-            causes.append((rim, gliding.rim_rate, End(ZERO, ZERO, rim=True)))
-        possible_ends = []
-        for value, rate, ends in causes:
-            if value.is_zero():
+def find_resting(bodies: BallBodies) -> Iterator[tuple[int, BallGround]]:
+    """Yield each disc that touches a surface below it at the start, within float rounding, and this surface."""
+    for i, disc in enumerate(bodies.scene.discs):
+        for k in range(len(bodies.obstacles)) if bodies.movable[i] else ():
+            ground = ground_of(bodies, i, k)
+            if ground is None:
                 continue
-            toward = value * rate
-            if toward < 0:
-                possible_ends.append(ends._replace(wait=ZERO - value / rate, slip=ends.slip or gliding.branch[2]))
-            elif not toward >= 0:
-                raise Undecided(self._describe_degeneracy(Degenerate.MODE, i, gliding.ground, gliding.since))
-        possible_ends += self._find_ends(gliding)
-        first = [end for end in possible_ends if not any(other.wait < end.wait for other in possible_ends)]
-        if not first:
-            return None
-        end = first[0]
-        for other in first[1:]:  # this precision does not show which end comes first
-            end = end._replace(wait=end.wait.union(other.wait), undecided=True)
-        return end._replace(time=gliding.since + end.wait)
+            centre, max_gap = (bodies.x[i], bodies.y[i]), _compute_gap_resolution(bodies, i, k)
+            gap, place = ground.normal_part(*centre) - ground.level, ground.tangential_part(*centre)
+            is_beyond_end = ground.span and not ground.span[0] < place < ground.span[1]
+            normal_speed = ground.normal_part(bodies.vx[i], bodies.vy[i])
+            slow = normal_speed * normal_speed <= 2 * ground.presses * max_gap
+            if not is_beyond_end and -arb(disc.radius_m) < gap <= max_gap and (slow or normal_speed < 0):
+                yield i, ground
+                break
 
-    def _find_ends(self, gliding: Gliding) -> list[End]:
-        """Return the times at which a disc reaches the ends of its surface."""
-        (place, speed, _, _), half, span = gliding.begun, gliding.rate / 2, gliding.ground.span
-        if span is None:
-            return []
+
+def begin_contact(bodies: BallBodies, i: int, ground: BallGround) -> BallMode | Meeting:
+    """Start the contact of disc `i` with a surface, or return an impact if the disc moves towards the surface."""
+    k = wall_index(ground.body)
+    place = ground.tangential_part(bodies.x[i], bodies.y[i])
+    speed = ground.tangential_part(bodies.vx[i], bodies.vy[i])
+    normal_speed, rim = ground.normal_part(bodies.vx[i], bodies.vy[i]), bodies.rim_speed(i)
+    bodies.x[i], bodies.y[i] = ground.centre_at(place)
+    if normal_speed * normal_speed <= 2 * ground.presses * _compute_gap_resolution(bodies, i, k):
+        return start_mode(bodies, i, Landing(ZERO, ground, GlideState(place, speed, speed + rim, rim)), 0.0)
+    near = WallApproach((ZERO - normal_speed) * bodies.laws.of_straight(k, bodies.scene.discs[i].radius_m).length, ZERO)
+    return Meeting(i, ground.body, 0.0, ZERO, 0.0, near=near)
+
+
+def _compute_gap_resolution(bodies: BallBodies, i: int, k: int) -> arb:
+    """Return the rounding error of the gap between disc `i` and a straight surface k at the start."""
+    disc, shape = bodies.scene.discs[i], bodies.obstacles[k].shape
+    point = shape.point if isinstance(shape, Plane) else (0, 0)
+    sizes = size_of(*disc.position_m, disc.radius_m) + size_of(float(point[0]), float(point[1]), 0.0)
+    return arb(gap_resolution(sizes))
+
+
+# Modes ----------------------------------------------------------------------------------------------------------------
+
+
+def end_mode(bodies: BallBodies, meeting: Meeting) -> BallMode:
+    """Let a disc change from sliding, rolling or rest to its next motion."""
+    i, instant_s = meeting.first, meeting.at
+    gliding, landing = bodies.contacts.gliding[i], bodies.contacts.landings[i]
+    if landing is not None:
+        return start_mode(bodies, i, landing, instant_s)
+    if gliding is None or gliding.end is None:
+        raise TypeError(f"the mode of disc {i} does not end")
+    end, state = gliding.end, gliding.state_after(gliding.end.wait)
+    if end.undecided:
+        raise _undecided(bodies, Degenerate.MODE, i, gliding.ground, end.time)
+    if end.over:
+        return _leave_face(bodies, i, gliding, state, instant_s)
+    slip, rim = (ZERO if zero else value for zero, value in ((end.slip, state.slip), (end.rim, state.rim)))
+    begun = Landing(end.time, gliding.ground, state._replace(slip=slip, rim=rim))
+    return start_mode(bodies, i, begun, instant_s, gliding.mode)
+
+
+def restore_contact(
+    bodies: BallBodies, i: int, in_contact: Mapping[int, Gliding], meeting: Meeting, normal: tuple[arb, arb]
+) -> BallMode | None:
+    """Return disc `i` to its wall after an impact, or let it leave the wall.
+
+    Return the change between sliding, rolling, rest and flight; None if nothing changes.
+
+    Raises:
+        Undecided: The disc is pushed into its wall, so that the result is not unique, or the precision is too low
+            for a decision.
+    """
+    before = in_contact[i]
+    ground, time, instant_s = before.ground, meeting.time, meeting.at
+    x, y = bodies.centre_at(i, time)
+    vx, vy = bodies.velocity(i, time, instant_s)
+    if not _keeps_normal_speed(bodies, i, in_contact, meeting, normal):
+        normal_speed = ground.normal_part(vx, vy)
+        if normal_speed > 0:
+            return _describe_change(bodies, i, ground, time, instant_s, before.mode, Mode.FLIGHT)
+        other_bodies = (body for body in (meeting.first, meeting.second) if body != i)
+        pushed = bool(normal_speed < 0)
+        raise _undecided(bodies, Degenerate.RESTING_CONTACT, i, ground, time, *other_bodies, proven=pushed)
+    rim = bodies.rim_speed(i)
+    speed = ground.tangential_part(vx, vy)
+    state = GlideState(ground.tangential_part(x, y), speed, speed + rim, rim)
+    settled = start_mode(bodies, i, Landing(time, ground, state), instant_s, before.mode)
+    gliding = bodies.contacts.gliding[i]
+    is_same_mode = gliding is not None and gliding.mode is before.mode and gliding.rate.overlaps(before.rate)
+    return None if is_same_mode and gliding is not None and gliding.rim_rate.overlaps(before.rim_rate) else settled
+
+
+def _keeps_normal_speed(
+    bodies: BallBodies, i: int, in_contact: Mapping[int, Gliding], meeting: Meeting, normal: tuple[arb, arb]
+) -> bool:
+    """Return whether an impact certainly doesn't change the speed of disc `i` perpendicular to its surface."""
+    ground, other = in_contact[i].ground, meeting.second if meeting.first == i else meeting.first
+    if other < 0:
+        rubs = bodies.materials[bodies.obstacles[wall_index(other)].wall].friction > 0.0
+        flat = isinstance(bodies.obstacles[wall_index(other)].shape, Plane)
+        return flat and not rubs and bodies.are_orthogonal(other, ground.body)
+    if bodies.scene.arrays.has_disc_friction:
+        return False
+    is_on_same_ground = other in in_contact and in_contact[other].ground.body == ground.body
+    alike = bodies.scene.discs[i].radius_m == bodies.scene.discs[other].radius_m
+    return (alike and is_on_same_ground) or ground.normal_part(*normal).is_zero()
+
+
+def release_struck(bodies: BallBodies, discs: list[int], time: arb, instant_s: float) -> dict[int, Gliding]:
+    """Release the discs of an impact from their walls. Return the contacts of these discs by disc number.
+
+    The new path of a disc is the tangent of the old path, in the reference frame that falls with gravity.
+    """
+    before = {i: gliding for i in discs if (gliding := bodies.contacts.gliding[i]) is not None}
+    for i in discs:
+        if bodies.acceleration[i] is not None:
+            velocity, spin = bodies.velocity(i, time, instant_s), bodies.spin_at(i, time)
+            _set_flight(bodies, i, bodies.centre_at(i, time), velocity, spin, time, instant_s)
+    for i in discs:
+        bodies.contacts.clear(i)
+    return before
+
+
+def start_mode(bodies: BallBodies, i: int, landing: Landing, instant_s: float, before: Mode = Mode.FLIGHT) -> BallMode:
+    """Let disc `i` slide, roll or rest on a surface, from a given time and state on."""
+    time, ground, (place, speed, slip, rim) = landing
+    material = bodies.materials[bodies.obstacles[wall_index(ground.body)].wall]
+    bodies.contacts.clear(i)
+    y = bodies.inverse_inertia_ratio[i]
+    c = ZERO if y.is_zero() else arb(bodies.scene.wall_rolling_resistance)
+    limits = (arb(material.friction) * ground.presses, c * ground.presses)
+    resists = not c.is_zero()
+    if resists and slip.is_zero():  # rolling: speed and rim speed are exactly opposite
+        speed = ZERO if rim.is_zero() else speed
+        rim = ZERO - speed
+    signs = sign_of(slip), sign_of(rim) if resists else 0
+    frictions = None if None in signs else share_frictions(ground.along, ZERO, limits, y, signs)  # type: ignore[arg-type]
+    if frictions is None or frictions.sticks is None or frictions.blocks is None:
+        raise _undecided(bodies, Degenerate.MODE, i, ground, time)
+    turns = ZERO if frictions.blocks else ZERO - (frictions.friction + frictions.rolling) * y
+    rate = ZERO - turns if frictions.sticks else ground.along - frictions.friction
+    if frictions.sticks:
+        slip = ZERO
+        speed, rim = (ZERO - rim, rim) if y.is_zero() else (speed, ZERO - speed)
+        mode = Mode.REST if speed.is_zero() and rate.is_zero() else Mode.ROLL
+    else:
+        mode = Mode.BLOCK if frictions.blocks else Mode.SLIDE
+    slides = 0 if frictions.sticks else sign_of(frictions.friction) or 0
+    rolls = 0 if frictions.blocks else sign_of(frictions.rolling) or 0
+    branch = (slides, rolls, frictions.sticks, frictions.blocks)
+    gliding = Gliding(time, ground, mode, GlideState(place, speed, slip, rim), rate, turns, branch)
+    bodies.contacts.gliding[i] = gliding._replace(end=_find_end(bodies, i, gliding, resists=resists))
+    bodies.contacts.barred[i] = ground.never_met
+    _set_path(bodies, i, instant_s)
+    return _describe_change(bodies, i, ground, time, instant_s, before, mode)
+
+
+def _set_path(bodies: BallBodies, i: int, instant_s: float) -> None:
+    """Let disc `i` move with the acceleration that its contact causes."""
+    gliding, radius = bodies.contacts.gliding[i], arb(bodies.scene.discs[i].radius_m)
+    assert gliding is not None  # noqa: S101 - the caller has just set it
+    ground, (place, speed, _, rim), rate = gliding.ground, gliding.begun, gliding.rate
+    wait = gliding.since - arb(instant_s)
+    (ax, ay), (vx, vy) = ground.vector_along(rate), ground.vector_along(speed)
+    x, y = ground.centre_at(place)
+    bodies.acceleration[i], bodies.spin_rate[i] = (ax, ay), gliding.rim_rate / radius
+    bodies.x[i], bodies.y[i] = x - wait * (vx - ax * wait / 2), y - wait * (vy - ay * wait / 2)
+    bodies.vx[i], bodies.vy[i] = vx - ax * wait, vy - ay * wait
+    bodies.spin[i] = rim / radius - bodies.spin_rate[i] * wait
+    bodies.record_impact(i, ground.body, instant_s, gliding.since, float_above(gliding.since))
+
+
+def _find_end(bodies: BallBodies, i: int, gliding: Gliding, *, resists: bool) -> End | None:
+    """Return when a disc first stops sliding, rolling or resting without an impact; None if it never stops."""
+    (_, speed, slip, rim), slips = gliding.begun, gliding.rate + gliding.rim_rate
+    turns_only = speed.is_zero() and gliding.rate.is_zero()  # slip and rim speed are equal, so they end together
+    causes = [(slip, slips, End(ZERO, ZERO, slip=True, rim=turns_only))]
+    if resists and not turns_only:
+        causes.append((rim, gliding.rim_rate, End(ZERO, ZERO, rim=True)))
+    possible_ends = []
+    for value, rate, ends in causes:
+        if value.is_zero():
+            continue
+        toward = value * rate
+        if toward < 0:
+            possible_ends.append(ends._replace(wait=ZERO - value / rate, slip=ends.slip or gliding.branch[2]))
+        elif not toward >= 0:
+            raise _undecided(bodies, Degenerate.MODE, i, gliding.ground, gliding.since)
+    if (span := gliding.ground.span) is not None:
+        place, half = gliding.begun.place, gliding.rate / 2
         ways = [place - span[0], speed, half], [span[1] - place, ZERO - speed, ZERO - half]
-        falls = [fall for powers in ways if (fall := next(find_falls(powers), None)) is not None]
-        return [End(fall.time, ZERO, over=True, undecided=not fall.certain) for fall in falls]
+        falls = (next(find_falls(powers), None) for powers in ways)
+        possible_ends += (End(fall.time, ZERO, over=True, undecided=not fall.certain) for fall in falls if fall)
+    first = [end for end in possible_ends if not any(other.wait < end.wait for other in possible_ends)]
+    if not first:
+        return None
+    end = first[0]
+    for other in first[1:]:  # this precision does not show which end comes first
+        end = end._replace(wait=end.wait.union(other.wait), undecided=True)
+    return end._replace(time=gliding.since + end.wait)
 
-    def _leave_face(self, i: int, gliding: Gliding, state: GlideState, instant_s: float) -> BallMode:
-        """Let disc `i`, which has reached an end of its surface, fly off if it is fast enough to leave the surface."""
-        bodies, ground, end = self._bodies, gliding.ground, gliding.end
-        assert end is not None and ground.span is not None  # noqa: S101, PT018 - the disc is at the end of a face
-        obstacle = bodies.obstacles[wall_index(ground.body)]
-        last = bool(2 * state.place > ground.span[0] + ground.span[1])
-        place = ground.span[last]
-        (ax, ay), _ = (map(ball, point) for point in stretch_of(obstacle.shape))
-        begins_there = bool(place.overlaps(ground.tangential_part(ax, ay)))
-        vertex = obstacle.neighbours[not begins_there]
-        shape = None if vertex is None else bodies.obstacles[wall_index(vertex)].shape
-        trouble = self._describe_degeneracy(Degenerate.EDGE, i, ground, end.time)
-        if vertex is None or not isinstance(shape, Round) or shape.radius2 != 0:
-            raise Undecided(replace(trouble, proven=True))
-        a, p, u = ground.along, ground.presses, state.speed
-        reach = bodies.laws.of_round(wall_index(vertex), bodies.scene.discs[i].radius_m).reach
-        powers = (u * u - p * reach, a * u, (a * a + p * p) / 4)
-        if not powers[0] > 0:
-            raise Undecided(replace(trouble, proven=bool(powers[0] < 0)))
-        x, y = ground.centre_at(place)
-        velocity = ground.vector_along(u)
-        spin = state.rim / arb(bodies.scene.discs[i].radius_m)
-        self._states.clear(i)
-        self._set_flight(i, (x, y), velocity, spin, end.time, instant_s)
-        bodies.record_impact(i, vertex, instant_s, end.time, float_above(end.time))
-        self._states.launched[i] = Launch(vertex, end.time, powers)
-        self._states.barred[i] = ground.never_met - {vertex}
-        return self._describe_change(i, ground, end.time, instant_s, gliding.mode, Mode.FLIGHT)
 
-    def _set_flight(
-        self, i: int, place: tuple[arb, arb], velocity: tuple[arb, arb], spin: arb, time: arb, instant_s: float
-    ) -> None:
-        bodies, (gx, gy), wait = self._bodies, self._bodies.gravity, time - arb(instant_s)
-        half_square = time * time / 2
-        bodies.acceleration[i], bodies.spin_rate[i], bodies.spin[i] = None, ZERO, spin
-        bodies.vx[i], bodies.vy[i] = velocity[0] - gx * time, velocity[1] - gy * time
-        bodies.x[i] = place[0] - gx * half_square - bodies.vx[i] * wait
-        bodies.y[i] = place[1] - gy * half_square - bodies.vy[i] * wait
-        bodies.time[i] = instant_s
+def _leave_face(bodies: BallBodies, i: int, gliding: Gliding, state: GlideState, instant_s: float) -> BallMode:
+    """Let disc `i`, which has reached an end of its surface, fly off if it is fast enough to leave the surface."""
+    ground, end = gliding.ground, gliding.end
+    assert end is not None and ground.span is not None  # noqa: S101, PT018 - the disc is at the end of a face
+    obstacle = bodies.obstacles[wall_index(ground.body)]
+    last = bool(2 * state.place > ground.span[0] + ground.span[1])
+    place = ground.span[last]
+    assert isinstance(obstacle.shape, Plane) and obstacle.shape.stretch is not None  # noqa: S101, PT018 - as above
+    begin = ground.tangential_part(*map(ball, obstacle.shape.stretch.begin))
+    vertex = obstacle.neighbours[not place.overlaps(begin)]
+    if bodies.obstacles[wall_index(vertex)].kind is not EdgeKind.VERTEX:
+        raise _undecided(bodies, Degenerate.EDGE, i, ground, end.time, proven=True)
+    a, p, u = ground.along, ground.presses, state.speed
+    reach = bodies.laws.of_round(wall_index(vertex), bodies.scene.discs[i].radius_m).reach
+    powers = (u * u - p * reach, a * u, (a * a + p * p) / 4)
+    if not powers[0] > 0:
+        raise _undecided(bodies, Degenerate.EDGE, i, ground, end.time, proven=bool(powers[0] < 0))
+    velocity = ground.vector_along(u)
+    spin = state.rim / arb(bodies.scene.discs[i].radius_m)
+    bodies.contacts.clear(i)
+    _set_flight(bodies, i, ground.centre_at(place), velocity, spin, end.time, instant_s)
+    bodies.record_impact(i, vertex, instant_s, end.time, float_above(end.time))
+    bodies.contacts.launched[i] = Launch(vertex, end.time, powers)
+    bodies.contacts.barred[i] = ground.never_met - {vertex}
+    return _describe_change(bodies, i, ground, end.time, instant_s, gliding.mode, Mode.FLIGHT)
 
-    def _describe_change(
-        self, i: int, ground: BallGround, time: arb, instant_s: float, before: Mode, after: Mode
-    ) -> BallMode:
-        bodies = self._bodies
-        moves = (bodies.centre_at(i, time), bodies.velocity(i, time, instant_s), bodies.acceleration_of(i))
-        wall = bodies.trace_body(ground.body)
-        return BallMode(time, i, wall, before, after, *moves, bodies.spin_at(i, time), bodies.spin_rate[i])
 
-    def _describe_degeneracy(
-        self, kind: Degenerate, i: int, ground: BallGround, time: arb, *other_bodies: int, proven: bool = False
-    ) -> Degeneracy:
-        bodies = self._bodies
-        involved = tuple(sorted({i, bodies.trace_body(ground.body), *map(bodies.trace_body, other_bodies)}))
-        return Degeneracy(kind, involved, max(0.0, float_below(time)), float_above(time), proven, bodies.state_bits(i))
+def _set_flight(
+    bodies: BallBodies, i: int, place: BallVector, velocity: BallVector, spin: arb, time: arb, instant_s: float
+) -> None:
+    (gx, gy), wait = bodies.gravity, time - arb(instant_s)
+    half_square = time * time / 2
+    bodies.acceleration[i], bodies.spin_rate[i], bodies.spin[i] = None, ZERO, spin
+    bodies.vx[i], bodies.vy[i] = velocity[0] - gx * time, velocity[1] - gy * time
+    bodies.x[i] = place[0] - gx * half_square - bodies.vx[i] * wait
+    bodies.y[i] = place[1] - gy * half_square - bodies.vy[i] * wait
+    bodies.time[i] = instant_s
 
-    # The end of bounces -----------------------------------------------------------------------------------------------
 
-    def record_landing(self, i: int, tolerance: arb | None) -> bool:
-        """Record when and where the bounces of disc `i` end, by summing its remaining bounces.
+def _describe_change(
+    bodies: BallBodies, i: int, ground: BallGround, time: arb, instant_s: float, before: Mode, after: Mode
+) -> BallMode:
+    moves = (bodies.centre_at(i, time), bodies.velocity(i, time, instant_s), bodies.acceleration_of(i))
+    wall = bodies.trace_body(ground.body)
+    return BallMode(time, i, wall, before, after, *moves, bodies.spin_at(i, time), bodies.spin_rate[i])
 
-        The remaining bounces must last at most `tolerance` times the time of the last impact. If `tolerance` is None,
-        neither this duration nor other events are checked, because both checks were done before.
 
-        Return False if it is undecided whether the disc slips or sticks in the bounces, or if another event may come
-        before their end.
-        """
-        bodies, bounce = self._bodies, self._states.bounces[i]
-        if bounce is None or self._states.gliding[i] is not None or self._states.landings[i] is not None:
-            return False
-        k = wall_index(bounce.body)
-        ground, material = ground_of(bodies, i, k), bodies.materials[bodies.obstacles[k].wall]
-        if ground is None or not material.restitution < 1.0:
-            return False
-        hop = 2 * bounce.leaves / ground.presses
-        window = hop / (1 - arb(material.restitution))
-        if tolerance is not None and not window <= tolerance * bounce.time:
-            return False
-        state = sum_bounces(bodies, i, ground, bounce, hop, tolerance)
-        known = tolerance is None or window.is_zero()  # whether no other event can come before the end of the bounces
-        if state is None or not (known or meets_only_ground(bodies, i, ground, bounce.time, window)):
-            return False
-        self._states.landings[i] = Landing(bounce.time + window, ground, state)
-        self._states.barred[i] = ground.never_met
-        return True
+def _undecided(
+    bodies: BallBodies, kind: Degenerate, i: int, ground: BallGround, time: arb, *others: int, proven: bool = False
+) -> Undecided:
+    involved = tuple(sorted({i, bodies.trace_body(ground.body), *map(bodies.trace_body, others)}))
+    earliest_s, bits = max(0.0, float_below(time)), bodies.state_bits(i)
+    return Undecided(Degeneracy(kind, involved, earliest_s, float_above(time), proven, bits))
+
+
+# The end of bounces ---------------------------------------------------------------------------------------------------
+
+
+def record_landing(bodies: BallBodies, i: int, tolerance: arb | None) -> bool:
+    """Record when and where the bounces of disc `i` end, by summing its remaining bounces.
+
+    The remaining bounces must last at most `tolerance` times the time of the last impact. If `tolerance` is None,
+    neither this duration nor other events are checked, because both checks were done before.
+
+    Return False if it is undecided whether the disc slips or sticks in the bounces, or if another event may come
+    before their end.
+    """
+    bounce = bodies.contacts.bounces[i]
+    if bounce is None or bodies.contacts.gliding[i] is not None or bodies.contacts.landings[i] is not None:
+        return False
+    k = wall_index(bounce.body)
+    ground, material = ground_of(bodies, i, k), bodies.materials[bodies.obstacles[k].wall]
+    if ground is None or not material.restitution < 1.0:
+        return False
+    hop = 2 * bounce.leaves / ground.presses
+    window = hop / (1 - arb(material.restitution))
+    if tolerance is not None and not window <= tolerance * bounce.time:
+        return False
+    state = sum_bounces(bodies, i, ground, bounce, hop, tolerance)
+    known = tolerance is None or window.is_zero()  # whether no other event can come before the end of the bounces
+    if state is None or not (known or meets_only_ground(bodies, i, ground, bounce.time, window)):
+        return False
+    bodies.contacts.landings[i] = Landing(bounce.time + window, ground, state)
+    bodies.contacts.barred[i] = ground.never_met
+    return True
 
 
 def ground_of(bodies: BallBodies, i: int, k: int) -> BallGround | None:
@@ -366,27 +357,9 @@ def ground_of(bodies: BallBodies, i: int, k: int) -> BallGround | None:
     law, (gx, gy) = bodies.laws.of_straight(k, bodies.scene.discs[i].radius_m), bodies.gravity
     nx, ny, level = law.nx, law.ny, law.level / law.length
     presses, along = (ZERO - gx * nx - gy * ny) / law.length, (gx * ny - gy * nx) / law.length
-    span, never = None, {wall_body(k)}
+    span = None
     if shape.stretch is not None:
         ends = [map(ball, point) for point in shape.stretch]
         one, other = ((x * ny - y * nx) / law.length for x, y in ends)
         span = (one, other) if one < other else (other, one)
-        never |= {wall_body(m) for m, other in enumerate(bodies.obstacles) if _is_part_of(other, obstacle)}
-    return BallGround(wall_body(k), nx, ny, law.length, level, presses, along, span, frozenset(never))
-
-
-def stretch_of(shape: Plane | Round) -> tuple[Exact, Exact]:
-    """Return the two ends of a straight edge."""
-    if not isinstance(shape, Plane) or shape.stretch is None:
-        raise TypeError("a half-plane has no ends")
-    return shape.stretch
-
-
-def _is_part_of(other: Obstacle, face: Obstacle) -> bool:
-    """Whether a part of a wall is the other side of an edge, or a vertex at one of the edge's ends."""
-    if other.wall != face.wall:
-        return False
-    begin, end = stretch_of(face.shape)
-    if isinstance(other.shape, Plane):
-        return other.shape.stretch is not None and set(other.shape.stretch) == {begin, end}
-    return other.shape.radius2 == 0 and other.shape.centre in (begin, end)
+    return BallGround(wall_body(k), nx, ny, law.length, level, presses, along, span, obstacle.never_met)

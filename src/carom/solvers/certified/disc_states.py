@@ -11,17 +11,18 @@ this frame is ``g t^2 / 2``, and its velocity is ``g t``. In this frame, discs m
 from __future__ import annotations
 
 import math
-from fractions import Fraction
+from functools import cache
 
 from flint import arb, ctx
 
+from carom.core.wall_parts import Plane, Round, dot, to_exact
 from carom.model.prescribed_motion import Drive
 from carom.model.scene import Scene
 from carom.model.trace import wall_body, wall_index
 from carom.solvers.certified.ball_arithmetic import SLACK, ZERO, BallLeg, legs_of
 from carom.solvers.certified.contact_state import ContactStates
 from carom.solvers.certified.laws import Laws
-from carom.solvers.certified.obstacles import Plane, Round, obstacles_of
+from carom.solvers.certified.obstacles import obstacles_of
 
 #: Position and velocity of a disc's centre: x, y, vx, vy.
 State = tuple[arb, arb, arb, arb]
@@ -48,8 +49,7 @@ def _find_gravity_sign(scene: Scene, shape: Plane | Round) -> int:
     """
     if isinstance(shape, Round):
         return 0
-    gx, gy = map(Fraction, scene.gravity_m_s2)
-    along = gx * shape.normal[0] + gy * shape.normal[1]
+    along = dot(to_exact(scene.gravity_m_s2), shape.normal)
     return (along > 0) - (along < 0)
 
 
@@ -78,6 +78,7 @@ class BallBodies:
         acceleration: Acceleration of each disc in contact, relative to the walls; None for a disc in flight.
         spin_rate: Rate at which contact changes each disc's spin, in rad/s^2.
         contacts: Lasting contacts of discs with walls.
+        are_orthogonal: Function that returns whether two straight obstacles are exactly orthogonal.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -114,7 +115,7 @@ class BallBodies:
                 self.vx[disc], self.vy[disc] = legs[0].vx, legs[0].vy
         self._speed = arb(find_greatest_speed(scene))
         self.laws = Laws(scene, self.obstacles)
-        self._orthogonal: dict[tuple[int, int], bool] = {}
+        self.are_orthogonal = cache(self._are_orthogonal)
 
     def __len__(self) -> int:
         return len(self.x)
@@ -189,19 +190,15 @@ class BallBodies:
         ]
         return times[0].max(times[-1]) if times else None
 
-    def are_orthogonal(self, one: int, other: int) -> bool:
+    def _are_orthogonal(self, one: int, other: int) -> bool:
         """Return whether two straight obstacles are exactly orthogonal and without friction.
 
         If they are, an impact on one obstacle does not change impacts on the other obstacle.
         """
-        orthogonal = self._orthogonal.get((one, other))
-        if orthogonal is None:
-            a, b = (self.obstacles[wall_index(body)].shape for body in (one, other))
-            orthogonal = False
-            if isinstance(a, Plane) and isinstance(b, Plane) and not self.scene.arrays.has_wall_friction:
-                orthogonal = a.normal[0] * b.normal[0] + a.normal[1] * b.normal[1] == 0
-            self._orthogonal[one, other] = orthogonal
-        return orthogonal
+        a, b = (self.obstacles[wall_index(body)].shape for body in (one, other))
+        if isinstance(a, Round) or isinstance(b, Round) or self.scene.arrays.has_wall_friction:
+            return False
+        return dot(a.normal, b.normal) == 0
 
     def trace_body(self, body: int) -> int:
         """Return the number by which traces refer to a body. An obstacle has the number of its wall."""
@@ -226,8 +223,9 @@ class BallBodies:
 
     def bound_wait(self, instant_s: float, leg: BallLeg | None, *discs: int) -> arb:
         """Return an upper bound of the time from `instant_s` until `leg` ends or a disc changes its acceleration."""
-        ends = self.contacts.bound_wait(instant_s, *discs)
-        return ends if leg is None else ends.min(arb(leg.end_s) - instant_s)
+        ends = [end.upper() - instant_s for i in discs if (end := self.contacts.end_of(i)) is not None]
+        wait = min(ends, default=arb("inf"))
+        return wait if leg is None else wait.min(arb(leg.end_s) - instant_s)
 
     def is_curved(self, body: int) -> bool:
         """Return whether a body's path is not straight in the reference frame that falls with gravity."""

@@ -13,12 +13,12 @@ from fractions import Fraction
 
 import numpy as np
 
+from carom.core.wall_parts import Plane, Round, cross, dot, subtract, to_exact
 from carom.model.broad_phase import find_near_pairs, find_near_walls
 from carom.model.scene import Scene
 from carom.model.trace import wall_body, wall_index
 from carom.solvers.certified.ball_arithmetic import SLACK
 from carom.solvers.certified.disc_states import BallBodies
-from carom.solvers.certified.obstacles import Plane, dot
 from carom.solvers.certified.result import Degeneracy, Degenerate
 
 
@@ -48,10 +48,30 @@ def find_contact_at_start(bodies: BallBodies, grounds: Mapping[int, int]) -> Deg
     return None
 
 
-def do_graze(bodies: BallBodies, i: int, j: int) -> bool:
-    """Return whether two discs on their initial paths graze each other without an impact, or have equal velocities."""
-    _, d, a = _find_root_form(bodies, i, j)
-    return d == 0 or a == 0
+def do_graze(bodies: BallBodies, i: int, body: int) -> bool:
+    """Return whether a disc on its initial path only grazes a disc, a vertex, or an arc from outside.
+
+    Such a contact is no impact. The condition is ``u^2 (R + r)^2 = (d x u)^2``, where r is the disc's radius plus the
+    half width, or the sum of both radii. This condition has the form ``A + B R = 0`` with rational A, B and R^2, so
+    squaring gives an exact test. It is also true for equal velocities.
+    """
+    is_curved = bodies.is_driven(wall_index(body)) if body < 0 else bodies.is_curved(i) or bodies.is_curved(body)
+    if is_curved or not bodies.are_at_start(i, body):
+        return False
+    disc, velocity = bodies.scene.discs[i], (0.0, 0.0)
+    if body >= 0:
+        other = bodies.scene.discs[body]
+        centre, velocity, radius2 = to_exact(other.position_m), other.drive.velocity_at(0.0), Fraction(0)
+        thick = Fraction(disc.radius_m) + Fraction(other.radius_m)
+    else:
+        obstacle = bodies.obstacles[wall_index(body)]
+        assert isinstance(obstacle.shape, Round)  # noqa: S101 - callers pass round obstacles only
+        centre, radius2 = obstacle.shape.centre, obstacle.shape.radius2
+        thick = Fraction(disc.radius_m) + obstacle.half_width
+    d = subtract(to_exact(disc.position_m), centre)
+    u = subtract(to_exact(disc.drive.velocity_at(0.0)), to_exact(velocity))
+    rest, slope = dot(u, u) * (radius2 + thick * thick) - cross(d, u) ** 2, 2 * dot(u, u) * thick
+    return rest <= 0 and rest * rest == slope * slope * radius2
 
 
 def does_graze_wall(bodies: BallBodies, i: int, k: int) -> bool:
@@ -61,7 +81,7 @@ def does_graze_wall(bodies: BallBodies, i: int, k: int) -> bool:
     velocity, gravity and the centre's offset, and r is the radius.
     """
     offset, rim2, toward = _find_root_form(bodies, i, wall_body(k))
-    pull = dot(bodies.scene.gravity_m_s2, _plane_of(bodies, wall_body(k)).normal)
+    pull = dot(to_exact(bodies.scene.gravity_m_s2), _plane_of(bodies, wall_body(k)).normal)
     left = 2 * pull * offset - toward * toward  # 2 a r |n| if the disc turns back where it touches the half-plane
     return _sign(left) == _sign(pull) and left * left == 4 * pull * pull * rim2
 
@@ -97,11 +117,9 @@ def _sign(number: Fraction) -> int:
 def _build_pair_polynomial(scene: Scene, i: int, j: int) -> tuple[Fraction, Fraction, Fraction]:
     """Return the coefficients of ``a t^2 + 2 b t + c`` (see the module's docstring) for two discs."""
     p, q = scene.discs[i], scene.discs[j]
-    dx, dy = (Fraction(q.position_m[k]) - Fraction(p.position_m[k]) for k in (0, 1))
-    (ui, vi), (uj, vj) = p.drive.velocity_at(0.0), q.drive.velocity_at(0.0)
-    ux, uy = Fraction(uj) - Fraction(ui), Fraction(vj) - Fraction(vi)
-    reach = Fraction(p.radius_m) + Fraction(q.radius_m)
-    return ux * ux + uy * uy, dx * ux + dy * uy, dx * dx + dy * dy - reach * reach
+    d = subtract(to_exact(q.position_m), to_exact(p.position_m))
+    u = subtract(to_exact(q.drive.velocity_at(0.0)), to_exact(p.drive.velocity_at(0.0)))
+    return dot(u, u), dot(d, u), dot(d, d) - (Fraction(p.radius_m) + Fraction(q.radius_m)) ** 2
 
 
 def _find_curvature_sign(scene: Scene, i: int, j: int, spread: Fraction) -> int:
@@ -113,7 +131,7 @@ def _find_curvature_sign(scene: Scene, i: int, j: int, spread: Fraction) -> int:
     if fixed[0] == fixed[1] or scene.gravity_m_s2 == (0.0, 0.0):
         return 0
     p, q = scene.discs[i], scene.discs[j]
-    along = dot(scene.gravity_m_s2, q.position_m) - dot(scene.gravity_m_s2, p.position_m)
+    along = dot(to_exact(scene.gravity_m_s2), subtract(to_exact(q.position_m), to_exact(p.position_m)))
     return _sign(spread + (along if fixed[0] else -along))
 
 
@@ -124,10 +142,10 @@ def _find_root_form(bodies: BallBodies, first: int, second: int) -> tuple[Fracti
         a, b, c = _build_pair_polynomial(scene, first, second)
         return -b, b * b - a * c, a
     disc, plane, wall = scene.discs[first], _plane_of(bodies, second), wall_index(bodies.trace_body(second))
-    offset = dot(disc.position_m, plane.normal) - dot(plane.point, plane.normal)
+    offset = dot(subtract(to_exact(disc.position_m), plane.point), plane.normal)
     rim2 = Fraction(disc.radius_m) ** 2 * dot(plane.normal, plane.normal)
-    drive = scene.arrays.drive_of_wall(wall).velocity_at(0.0)
-    return offset, rim2, dot(drive, plane.normal) - dot(disc.velocity_m_s, plane.normal)
+    drive = to_exact(scene.arrays.drive_of_wall(wall).velocity_at(0.0))
+    return offset, rim2, dot(subtract(drive, to_exact(disc.velocity_m_s)), plane.normal)
 
 
 def _find_near_bodies(bodies: BallBodies) -> list[tuple[int, int]]:

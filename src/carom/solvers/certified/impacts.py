@@ -15,7 +15,7 @@ from flint import arb
 from carom.model.trace import NO_EDGE, wall_index
 from carom.solvers.certified.ball_arithmetic import ZERO
 from carom.solvers.certified.contact_state import BallMode, Bounce
-from carom.solvers.certified.contacts import BallContacts
+from carom.solvers.certified.contacts import end_mode, release_struck, restore_contact
 from carom.solvers.certified.disc_states import BallBodies
 from carom.solvers.certified.laws import PairLaw
 from carom.solvers.certified.meeting import Meeting, PairApproach, RoundApproach, Seam, WallApproach
@@ -24,7 +24,7 @@ from carom.solvers.certified.two_frictions import BallFrictions, limit_sticking,
 
 
 class BallImpact(NamedTuple):
-    """A certified impact: its time, its normal (of any length), and the velocities and spins after it.
+    """A certified impact: its time, its normal (of any length), the velocities after it, and the spins.
 
     `before` contains the velocities just before the impact. `before` is None if no velocity has changed since the
     previous impact. `second` is the second body's number in traces. `edge` is the part of a finite wall that the disc
@@ -41,7 +41,7 @@ class BallImpact(NamedTuple):
     before: tuple[arb, arb, arb, arb] | None = None
     spins_after: tuple[arb, arb] = (ZERO, ZERO)
     edge: tuple[int, int] = NO_EDGE
-    spins_before: tuple[arb, arb] | None = None
+    spins_before: tuple[arb, arb] = (ZERO, ZERO)
 
 
 class BallEvent(NamedTuple):
@@ -57,21 +57,21 @@ def apply_meeting(bodies: BallBodies, meeting: Meeting) -> BallEvent:
     Raises:
         Undecided: With this precision it is unknown whether the disc stays in contact after the impact.
     """
-    contacts, (first, second) = BallContacts(bodies), meeting[:2]
+    first, second = meeting[:2]
     if first == second:
         if bodies.contacts.stops[first] is not None:
             stop_disc(bodies, meeting)
             return BallEvent(None)
-        return BallEvent(None, (contacts.end_mode(meeting),))
+        return BallEvent(None, (end_mode(bodies, meeting),))
     discs = [body for body in (first, second) if body >= 0 and bodies.movable[body]]
     curved = any(bodies.acceleration[i] is not None for i in discs)
-    in_contact = contacts.release_struck(discs, meeting.time, meeting.at)
+    in_contact = release_struck(bodies, discs, meeting.time, meeting.at)
     if curved and isinstance(meeting.near, PairApproach):
         meeting = meeting._replace(near=_replace_by_tangents(bodies, meeting, meeting.near))
     spins = (bodies.spin[first], bodies.spin[second] if second >= 0 else ZERO)
     impact = _apply_impact(bodies, meeting)._replace(spins_before=spins)
     normal = (impact.nx, impact.ny)
-    modes = [contacts.restore_contact(i, was, meeting, normal) for i, was in in_contact.items()]
+    modes = [restore_contact(bodies, i, in_contact, meeting, normal) for i in in_contact]
     for i in discs if bodies.scene.table_deceleration_m_s2 else ():
         start_deceleration(bodies, i, meeting.time, meeting.at)
     return BallEvent(impact, tuple(mode for mode in modes if mode is not None))
@@ -91,15 +91,8 @@ def _replace_by_tangents(bodies: BallBodies, meeting: Meeting, near: PairApproac
     ux, uy = speeds[1][0] - speeds[0][0], speeds[1][1] - speeds[0][1]
     dx, dy = places[1][0] - places[0][0] - ux * wait, places[1][1] - places[0][1] - uy * wait
     alike = bodies.movable[meeting.first] and bodies.movable[meeting.second]
-    ways = (
-        *bodies.centre_in_frame(meeting.first, meeting.at),
-        *bodies.centre_in_frame(meeting.second, meeting.at),
-        dx,
-        dy,
-        ux,
-        uy,
-    )
-    return PairApproach(*ways, near.root, wait, None if alike else (ZERO, ZERO))
+    (xi, yi), (xj, yj) = (bodies.centre_in_frame(i, meeting.at) for i in meeting[:2])
+    return PairApproach(xi, yi, xj, yj, dx, dy, ux, uy, near.root, wait, None if alike else (ZERO, ZERO))
 
 
 def _apply_impact(bodies: BallBodies, meeting: Meeting) -> BallImpact:
@@ -115,9 +108,9 @@ def _apply_impact(bodies: BallBodies, meeting: Meeting) -> BallImpact:
             _rub_discs(bodies, meeting, meeting.near, normal)
     else:
         edge = _find_edge(bodies, meeting)
-        velocity = _compute_velocity_from_wall(bodies, meeting)
+        vx, vy, ux, uy = _list_velocities(bodies, meeting)
         normal = _bounce_off_straight(bodies, meeting, meeting.near)
-        rubbed = _rub_wall(bodies, meeting, velocity, normal)
+        rubbed = _rub_wall(bodies, meeting, (vx - ux, vy - uy), normal)
         if isinstance(meeting.near, WallApproach):
             leaves = _find_restitution(bodies, meeting) * meeting.near.root / normal[2]
             bodies.contacts.bounces[meeting.first] = Bounce(meeting.time, meeting.second, leaves, rubbed)
@@ -176,12 +169,6 @@ def _list_velocities(bodies: BallBodies, meeting: Meeting) -> tuple[arb, arb, ar
         return *bodies.velocity(first, time, instant_s), *bodies.velocity(second, time, instant_s)
     leg = bodies.legs_after(second, instant_s)[0]
     return *bodies.velocity(first, time, instant_s), *((ZERO, ZERO) if leg is None else (leg.vx, leg.vy))
-
-
-def _compute_velocity_from_wall(bodies: BallBodies, meeting: Meeting) -> tuple[arb, arb]:
-    """Return the velocity of a disc relative to the wall just before its impact."""
-    vx, vy, ux, uy = _list_velocities(bodies, meeting)
-    return vx - ux, vy - uy
 
 
 def _collide_discs(bodies: BallBodies, meeting: Meeting, near: PairApproach) -> tuple[arb, arb, arb]:

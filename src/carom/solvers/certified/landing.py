@@ -10,12 +10,12 @@ from collections.abc import Iterable
 
 from flint import arb
 
+from carom.core.wall_parts import Round
 from carom.model.disc_arrays import Material
 from carom.model.trace import wall_body, wall_index
 from carom.solvers.certified.ball_arithmetic import ZERO, ball
 from carom.solvers.certified.contact_state import BallGround, Bounce, GlideState
 from carom.solvers.certified.disc_states import BallBodies
-from carom.solvers.certified.obstacles import Round
 from carom.solvers.certified.two_frictions import share_frictions, sign_of
 
 

@@ -9,9 +9,10 @@ from typing import NamedTuple
 
 from flint import arb
 
+from carom.core.wall_parts import Plane, Round
 from carom.model.scene import Scene
 from carom.solvers.certified.ball_arithmetic import ZERO, ball
-from carom.solvers.certified.obstacles import Obstacle, Plane, Round
+from carom.solvers.certified.obstacles import Obstacle
 
 
 class PairLaw(NamedTuple):
@@ -67,7 +68,7 @@ class Laws:
 
     Attributes:
         of_straight: Function that returns the constants of the k-th obstacle, a half-plane or straight side, for discs
-            of a given radius; None means the radius 0.
+            of a given radius.
         of_round: Function that returns the constants of the k-th obstacle, a vertex or an arc, for discs of a given
             radius.
     """
@@ -96,7 +97,7 @@ class Laws:
         reach2 = reach * reach
         return PairLaw(reach, reach2, share_i, share_j, 1 - share_i, 1 - share_j, share_i / reach2, share_j / reach2)
 
-    def _build_wall_law(self, k: int, radius: float | None) -> WallLaw:
+    def _build_wall_law(self, k: int, radius: float) -> WallLaw:
         """Return the constants of a straight obstacle.
 
         The half-plane is ``(p - q).n >= 0``. The direction of the stored normal n is exact, but its length differs
@@ -108,7 +109,7 @@ class Laws:
         (px, py), (nx, ny) = map(ball, shape.point), map(ball, shape.normal)
         length2 = nx * nx + ny * ny
         length = length2.sqrt()
-        thick = ZERO if radius is None else arb(radius) + ball(obstacle.half_width)
+        thick = arb(radius) + ball(obstacle.half_width)
         level = px * nx + py * ny + thick * length
         turn = arb(self._materials[obstacle.wall].restitution) + 1
         if ny.is_zero() or nx.is_zero():  # along an axis no division is needed, so the numbers stay exact

@@ -14,7 +14,7 @@ from flint import arb
 
 from carom.model.trace import wall_index
 from carom.solvers.certified.ball_arithmetic import ZERO, BallLeg, float_above
-from carom.solvers.certified.contacts import BallContacts
+from carom.solvers.certified.contacts import gap_on_same_ground, meet_end
 from carom.solvers.certified.disc_states import BallBodies
 from carom.solvers.certified.exact import do_graze
 from carom.solvers.certified.meeting import Meeting, PairApproach, build_undecided, find_contacts
@@ -28,15 +28,11 @@ def meet(bodies: BallBodies, disc: int, body: int, instant_s: float) -> Meeting 
     `instant_s` is a lower bound of the impact's time.
     """
     if disc == body:
-        return BallContacts(bodies).meet_end(disc, instant_s)
+        return meet_end(bodies, disc, instant_s)
     if body < 0 and body in bodies.contacts.barred[disc]:
         return None
-    fixed = body if body < 0 or not bodies.movable[body] else disc
-    if fixed >= 0 and bodies.movable[fixed]:
-        pair = min(disc, body), max(disc, body)
-        curved = bodies.is_curved(disc) or bodies.is_curved(body)
-        return _meet_on_curves(bodies, *pair, instant_s, None) if curved else _meet_pair(bodies, *pair, instant_s)
-    for leg in bodies.legs_after(fixed, instant_s):
+    driven = body if body < 0 or not bodies.movable[body] else disc  # the body that may have a prescribed motion
+    for leg in bodies.legs_after(driven, instant_s):
         begin_s = instant_s if leg is None else max(instant_s, leg.begin_s)
         meeting = _meet_on_leg(bodies, disc, body, begin_s, leg)
         if meeting is None or leg is None or meeting.time < leg.end_s:
@@ -48,10 +44,11 @@ def meet(bodies: BallBodies, disc: int, body: int, instant_s: float) -> Meeting 
 
 
 def _meet_on_leg(bodies: BallBodies, disc: int, body: int, instant_s: float, leg: BallLeg | None) -> Meeting | None:
-    """Return the result of `meet` for a body with a prescribed motion, as if it kept the velocity of `leg` for ever."""
+    """Return the result of `meet`, as if a body with a prescribed motion kept the velocity of `leg` for ever."""
     if body >= 0:
         pair = min(disc, body), max(disc, body)
-        curved = bodies.falls or any(bodies.acceleration[i] is not None for i in pair)
+        curved = any(bodies.acceleration[i] is not None for i in pair)
+        curved = curved or (bodies.falls and not all(bodies.movable[i] for i in pair))
         return _meet_on_curves(bodies, *pair, instant_s, leg) if curved else _meet_pair(bodies, *pair, instant_s)
     k = wall_index(body)
     if bodies.obstacles[k].kind is not None:
@@ -66,9 +63,7 @@ def _meet_on_curves(bodies: BallBodies, i: int, j: int, instant_s: float, leg: B
     (xi, yi), (xj, yj) = bodies.centre(i, instant_s), bodies.centre(j, instant_s)
     (ui, vi), (uj, vj) = bodies.velocity(i, arb(instant_s), instant_s), bodies.velocity(j, arb(instant_s), instant_s)
     d, u = (xj - xi, yj - yi), (uj - ui, vj - vi)
-    powers = BallContacts(bodies).gap_on_same_ground(i, j, instant_s, law.reach) or build_squared_gap_powers(
-        d, u, pull, law.reach2
-    )
+    powers = gap_on_same_ground(bodies, i, j, instant_s, law.reach) or build_squared_gap_powers(d, u, pull, law.reach2)
     for wait, meeting in find_contacts(bodies, i, j, instant_s, powers, leg):
         if not meeting.decided:
             return meeting
@@ -96,7 +91,7 @@ def _meet_pair(bodies: BallBodies, i: int, j: int, instant_s: float) -> Meeting 
         d = (ux * ux + uy * uy) * law.reach2 - cross * cross
         c = dx * dx + dy * dy - law.reach2
         if not (b < 0 and d > 0):
-            if b >= 0 or d < 0 or d.is_zero() or _do_graze(bodies, i, j):
+            if b >= 0 or d < 0 or d.is_zero() or do_graze(bodies, i, j):
                 return None
             earliest = c.lower() / ((ZERO - b).upper() + d.upper().max(ZERO).sqrt())
             return build_undecided(i, j, instant_s, arb(instant_s) + earliest.lower().max(ZERO), resting=not b < 0)
@@ -118,12 +113,6 @@ def _meet_pair(bodies: BallBodies, i: int, j: int, instant_s: float) -> Meeting 
         return build_undecided(i, j, instant_s, begin if time < instant_s else time, resting=True, proven=touching)
     near = PairApproach(xi, yi, xj, yj, dx, dy, ux, uy, root, wait)
     return Meeting(i, j, instant_s, time, float_above(time), near=near)
-
-
-def _do_graze(bodies: BallBodies, i: int, j: int) -> bool:
-    """Return whether two discs on straight initial paths touch without an impact, because they only graze."""
-    straight = bodies.are_at_start(i, j) and not (bodies.is_curved(i) or bodies.is_curved(j))
-    return straight and do_graze(bodies, i, j)
 
 
 def _solve_on_line(d: arb, u: arb, reach: arb) -> tuple[arb | None, arb | None]:

@@ -5,19 +5,13 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
 from flint import arb, ctx
-from numpy.typing import NDArray
 
 from carom.model.scene import Scene
 from carom.model.trace import (
     NO_EDGE,
     ImpactRecord,
     ModeRecord,
-    build_edge_array,
-    build_impact_array,
-    build_mode_array,
-    build_spin_array,
 )
 from carom.solvers.certified.ball_arithmetic import divide_to_float, round_to_float
 from carom.solvers.certified.contact_state import BallMode
@@ -94,38 +88,16 @@ class Recording:
         self._skip = 0
         self._velocity = [Vector(disc.velocity_m_s, (0.0, 0.0)) for disc in scene.discs]
         self._turns = scene.arrays.turns
-        self._has_edges = not scene.arrays.has_half_planes
         self._radius = [arb(disc.radius_m) for disc in scene.discs]
-        self._spin = [(disc.spin_rad_s, 0.0) for disc in scene.discs]
         self._wall_normals: dict[int, Vector] = {}
 
     def __len__(self) -> int:
         return len(self.rows)
 
-    def array(self) -> NDArray[np.void]:
-        """Return the impacts as a read-only array of `carom.model.trace.IMPACT_DTYPE`."""
-        return build_impact_array(row.values for row in self.rows)
-
-    def spins(self) -> NDArray[np.void] | None:
-        """Return the spins of impacts as an array of `trace.SPIN_DTYPE`; None if no disc spins."""
-        return build_spin_array(row.values for row in self.rows) if self._turns else None
-
-    def edges(self) -> NDArray[np.void] | None:
-        """Return the wall edges that impacts hit, as `trace.EDGE_DTYPE`; None without finite walls."""
-        return build_edge_array(row.values for row in self.rows) if self._has_edges else None
-
-    def modes(self) -> NDArray[np.void] | None:
-        """Return changes between flight, sliding, rolling and rest, of type `MODE_DTYPE`; None if there are none."""
-        return build_mode_array(row.values for row in self.mode_rows) if self.mode_rows else None
-
     def last_s(self) -> float:
         """Return the time of the last event, in seconds; 0 before the first event."""
         impacts, modes = self.rows[-1:], self.mode_rows[-1:]
         return max([0.0, *(row.values.time_s for row in impacts), *(row.values.time_s for row in modes)])
-
-    def ambiguous(self) -> tuple[int, ...]:
-        """Return an empty tuple, because a certified run ends before an impact without a unique result."""
-        return ()
 
     def begin_again(self) -> None:
         """Prepare for a new attempt, which first repeats the recorded events."""
@@ -209,10 +181,7 @@ class Recording:
         if second >= 0:
             self._velocity[second] = velocities[1]
         n, v1, v2, w1, w2 = (self._compute_normal(impact), *before, *velocities)
-        if impact.spins_before is not None and self._turns:
-            for disc, spin in zip(discs, impact.spins_before, strict=False):
-                self._spin[disc] = round_to_float(+spin)
-        spins, spin_radii = self._convert_spins(discs, spins_after)
+        spins, spin_radii = self._convert_spins(impact)
         velocity_values = (v1.value, v2.value, w1.value, w2.value)
         values = ImpactRecord(t, first, second, n.value, *velocity_values, spins, impact.edge)
         radii = ImpactRecord(t_radius, first, second, n.radius, v1.radius, v2.radius, w1.radius, w2.radius, spin_radii)
@@ -220,19 +189,13 @@ class Recording:
         self.rows.append(RecordedImpact(values, radii, tuple(v.str(self.digits, radius=False) for v in decimals)))
         return True
 
-    def _convert_spins(self, discs: list[int], after: list[arb]) -> tuple[Spins | None, Spins | None]:
-        """Return the spins before and after an impact, and their error bounds. A wall's spin is 0.
-
-        The spins after the impact are stored for the next impact.
-        """
+    def _convert_spins(self, impact: BallImpact) -> tuple[Spins | None, Spins | None]:
+        """Return the spins before and after an impact, and their error bounds. A wall's spin is 0."""
         if not self._turns:
             return None, None
-        before = [self._spin[disc] for disc in discs]
-        for disc, spin in zip(discs, after, strict=True):
-            self._spin[disc] = round_to_float(spin)
-        left = [self._spin[disc] for disc in discs]
-        (a, ar), (b, br) = (*before, (0.0, 0.0))[:2]
-        (c, cr), (d, dr) = (*left, (0.0, 0.0))[:2]
+        (a, ar), (b, br), (c, cr), (d, dr) = (
+            round_to_float(+spin) for spin in (*impact.spins_before, *impact.spins_after)
+        )
         return (a, b, c, d), (ar, br, cr, dr)
 
     def _compute_normal(self, impact: BallImpact) -> Vector:
@@ -250,13 +213,12 @@ def damp_impact(damping_per_s: float, impact: BallImpact) -> BallImpact:
     if not damping_per_s:
         return impact
     left = speed_fraction(damping_per_s, impact.time)
-    before, spins = impact.before, impact.spins_before
     return impact._replace(
         time=damped_time(damping_per_s, impact.time),
         after=_scale_all(impact.after, left),
-        before=None if before is None else _scale_all(before, left),
+        before=None if impact.before is None else _scale_all(impact.before, left),
         spins_after=(impact.spins_after[0] * left, impact.spins_after[1] * left),
-        spins_before=None if spins is None else (spins[0] * left, spins[1] * left),
+        spins_before=(impact.spins_before[0] * left, impact.spins_before[1] * left),
     )
 
 

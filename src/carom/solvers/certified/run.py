@@ -11,21 +11,20 @@ import time
 
 import numpy as np
 from flint import arb, ctx
-from numpy.typing import NDArray
 
 from carom.core.extension import find_extension_notes
 from carom.model.scene import Scene
-from carom.model.trace import Outcome, Trace, build_impact_array, build_mode_array, build_spin_array
+from carom.model.trace import Outcome, Trace, build_edge_array, build_impact_array, build_mode_array, build_spin_array
 from carom.solvers.certified.attempt import Attempt, Goal, Stop
 from carom.solvers.certified.ball_arithmetic import float_above, round_to_float
-from carom.solvers.certified.contacts import BallContacts
+from carom.solvers.certified.contacts import find_resting
 from carom.solvers.certified.disc_states import BallBodies
 from carom.solvers.certified.exact import find_contact_at_start
+from carom.solvers.certified.options import CertifyOptions
 from carom.solvers.certified.recording import BITS_A_DIGIT, Recording, to_vector
 from carom.solvers.certified.result import CertifiedTrace, Degeneracy, Degenerate, Ending
 from carom.solvers.certified.slowing import speed_fraction, undamped_time_of
 from carom.solvers.certified.wall_meetings import find_finite_contact_at_start
-from carom.solvers.options import require_goal
 from carom.solvers.run import Progress
 
 #: Precision of the first attempt, in bits, in addition to the bits of the requested digits. This precision suffices for
@@ -34,88 +33,53 @@ _FIRST_BITS = 160
 #: The next precision is predicted from the bits that were lost so far, and multiplied by the first of these factors.
 #: Predictions from few impacts are inaccurate. So the next precision is limited to 1.5 to 8 times the last precision.
 _MARGIN, _MOST_RISE, _LEAST_RISE = 1.125, 8.0, 1.5
-#: Outcomes of runs that end with infinitely many impacts: a collapse or a crush.
-_ENDLESS = {Degenerate.COLLAPSE: Outcome.STANDSTILL, Degenerate.CRUSH: Outcome.CRUSHED}
-#: Outcomes of runs that can be advanced further. The keys are the endings of these runs.
-_GOES_ON = {
-    None: Outcome.COMPLETED,
+#: Outcomes of runs that end as asked, or with infinitely many impacts.
+_OUTCOMES = {
     Ending.COMPLETED: Outcome.COMPLETED,
     Ending.MAX_IMPACTS: Outcome.MAX_IMPACTS,
+    Degenerate.COLLAPSE: Outcome.STANDSTILL,
+    Degenerate.CRUSH: Outcome.CRUSHED,
 }
 
 
 class CertifiedRun:
-    """A run of a scene with proven digits; implements `carom.solvers.run.Run`.
-
-    If a run is advanced in several calls, its digits are the same as with one call. Error bounds can differ, because
-    the precision depends on the calls. A run that ended early can't be advanced further.
+    """A run of a scene with proven digits.
 
     Attributes:
-        ending: How the last call of `advance_to` ended; None before the first call.
+        ending: How the run ended; None before `advance` has returned.
         degeneracy: The event that could not be decided with any precision; None if all events were decided.
         replays: Number of restarts at a higher precision.
         precision_bits: Precision at the start of the last attempt, in bits.
     """
 
-    def __init__(self, scene: Scene, *, digits: int, max_precision_bits: int, tie_bits: int) -> None:
+    def __init__(self, scene: Scene, options: CertifyOptions) -> None:
         self.scene = scene
-        self.log = Recording(scene, digits)
-        self.time_s = 0.0
+        self.log = Recording(scene, options.digits)
         self.ending: Ending | None = None
         self.degeneracy: Degeneracy | None = None
         self.replays = 0
+        self._options = options
         self._elapsed_s = 0.0
-        self._digits_bits = math.ceil(digits * BITS_A_DIGIT) + 16
-        self._most_bits, self._tie_bits = max_precision_bits, tie_bits
-        self.precision_bits = min(self._digits_bits + _FIRST_BITS, max_precision_bits)
+        self._digits_bits = math.ceil(options.digits * BITS_A_DIGIT) + 16
+        self._most_bits = options.max_precision_bits
+        self.precision_bits = min(self._digits_bits + _FIRST_BITS, self._most_bits)
         self._attempt = Attempt(scene, self.precision_bits, self.log)
 
-    @property
-    def counts(self) -> dict[str, int]:
-        """Number of impacts, and number of restarts with a higher precision."""
-        return {"impacts": len(self.log), "replays": self.replays}
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """Notes for the user: how the run ended, and whether the compiled extension is out of date."""
-        reason = self.degeneracy or (self.ending and self.ending.value)
-        return (*([str(reason)] if reason else []), *find_extension_notes())
-
-    @property
-    def outcome(self) -> Outcome:
-        """The outcome that a trace of this run contains."""
-        if self.degeneracy is not None and self.degeneracy.kind in _ENDLESS:
-            return _ENDLESS[self.degeneracy.kind]
-        return _GOES_ON.get(self.ending, Outcome.STOPPED)
-
-    def advance_to(
-        self,
-        time_s: float,
-        max_impacts: int | None = None,
-        progress: Progress | None = None,
-        time_budget_s: float | None = None,
-    ) -> Outcome:
-        """Certify every impact up to and including `time_s`, with higher and higher precision.
+    def advance(self, progress: Progress | None = None) -> None:
+        """Certify the impacts of the scene, with higher and higher precision.
 
         Args:
-            time_s: Seconds from the start.
-            max_impacts: Stop after this many impacts in all; None for no limit.
             progress: Function called at intervals with the number of impacts and the time so far, in seconds.
-            time_budget_s: Limit of elapsed seconds; None for no limit.
-
-        Raises:
-            InputError: `time_s` is NaN or no number, or `max_impacts` is not a whole number of 0 or more.
         """
-        require_goal(time_s, max_impacts)
-        if self.ending not in _GOES_ON:
-            return self.outcome
         begin_s = time.perf_counter()
-        deadline_s = math.inf if time_budget_s is None else begin_s + time_budget_s
-        goal = Goal(self._to_undamped(time_s), math.inf if max_impacts is None else max_impacts, deadline_s, progress)
-        with ctx.workprec(self._attempt.precision):
-            start = find_degenerate_start(self._attempt.bodies) if self.ending is None else None
-        stop = Stop() if start is None else Stop(Ending.DEGENERATE, start)
+        budget_s, max_impacts = self._options.time_budget_s, self._options.max_impacts
+        deadline_s = math.inf if budget_s is None else begin_s + budget_s
+        impacts = math.inf if max_impacts is None else max_impacts
+        goal = Goal(self._to_undamped(self.scene.duration_s), impacts, deadline_s, progress)
         attempt = self._attempt
+        with ctx.workprec(attempt.precision):
+            start = find_degenerate_start(attempt.bodies)
+        stop = Stop() if start is None else Stop(Ending.DEGENERATE, start)
         while stop.ending is None:
             stop = self._decide_ending(attempt.advance(goal), attempt)
             if attempt.has_replayed:  # the previous attempt is no longer needed
@@ -126,82 +90,65 @@ class CertifiedRun:
                 self.replays += 1
         self.log.convert()
         self.ending, self.degeneracy = stop
-        reached_s = self.log.last_s()
-        self.time_s = max(self.time_s, time_s if self.ending is Ending.COMPLETED else reached_s)
-        self._elapsed_s += time.perf_counter() - begin_s
-        return self.outcome
-
-    def positions(self) -> NDArray[np.float64]:
-        """Return the current centres, in metres, shape ``(n, 2)``."""
-        return self.result().trace.final_position_m
-
-    def velocities(self) -> NDArray[np.float64]:
-        """Return the current velocities, in m/s, shape ``(n, 2)``."""
-        return self.result().trace.final_velocity_m_s
-
-    def spins(self) -> NDArray[np.float64] | None:
-        """Return the current spins, in rad/s; None if no disc turns."""
-        return self.result().trace.final_spin_rad_s
-
-    def impacts_per_disc(self) -> NDArray[np.int64]:
-        """Return the number of certified impacts of each disc, shape ``(n,)``."""
-        bodies = [body for row in self.log.rows for body in (row.values.first, row.values.second) if body >= 0]
-        return np.bincount(np.array(bodies, np.int64), minlength=len(self.scene.discs)).astype(np.int64)
+        self._elapsed_s = time.perf_counter() - begin_s
 
     def result(self) -> CertifiedTrace:
-        """Return the certified part of the run. The final state of this part is at the exact instant `time_s`."""
-        attempt, impacts = self._attempt, len(self.log)
+        """Return the certified part of the run, with the final state at the exact instant at which this part ends."""
+        attempt, log = self._attempt, self.log
+        if self.ending is None:
+            raise TypeError("the run has not been advanced")
+        end_s = self.scene.duration_s if self.ending is Ending.COMPLETED else log.last_s()
         # After an interrupt or an undecided contact, the last event may be applied only in part.
-        if self.log.events < len(attempt.events) or attempt.is_cut or self.ending is Ending.INTERRUPTED:
-            attempt = Attempt(self.scene, attempt.bits, self.log, attempt, self.log.events)
-            if (
-                attempt.advance(Goal(self._to_undamped(self.time_s), impacts, math.inf, None)).ending
-                is Ending.INTERRUPTED
-            ):
+        if log.events < len(attempt.events) or attempt.is_cut or self.ending is Ending.INTERRUPTED:
+            attempt = Attempt(self.scene, attempt.bits, log, attempt, log.events)
+            goal = Goal(self._to_undamped(end_s), len(log), math.inf, None)
+            if attempt.advance(goal).ending is Ending.INTERRUPTED:
                 raise KeyboardInterrupt
         bodies = attempt.bodies
         with ctx.workprec(attempt.precision):
-            undamped_s = undamped_time_of(self.scene.damping_per_s, arb(self.time_s))
+            undamped_s = undamped_time_of(self.scene.damping_per_s, arb(end_s))
             left = speed_fraction(self.scene.damping_per_s, undamped_s)
             places = [
-                bodies.centre_at(i, undamped_s) if bodies.movable[i] else bodies.centre(i, self.time_s)
+                bodies.centre_at(i, undamped_s) if bodies.movable[i] else bodies.centre(i, end_s)
                 for i in range(len(bodies))
             ]
-            velocities = [bodies.velocity(i, undamped_s, self.time_s) for i in range(len(bodies))]
+            velocities = [bodies.velocity(i, undamped_s, end_s) for i in range(len(bodies))]
             speeds = [(vx * left, vy * left) for vx, vy in velocities]
-        with ctx.workprec(min(self.log.bits, attempt.precision)):
+        with ctx.workprec(min(log.bits, attempt.precision)):
             position, velocity = (np.array([to_vector(+x, +y) for x, y in vectors]) for vectors in (places, speeds))
             spin = np.array([round_to_float(+(bodies.spin_at(i, undamped_s) * left)) for i in range(len(bodies))])
+        impacts, has_edges = [row.values for row in log.rows], not self.scene.arrays.has_half_planes
+        met = np.array([body for row in impacts for body in (row.first, row.second)], np.int64)
         trace = Trace(
             method="certified",
             scene=self.scene,
-            impacts=self.log.array(),
+            impacts=build_impact_array(impacts),
             final_position_m=position[:, 0].copy(),
             final_velocity_m_s=velocity[:, 0].copy(),
-            end_time_s=self.time_s,
-            outcome=self.outcome,
-            settings={"digits": self.log.digits, "precision_bits": attempt.bits},
-            counts=self.counts,
-            notes=self.notes,
-            impacts_per_disc=self.impacts_per_disc(),
-            spins=self.log.spins(),
-            edges=self.log.edges(),
-            modes=self.log.modes(),
+            end_time_s=end_s,
+            outcome=_OUTCOMES.get(self.degeneracy.kind if self.degeneracy else self.ending, Outcome.STOPPED),
+            settings={"digits": log.digits, "precision_bits": attempt.bits},
+            counts={"impacts": len(impacts), "replays": self.replays},
+            notes=(str(self.degeneracy or self.ending.value), *find_extension_notes()),
+            impacts_per_disc=np.bincount(met[met >= 0], minlength=len(bodies)).astype(np.int64),
+            spins=build_spin_array(impacts) if bodies.turns else None,
+            edges=build_edge_array(impacts) if has_edges else None,
+            modes=build_mode_array(row.values for row in log.mode_rows) if log.mode_rows else None,
             final_spin_rad_s=spin[:, 0].copy() if bodies.turns else None,
         )
         return CertifiedTrace(
             trace=trace,
-            radii=build_impact_array(row.radii for row in self.log.rows),
+            radii=build_impact_array(row.radii for row in log.rows),
             final_position_radius_m=position[:, 1].copy(),
             final_velocity_radius_m_s=velocity[:, 1].copy(),
-            spin_radii=build_spin_array(row.radii for row in self.log.rows) if bodies.turns else None,
-            mode_radii=build_mode_array(row.radii for row in self.log.mode_rows) if self.log.mode_rows else None,
+            spin_radii=build_spin_array(row.radii for row in log.rows) if bodies.turns else None,
+            mode_radii=build_mode_array(row.radii for row in log.mode_rows) if log.mode_rows else None,
             final_spin_radius_rad_s=spin[:, 1].copy() if bodies.turns else None,
-            digits=self.log.digits,
-            ending=self.ending or Ending.COMPLETED,
-            decimals=tuple(row.decimals for row in self.log.rows if row.decimals),
+            digits=log.digits,
+            ending=self.ending,
+            decimals=tuple(row.decimals for row in log.rows if row.decimals),
             degeneracy=self.degeneracy if self.ending is Ending.DEGENERATE else None,
-            commuted=tuple(pair for pair in self._attempt.commuted if pair[1] < impacts),
+            commuted=tuple(pair for pair in self._attempt.commuted if pair[1] < len(impacts)),
             precision_bits=attempt.bits,
             bits_lost=float(attempt.bits_lost()),
             replays=self.replays,
@@ -217,7 +164,7 @@ class CertifiedRun:
         trouble = stop.degeneracy
         if stop.ending is not None:
             return stop
-        if trouble is not None and trouble.bits >= self._tie_bits:
+        if trouble is not None and trouble.bits >= self._options.tie_bits:
             return Stop(Ending.DEGENERATE, trouble)
         if attempt.bits < self._most_bits:
             return stop
@@ -234,7 +181,7 @@ class CertifiedRun:
         needed_bits = self._digits_bits + (bits_per_event * target * _MARGIN if bits_per_event else 0) + _FIRST_BITS
         needed_bits = min(needed_bits, attempt.bits * _MOST_RISE)
         if stop.degeneracy is not None:  # use enough bits to decide this event
-            needed_bits = max(needed_bits, attempt.bits + self._tie_bits - stop.degeneracy.bits + _FIRST_BITS)
+            needed_bits = max(needed_bits, attempt.bits + self._options.tie_bits - stop.degeneracy.bits + _FIRST_BITS)
         return min(math.ceil(max(needed_bits, attempt.bits * _LEAST_RISE)), self._most_bits)
 
 
@@ -243,7 +190,7 @@ def find_degenerate_start(bodies: BallBodies) -> Degeneracy | None:
 
     A disc may start in contact with a wall below it.
     """
-    lying = BallContacts(bodies).find_resting() if bodies.falls else ()
+    lying = find_resting(bodies) if bodies.falls else ()
     grounds = {i: bodies.trace_body(ground.body) for i, ground in lying}
     degeneracy = find_contact_at_start(bodies, grounds)
     if degeneracy or bodies.scene.arrays.has_half_planes:

@@ -24,14 +24,14 @@ from typing import NamedTuple
 
 from flint import arb, ctx
 
+from carom.core.wall_parts import Between, Plane, Round
 from carom.model.chain_geometry import Outline
 from carom.model.scene import Scene
 from carom.model.trace import wall_body, wall_index
 from carom.solvers.certified.ball_arithmetic import SLACK, ZERO, BallLeg, ball, float_above
 from carom.solvers.certified.disc_states import BallBodies
-from carom.solvers.certified.exact import does_graze_wall
+from carom.solvers.certified.exact import do_graze, does_graze_wall
 from carom.solvers.certified.meeting import Meeting, RoundApproach, Seam, WallApproach, build_undecided, find_contacts
-from carom.solvers.certified.obstacles import Between, Plane, Round
 from carom.solvers.certified.result import Degeneracy, Degenerate
 from carom.solvers.certified.sign_changes import build_squared_gap_powers, find_falls
 
@@ -44,20 +44,8 @@ def meet_straight(bodies: BallBodies, i: int, second: int, instant_s: float, leg
 
     `leg` is the current part of the wall's path if the wall is driven.
     """
-    if bodies.acceleration[i] is not None:
-        return _glide_to_plane(bodies, i, second, instant_s, leg)
-    return (_fall_on_plane if bodies.pulls[wall_index(second)] else _meet_plane)(bodies, i, second, instant_s, leg)
-
-
-def _glide_to_plane(bodies: BallBodies, i: int, second: int, instant_s: float, leg: BallLeg | None) -> Meeting | None:
-    """Return the impact on a half-plane or face of disc `i`, which slides, rolls or rests on another surface."""
-    law = bodies.laws.of_straight(wall_index(second), bodies.scene.discs[i].radius_m)
-    x, y, vx, vy = bodies.relative_state(i, instant_s, leg)
-    gap, speed = x * law.nx + y * law.ny - law.level, vx * law.nx + vy * law.ny
-    pull = bodies.acceleration_of(i)[0] * law.nx + bodies.acceleration_of(i)[1] * law.ny
-    for wait, meeting in find_contacts(bodies, i, second, instant_s, [gap, speed, pull / 2], leg):
-        return meeting._replace(near=WallApproach(ZERO - speed - pull * wait, wait)) if meeting.decided else meeting
-    return None
+    is_pulled = bodies.acceleration[i] is not None or bodies.pulls[wall_index(second)]
+    return (_fall_on_plane if is_pulled else _meet_plane)(bodies, i, second, instant_s, leg)
 
 
 def _meet_plane(bodies: BallBodies, i: int, second: int, instant_s: float, leg: BallLeg | None) -> Meeting | None:
@@ -82,12 +70,20 @@ def _meet_plane(bodies: BallBodies, i: int, second: int, instant_s: float, leg: 
 
 
 def _fall_on_plane(bodies: BallBodies, i: int, second: int, instant_s: float, leg: BallLeg | None) -> Meeting | None:
-    """Return the impact of disc `i` on a half-plane or face, if gravity has a component along the normal."""
+    """Return the impact of disc `i` on a half-plane or face, if its acceleration may have a component along the normal.
+
+    The disc is in flight, or it slides, rolls or rests elsewhere.
+    """
     k = wall_index(second)
     law, pulled = bodies.laws.of_straight(k, bodies.scene.discs[i].radius_m), bodies.pulls[k]
     x, y, vx, vy = bodies.relative_state(i, instant_s, leg)
-    gx, gy = bodies.gravity
-    gap, speed, pull = x * law.nx + y * law.ny - law.level, vx * law.nx + vy * law.ny, gx * law.nx + gy * law.ny
+    ax, ay = bodies.acceleration_of(i)
+    gap, speed, pull = x * law.nx + y * law.ny - law.level, vx * law.nx + vy * law.ny, ax * law.nx + ay * law.ny
+    if bodies.acceleration[i] is not None:
+        for wait, meeting in find_contacts(bodies, i, second, instant_s, [gap, speed, pull / 2], leg):
+            near = WallApproach(ZERO - speed - pull * wait, wait)
+            return meeting._replace(near=near) if meeting.decided else meeting
+        return None
     d = speed * speed - 2 * pull * gap
     if d < 0 or (d.is_zero() and pulled > 0) or _turns_back(bodies, i, k):
         return None
@@ -136,8 +132,8 @@ def meet_feature(bodies: BallBodies, i: int, second: int, instant_s: float, leg:
 
     `leg` is the current part of the wall's path if the wall is driven.
     """
-    launch = bodies.contacts.launch_from(i, second)
-    if launch is not None:
+    launch = bodies.contacts.launched[i]
+    if launch is not None and launch.vertex == second:
         # When the disc flew off its surface, the gap and its rate of change were 0. The other coefficients give the
         # next contact.
         fall = next(find_falls(launch.powers), None)
@@ -153,9 +149,8 @@ def meet_feature(bodies: BallBodies, i: int, second: int, instant_s: float, leg:
     meeting = touch.meeting
     if touch.on is On.INSIDE or not meeting.decided:
         return meeting
-    begin, end = bodies.obstacles[wall_index(second)].neighbours
-    taker = {On.BEGIN: begin, On.END: end}.get(touch.on)
-    other = None if taker is None else _find_touch(bodies, i, taker, instant_s, leg)
+    adjoining = dict(zip((On.BEGIN, On.END), bodies.obstacles[wall_index(second)].neighbours, strict=False))
+    other = _find_touch(bodies, i, adjoining[touch.on], instant_s, leg) if touch.on in adjoining else None
     if other is None or not other.meeting.decided:
         return build_undecided(i, second, instant_s, meeting.time, resting=False)
     time = meeting.time.union(other.meeting.time)
@@ -170,7 +165,7 @@ def _find_touch(bodies: BallBodies, i: int, second: int, instant_s: float, leg: 
     if isinstance(shape, Round):
         if _passes_stop(bodies, i, k, shape):
             return None
-        return (_fall_on_round if curved else _touch_round)(bodies, i, second, instant_s, leg)
+        return (_fall_on_round if curved else _touch_round)(bodies, i, second, shape, instant_s, leg)
     x, y, vx, vy = bodies.relative_state(i, instant_s, leg)
     law = bodies.laws.of_straight(k, bodies.scene.discs[i].radius_m)
     straight = not bodies.pulls[k] and bodies.acceleration[i] is None
@@ -191,20 +186,17 @@ def _compute_position_after(bodies: BallBodies, i: int, x: arb, y: arb, vx: arb,
     return x + wait * (vx + gx * half), y + wait * (vy + gy * half)
 
 
-def _round_of(bodies: BallBodies, second: int) -> Round:
-    shape = bodies.obstacles[wall_index(second)].shape
-    assert isinstance(shape, Round)  # noqa: S101 - callers pass round obstacles only
-    return shape
-
-
 def _passes_stop(bodies: BallBodies, i: int, k: int, shape: Round) -> bool:
-    """Return whether `shape` is a stop (see `find_stops`) of an arc inside of which disc `i` fits."""
-    return (Fraction(bodies.scene.discs[i].radius_m) + bodies.obstacles[k].half_width) ** 2 < shape.stops2
+    """Return whether disc `i` fits inside the arc of a stop, which only stops larger discs."""
+    reach = Fraction(bodies.scene.discs[i].radius_m) + bodies.obstacles[k].half_width
+    return shape.stops_of is not None and reach**2 < shape.stops_of.radius2
 
 
-def _fall_on_round(bodies: BallBodies, i: int, second: int, instant_s: float, leg: BallLeg | None) -> _Touch | None:
+def _fall_on_round(
+    bodies: BallBodies, i: int, second: int, shape: Round, instant_s: float, leg: BallLeg | None
+) -> _Touch | None:
     """Return the first contact of a disc on a curved path with an arc or vertex; None if there is none."""
-    law, shape = bodies.laws.of_round(wall_index(second), bodies.scene.discs[i].radius_m), _round_of(bodies, second)
+    law = bodies.laws.of_round(wall_index(second), bodies.scene.discs[i].radius_m)
     if law.reach <= 0:
         return None
     x, y, ux, uy = bodies.relative_state(i, instant_s, leg)
@@ -223,15 +215,17 @@ def _fall_on_round(bodies: BallBodies, i: int, second: int, instant_s: float, le
     return None
 
 
-def _touch_round(bodies: BallBodies, i: int, second: int, instant_s: float, leg: BallLeg | None) -> _Touch | None:
-    law, shape = bodies.laws.of_round(wall_index(second), bodies.scene.discs[i].radius_m), _round_of(bodies, second)
+def _touch_round(
+    bodies: BallBodies, i: int, second: int, shape: Round, instant_s: float, leg: BallLeg | None
+) -> _Touch | None:
+    law = bodies.laws.of_round(wall_index(second), bodies.scene.discs[i].radius_m)
     if law.reach <= 0:  # the disc does not fit inside
         return None
     x, y, ux, uy = bodies.relative_state(i, instant_s, leg)
     dx, dy = x - law.cx, y - law.cy
     a, b, cross = ux * ux + uy * uy, dx * ux + dy * uy, dx * uy - dy * ux
     d = a * law.reach2 - cross * cross
-    if d < 0 or a.is_zero() or (not shape.inside and (b >= 0 or d.is_zero() or _does_graze(bodies, i, second))):
+    if d < 0 or a.is_zero() or (not shape.inside and (b >= 0 or d.is_zero() or do_graze(bodies, i, second))):
         return None
     c = dx * dx + dy * dy - law.reach2
     if c < 0 and not shape.inside:  # the disc is inside the full circle: behind the arc, or beyond the arc's end
@@ -295,23 +289,6 @@ def _locate_direction(sector: Between, x: arb, y: arb) -> On:
     return On.OPEN
 
 
-def _does_graze(bodies: BallBodies, i: int, second: int) -> bool:
-    """Return whether a disc on its initial path only grazes a vertex, or an arc from outside, which is no impact.
-
-    The condition is ``u^2 (R + r)^2 = (d x u)^2``, where r is the disc's radius plus the half width. This condition has
-    the form ``A + B R = 0`` with rational A, B and R^2, so squaring gives an exact test.
-    """
-    if not bodies.are_at_start(i) or bodies.is_driven(wall_index(second)):
-        return False
-    obstacle, disc, shape = bodies.obstacles[wall_index(second)], bodies.scene.discs[i], _round_of(bodies, second)
-    (cx, cy), radius2 = shape.centre, shape.radius2
-    dx, dy = Fraction(disc.position_m[0]) - Fraction(cx), Fraction(disc.position_m[1]) - Fraction(cy)
-    ux, uy = map(Fraction, disc.velocity_m_s)
-    thick, cross, square = Fraction(disc.radius_m) + obstacle.half_width, dx * uy - dy * ux, ux * ux + uy * uy
-    rest, slope = square * (radius2 + thick * thick) - cross * cross, 2 * square * thick
-    return rest <= 0 and rest * rest == slope * slope * radius2
-
-
 def _compute_upper_root(square: arb) -> arb:
     """Return the square root of an interval's upper bound; 0 if the bound is negative."""
     return square.upper().max(ZERO).sqrt()
@@ -355,7 +332,8 @@ def _check_start(bodies: BallBodies, i: int, number: int) -> tuple[Degenerate, a
     gx, gy = bodies.gravity
     if isinstance(shape, Plane):
         law = bodies.laws.of_straight(number, radius)
-        free, on = x * law.nx + y * law.ny - bodies.laws.of_straight(number, None).level, On.INSIDE
+        px, py = map(ball, shape.point)
+        free, on = (x - px) * law.nx + (y - py) * law.ny, On.INSIDE
         gap, speed = x * law.nx + y * law.ny - law.level, ux * law.nx + uy * law.ny
         pull = arb(bodies.pulls[number])
         if shape.stretch is not None:

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from carom.core.input_rows import FEATURE_NUMBERS, build_driven_rows, build_feature_row
-from carom.core.wall_features import Arc, Face, Point, WallFeature, are_decidable, build_features
+from carom.core.wall_features import build_features
+from carom.core.wall_parts import WallPart, are_decidable
 from carom.model.chain_geometry import Outline
 from carom.model.disc_arrays import DiscArrays
-from carom.model.trace import EDGE_DTYPE, NO_EDGE
+from carom.model.trace import EDGE_DTYPE, NO_EDGE, EdgeKind
 
 #: Largest number of sides and vertices of walls. The number equals `MOST_OBSTACLES` of pic/state.h.
 MOST_OBSTACLES = 67_108_863
@@ -33,23 +32,50 @@ class Obstacles:
 
     def __init__(self, start: DiscArrays) -> None:
         self._start = start
-        self._finite: dict[int, tuple[Outline, WallFeature]] = {}  # by the number of the obstacle
+        self._finite: dict[int, tuple[Outline, WallPart]] = {}  # by the number of the obstacle
+        self._begins: list[int] = []  # number of each wall's first obstacle
         rows: list[tuple[float, ...]] = []
         widest = start.radius_m.max(initial=0.0)
         for number, wall in enumerate(start.walls):
+            self._begins.append(len(rows))
             if isinstance(wall, tuple):
                 rows.append(build_feature_row(wall, number))
                 continue
-            for part in build_features(wall, widest):
+            for feature, part in build_features(wall, widest):
                 self._finite[len(rows)] = wall, part
-                rows.append(build_feature_row(part.feature, number))
+                rows.append(build_feature_row(feature, number))
         self.rows = np.array(rows, np.float64).reshape(-1, FEATURE_NUMBERS)
         self.driven, self.legs = build_driven_rows(start)
 
     @cached_property
-    def grounds(self) -> Grounds:
-        """The half-planes and straight faces with which a disc can be in lasting contact."""
-        return build_grounds(self._start, self._finite, self.rows[:, 1].astype(int).tolist())
+    def grounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """The surfaces of walls (grounds) on which a disc can slide, roll or rest under gravity.
+
+        These are half-planes and straight sides of finite walls, unless the wall moves or is a conveyor belt. The first
+        array has a row for each obstacle: whether it is a ground, the numbers of the vertices at its two ends, and the
+        number of its entries in the second array. The second array contains, for each ground in order, the numbers of
+        the obstacles that a disc on it never meets.
+        """
+        rows = np.tile(np.array([0, NO_OBSTACLE, NO_OBSTACLE, 0], np.float64), (len(self.rows), 1))
+        never_met: list[int] = []
+        for number, wall in enumerate(self.rows[:, 1].astype(int).tolist()):
+            if self._start.belt_of_wall(wall) or not self._start.drive_of_wall(wall).is_stationary:
+                continue
+            if number not in self._finite:
+                rows[number, 0] = 1
+                continue
+            part, begin = self._finite[number][1], self._begins[wall]
+            if part.kind is not EdgeKind.FACE:
+                continue
+            vertices, arcs = [], []
+            for other in part.neighbours:
+                is_vertex = self._finite[begin + other][1].kind is EdgeKind.VERTEX
+                vertices.append(begin + other if is_vertex else NO_OBSTACLE)
+                # Rounding would decide whether a disc meets the straight side or an arc that continues it.
+                arcs += [] if is_vertex else [other, other ^ 1]
+            rows[number] = (1, *vertices, len(part.never_met) + len(arcs))
+            never_met += (begin + other for other in (*part.never_met, *arcs))
+        return rows, np.array(never_met, np.float64)
 
     def format_names(self, one: int, other: int) -> str:
         """Return the names of two obstacles, joined by "and"."""
@@ -68,7 +94,7 @@ class Obstacles:
     def is_order_free(self, one: int, other: int, elastic: bool) -> bool:
         """Return whether simultaneous impacts of a disc on two parts of a wall have the same result in both orders."""
         first, second = self._finite[one][1], self._finite[other][1]
-        return are_decidable(first.feature, second.feature, elastic=elastic)
+        return are_decidable(first.shape, second.shape, elastic=elastic)
 
     def to_edges(self, contacts: NDArray[np.void]) -> NDArray[np.void]:
         """Convert contacts (`CONTACT_DTYPE`) to the wall edges that were hit (`carom.model.trace.EDGE_DTYPE`)."""
@@ -92,84 +118,3 @@ class Obstacles:
             lowest[obstacle] = part.edges[0], part.kind
             is_joined[obstacle] = len(part.edges) > 1
         return lowest, is_joined
-
-
-class Grounds(NamedTuple):
-    """For each side and vertex of a wall, whether discs can slide, roll or rest on it.
-
-    A *ground* is a half-plane or straight side of a finite wall on which a disc can slide, roll or rest under gravity.
-
-    Attributes:
-        rows: Shape ``(features, 4)``, one row for each side or vertex: whether it is a ground, the numbers of the
-            vertices at its two ends, and the number of its entries in `never_met`.
-        never_met: For each ground in order, the numbers of the sides and vertices that a disc on it never meets.
-    """
-
-    rows: NDArray[np.float64]
-    never_met: NDArray[np.float64]
-
-
-def build_grounds(start: DiscArrays, features: dict[int, tuple[Outline, WallFeature]], walls: list[int]) -> Grounds:
-    """Find the grounds of a scene: surfaces of walls on which a disc can slide, roll or rest.
-
-    Half-planes and straight sides of finite walls are grounds, unless the wall moves or is a conveyor belt.
-
-    Args:
-        start: The discs and walls.
-        features: The sides and vertices of finite walls, by number.
-        walls: The wall of each side or vertex, by number.
-    """
-    rows = np.tile(np.array([0, NO_OBSTACLE, NO_OBSTACLE, 0], np.float64), (len(walls), 1))
-    never_met: list[int] = []
-    of_wall: defaultdict[int, dict[int, WallFeature]] = defaultdict(dict)
-    for number, (_, part) in features.items():
-        of_wall[walls[number]][number] = part
-    surroundings = {
-        wall: _Surroundings(outline, parts)
-        for wall, parts in of_wall.items()
-        if isinstance(outline := start.walls[wall], Outline) and outline.edges  # a circle has no edges
-    }
-    for number, wall in enumerate(walls):
-        belt = 0.0 if start.belts_m_s is None else start.belts_m_s[wall]
-        if belt or not start.drive_of_wall(wall).is_stationary:
-            continue
-        if number not in features:  # a half-plane
-            rows[number, 0] = 1
-        elif isinstance(feature := features[number][1].feature, Face):
-            end_vertices, never = surroundings[wall].find_face_surroundings(feature)
-            rows[number] = (1, *end_vertices, len(never))
-            never_met += never
-    return Grounds(rows, np.array(never_met, np.float64))
-
-
-class _Surroundings:
-    """Sides and vertices of a finite wall, indexed by position."""
-
-    def __init__(self, outline: Outline, parts: dict[int, WallFeature]) -> None:
-        self._vertices: dict[tuple[Point, float], int] = {}
-        self._faces: defaultdict[frozenset[Point], list[int]] = defaultdict(list)
-        self._arcs: defaultdict[Point, list[int]] = defaultdict(list)
-        for number, part in parts.items():
-            feature = part.feature
-            if isinstance(feature, Face):
-                self._faces[frozenset((feature.a, feature.b))].append(number)
-                continue
-            centre = (feature.centre[0][0], feature.centre[1][0])
-            if feature == Arc.vertex(centre, feature.half_width):
-                self._vertices.setdefault((centre, feature.half_width), number)
-            elif feature.sector is not None:
-                ends = {outline.edges[part.edges[0]].a, outline.edges[part.edges[-1]].b}
-                for end in {centre} if feature.is_vertex else ends:
-                    self._arcs[end].append(number)
-
-    def find_face_surroundings(self, face: Face) -> tuple[tuple[int, int], list[int]]:
-        """Return the vertices at the ends of a straight side, and the parts of the wall that a disc there never meets.
-
-        The parts never met are both sides of the edge, the vertices, and arcs that continue the wall smoothly. Rounding
-        would decide whether a disc meets such an arc or the straight side first.
-        """
-        first, last = (self._vertices.get((end, face.half_width), NO_OBSTACLE) for end in (face.a, face.b))
-        never = [*self._faces[frozenset((face.a, face.b))]]
-        for end, vertex in ((face.a, first), (face.b, last)):
-            never += self._arcs[end] if vertex == NO_OBSTACLE else [vertex]
-        return (first, last), never

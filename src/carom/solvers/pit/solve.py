@@ -109,11 +109,11 @@ class FrameRun:
 
     def positions(self) -> NDArray[np.float64]:
         """Return the current centres, in metres, shape ``(n, 2)``."""
-        return self._loop.positions(self._damping.to_undamped(self.time_s))
+        return self._loop.states(self._damping.to_undamped(self.time_s))[:, :2].copy()
 
     def velocities(self) -> NDArray[np.float64]:
         """Return the current velocities, in m/s, shape ``(n, 2)``."""
-        velocities = self._loop.velocities(self._damping.to_undamped(self.time_s))
+        velocities = self._loop.states(self._damping.to_undamped(self.time_s))[:, 2:].copy()
         kept_fraction = self._damping.compute_kept_fraction(self.time_s)
         return velocities if kept_fraction == 1.0 else velocities * kept_fraction
 

@@ -56,21 +56,10 @@ class MovingDisc:
             self.y += self.vy * seconds
 
 
-@dataclass(frozen=True)
-class PitResult:
-    """Result of Algorithm 1.
-
-    Attributes:
-        impacts: The impacts in order of time.
-        discs: The discs at the end of the run.
-    """
-
-    impacts: list[ImpactRecord]
-    discs: list[MovingDisc]
-
-
-def run_algorithm_1(scene: Scene | str, *, frame_rate_hz: float | None = None) -> PitResult:
-    """Run a scene of discs and half-planes by Algorithm 1.
+def run_algorithm_1(
+    scene: Scene | str, *, frame_rate_hz: float | None = None
+) -> tuple[list[ImpactRecord], list[MovingDisc]]:
+    """Run a scene of discs and half-planes by Algorithm 1. Return the impacts in order, and the discs at the end.
 
     Args:
         scene: The scene, or its name in the catalogue.
@@ -101,7 +90,7 @@ def run_algorithm_1(scene: Scene | str, *, frame_rate_hz: float | None = None) -
                 if does_wall_interfere(disc, wall) and not _has_just_met(disc, wall_body(k)):
                     impacts.append(collide_wall(disc, wall, i, k, now_s, scene.wall_restitution))
     _move(discs, scene.duration_s - now_s)
-    return PitResult(impacts, discs)
+    return impacts, discs
 
 
 def do_discs_interfere(first: MovingDisc, second: MovingDisc) -> bool:

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from tests.cases import each, release_after
 from tests.scene_builders import require_value, run_cross_check
-from tests.unit.core.feature_times import build_wall_features
+from tests.unit.core.feature_times import build_arc, build_vertex, build_wall_features
 
 import carom
 from carom import Scene, Trace, compare, solve_pic, solve_pit
 from carom.catalogue import catalogue
 from carom.comparator.measure.local_errors import find_own_states, measure_local_errors
 from carom.comparator.scales import compute_scales
-from carom.core.wall_features import Arc, Face, Feature, Mover
+from carom.core.wall_features import Face, Feature, Mover
 from carom.engines.api import Contact, Observation
 from carom.engines.registry import load_adapter
 from carom.execution.observation.engine_run import observe_run
@@ -130,9 +130,9 @@ def test_trace_without_impacts_has_no_local_errors() -> None:
     "feature, place, velocity",
     [
         (Face.between((0.0, 0.0), (2.0, 0.0), 0.1), (1.0, 0.3), (0.5, -1.0)),
-        (Arc.vertex((0.0, 0.0), 0.1), (-0.2, 0.05), (1.0, 0.3)),
-        (Arc.on(CIRCLE, None, 0.1, inside=False), (2.3, 0.1), (-1.0, 0.2)),
-        (Arc.on(CIRCLE, None, 0.1, inside=True), (1.75, 0.1), (1.0, 0.2)),
+        (build_vertex((0.0, 0.0), 0.1), (-0.2, 0.05), (1.0, 0.3)),
+        (build_arc(CIRCLE, None, 0.1, inside=False), (2.3, 0.1), (-1.0, 0.2)),
+        (build_arc(CIRCLE, None, 0.1, inside=True), (1.75, 0.1), (1.0, 0.2)),
     ],
 )
 def test_disc_touches_a_feature_at_the_start_of_its_overlap(
@@ -149,7 +149,7 @@ def test_disc_touches_a_feature_at_the_start_of_its_overlap(
 
 @each(
     "feature, place",
-    [(Face.between((0.0, 0.0), (2.0, 0.0)), (1.0, 0.25)), (Arc.on(CIRCLE, None, inside=True), (0.0, -1.75))],
+    [(Face.between((0.0, 0.0), (2.0, 0.0)), (1.0, 0.25)), (build_arc(CIRCLE, None, inside=True), (0.0, -1.75))],
 )
 def test_overlap_of_a_disc_that_slides_along_a_wall_starts_now(feature: Feature, place: tuple[float, float]) -> None:
     """The overlap of a disc that touches a wall and moves along it starts at 0 s."""
