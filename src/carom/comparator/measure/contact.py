@@ -238,9 +238,7 @@ def _find_greatest_length(vectors: Array) -> float:
 
 
 def _measure_errors(reference: Trace, truth: States, observed: States) -> ContactErrors:
-    spins = np.zeros(truth.position_m.shape[:2]) if observed.spin_rad_s is None else observed.spin_rad_s
-    true_spins = np.zeros_like(spins) if truth.spin_rad_s is None else truth.spin_rad_s
-    rims = reference.scene.arrays.radius_m * (spins - true_spins)
+    rims = reference.scene.arrays.radius_m * (observed.spins - truth.spins)
     return ContactErrors(
         _find_greatest_length(observed.position_m - truth.position_m),
         _find_greatest_length(observed.velocity_m_s - truth.velocity_m_s),

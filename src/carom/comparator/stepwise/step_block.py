@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Collection
 from itertools import combinations
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,8 +28,10 @@ _AHEAD_GAP = 0.25
 _CLOCK = 2.0**-51
 
 
-class Block(NamedTuple):
+class Block:
     """Some steps of a run as arrays, with their rounding errors.
+
+    The constructor's arguments have the same names as the attributes.
 
     Attributes:
         scene: The scene.
@@ -51,25 +52,8 @@ class Block(NamedTuple):
         path_deviation: Distance of each disc from the end of its free path, in metres, shape ``(k, n)``.
     """
 
-    scene: Scene
-    bodies: SceneBodies
-    states: States
-    dt_s: float
-    step_s: Array
-    pull: Array
-    unit: float
-    place_unit: float
-    agreement: float
-    own_speed: Array
-    place_rounding: Array
-    velocity_changed: Flags
-    velocity_change: Array
-    rim_speed_change: Array
-    path_deviation: Array
-
-    @classmethod
-    def of(
-        cls,
+    def __init__(
+        self,
         scene: Scene,
         bodies: SceneBodies,
         states: States,
@@ -77,47 +61,37 @@ class Block(NamedTuple):
         unit: float,
         place_unit: float,
         agreement: float,
-    ) -> Block:
-        """Compute the arrays of a block of steps. The arguments have the same names as the class's attributes."""
+    ) -> None:
+        self.scene, self.bodies, self.states, self.dt_s = scene, bodies, states, dt_s
+        self.unit, self.place_unit, self.agreement = unit, place_unit, agreement
         h = np.diff(states.time_s)[:, None]
+        self.step_s: Array = h[:, 0]
         p, v = states.position_m, states.velocity_m_s
         speed = np.hypot(*np.moveaxis(v, 2, 0))
         kept_fraction = bodies.slowing.compute_kept_fractions(h, speed[:-1])
         flown_s = bodies.slowing.compute_flown_times(h, speed[:-1])
         radius = scene.arrays.radius_m
-        pull = np.where(scene.arrays.movable[:, None], np.array(bodies.gravity), 0.0)
-        fallen = pull * h[..., None]
-        turned_by = np.hypot(*np.moveaxis(v[1:] - v[:-1] * kept_fraction[..., None] - fallen, 2, 0))
+        self.pull: Array = np.where(scene.arrays.movable[:, None], np.array(bodies.gravity), 0.0)
+        fallen = self.pull * h[..., None]
+        self.velocity_change: Array = np.hypot(*np.moveaxis(v[1:] - v[:-1] * kept_fraction[..., None] - fallen, 2, 0))
         displacement = v[:-1] * flown_s[..., None]
-        moved_by = np.hypot(*np.moveaxis(p[1:] - p[:-1] - displacement - 0.5 * fallen * h[..., None], 2, 0))
-        rims = np.zeros(p.shape[:2]) if states.spin_rad_s is None else radius * states.spin_rad_s
-        spun_by = np.abs(rims[1:] - rims[:-1] * kept_fraction)
+        self.path_deviation: Array = np.hypot(
+            *np.moveaxis(p[1:] - p[:-1] - displacement - 0.5 * fallen * h[..., None], 2, 0)
+        )
+        rims = radius * states.spins
+        self.rim_speed_change: Array = np.abs(rims[1:] - rims[:-1] * kept_fraction)
         # Bodies with a prescribed motion change their velocities without impacts.
         driven = list(scene.arrays.driven_discs)
-        turned_by[:, driven] = moved_by[:, driven] = 0.0
-        own_speed = np.maximum(speed[1:], speed[:-1]) + (np.hypot(*pull.T) + bodies.slowing.table_m_s2) * h
+        self.velocity_change[:, driven] = self.path_deviation[:, driven] = 0.0
+        accelerations = np.hypot(*self.pull.T) + bodies.slowing.table_m_s2
+        own_speed: Array = np.maximum(speed[1:], speed[:-1]) + accelerations * h
+        self.own_speed = own_speed
         own_rim = np.maximum(own_speed, np.maximum(np.abs(rims[1:]), np.abs(rims[:-1])))
         far = np.max(np.abs(p), axis=2) + radius
         reach = np.maximum(far[1:], far[:-1]) + own_speed * h
-        clock_s = _CLOCK * states.time_s[1:, None]
-        has_turned = (turned_by > unit * (own_speed + bodies.fast)) | (spun_by > unit * own_rim)
-        return cls(
-            scene=scene,
-            bodies=bodies,
-            states=states,
-            dt_s=dt_s,
-            step_s=h[:, 0],
-            pull=pull,
-            unit=unit,
-            place_unit=place_unit,
-            agreement=agreement,
-            own_speed=own_speed,
-            place_rounding=place_unit * reach + own_speed * clock_s,
-            velocity_changed=has_turned,
-            velocity_change=turned_by,
-            rim_speed_change=spun_by,
-            path_deviation=moved_by,
-        )
+        self.place_rounding: Array = place_unit * reach + own_speed * (_CLOCK * states.time_s[1:, None])
+        has_turned = self.velocity_change > unit * (own_speed + bodies.fast)
+        self.velocity_changed: Flags = has_turned | (self.rim_speed_change > unit * own_rim)
 
     def __len__(self) -> int:
         return len(self.step_s)

@@ -169,7 +169,7 @@ class StepWatch:
         """Compare the complete windows of a block, and keep the states of windows that are not complete."""
         states = States.joined(self._states)
         with np.errstate(over="ignore", under="ignore"):
-            block = Block.of(self._scene, self._bodies, states, self._dt_s, *self._units)
+            block = Block(self._scene, self._bodies, states, self._dt_s, *self._units)
             activity = find_activity(block, self._rest)
             for step in sorted(step for step in activity.due if step >= self._searched - self._dropped):
                 self._chains.add(self._dropped + step, activity.due[step])
