@@ -221,11 +221,8 @@ def _has_sampled_impacts(judged: JudgedRun, sampling: Measured, cost: SamplingCo
     misses an impact, both discs keep their old paths, so PIT's velocity error is the whole change of velocity in this
     impact.
     """
-    own_scales, scales, rounding_s = (
-        judged.baseline.find_own_scales(judged.reference),
-        judged.scales,
-        judged.rounding * judged.scales.time_s,
-    )
+    own_scales, scales = judged.baseline.find_own_scales(judged.reference), judged.scales
+    rounding_s = judged.rounding * scales.time_s
     known_ratio, dt_s = 1.0 + THRESHOLDS.ratio_known_of(judged.observed.float_bits), judged.observed.dt_s
     pit, is_found = np.zeros((3, judged.compared.impacts)), np.zeros(judged.compared.impacts, dtype=np.bool_)
     pit[1:] = judged.changes[:, : judged.compared.impacts]
@@ -233,10 +230,8 @@ def _has_sampled_impacts(judged: JudgedRun, sampling: Measured, cost: SamplingCo
         is_found[error.reference] = True
         pit[:, error.reference] = error.time_s, error.velocity, 0.0 if math.isnan(error.spin) else error.spin
     # Depending on the phase, a check once per step finds an impact up to a whole step late.
-    late_s, early_s = (
-        np.maximum.accumulate(np.maximum(times, least_time_s))
-        for times, least_time_s in ((pit[0], dt_s), (-pit[0], 0.0))
-    )
+    late_s = np.maximum.accumulate(np.maximum(pit[0], dt_s))
+    early_s = np.maximum.accumulate(np.maximum(-pit[0], 0.0))
     at_worst = np.maximum.accumulate(np.maximum(pit[1:], known_ratio * cost.found), axis=1)
     for error in judged.measured.errors:
         impact, local_s = error.reference, float(judged.local.time_s[error.observed])
@@ -267,15 +262,11 @@ def _has_good_end(judged: JudgedRun, cost: SamplingCost | Errors, part: float = 
     An energy error of a millionth is always allowed. If PIT's final error was not measured (NaN), the run's error must
     be within rounding.
     """
-    found, consistency = judged.measured.largest, judged.consistency
+    found, own = judged.measured.largest, judged.consistency
     if not abs(found.energy) <= max(part * abs(cost.energy) + judged.rounding, THRESHOLDS.energy):
         return False
     falls = any(judged.reference.scene.gravity_m_s2)
-    if (
-        consistency is not None
-        and not (falls or consistency.unchecked)
-        and consistency.strayed <= judged.place_rounding
-    ):
+    if own is not None and not (falls or own.unchecked) and own.strayed <= judged.place_rounding:
         return True
     position, velocity, spin = (
         0.0 if math.isnan(x) else part * x for x in (cost.final_position, cost.final_velocity, cost.final_spin)

@@ -9,6 +9,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
+from carom.comparator.scales import compute_lengths
 from carom.comparator.stepwise import body_states
 from carom.comparator.stepwise.scene_bodies import Pair, SceneBodies
 from carom.model.scene import Scene
@@ -67,17 +68,15 @@ class Block:
         h = np.diff(states.time_s)[:, None]
         self.step_s: Array = h[:, 0]
         p, v = states.position_m, states.velocity_m_s
-        speed = np.hypot(*np.moveaxis(v, 2, 0))
+        speed = compute_lengths(v)
         kept_fraction = bodies.slowing.compute_kept_fractions(h, speed[:-1])
         flown_s = bodies.slowing.compute_flown_times(h, speed[:-1])
         radius = scene.arrays.radius_m
         self.pull: Array = np.where(scene.arrays.movable[:, None], np.array(bodies.gravity), 0.0)
         fallen = self.pull * h[..., None]
-        self.velocity_change: Array = np.hypot(*np.moveaxis(v[1:] - v[:-1] * kept_fraction[..., None] - fallen, 2, 0))
+        self.velocity_change: Array = compute_lengths(v[1:] - v[:-1] * kept_fraction[..., None] - fallen)
         displacement = v[:-1] * flown_s[..., None]
-        self.path_deviation: Array = np.hypot(
-            *np.moveaxis(p[1:] - p[:-1] - displacement - 0.5 * fallen * h[..., None], 2, 0)
-        )
+        self.path_deviation: Array = compute_lengths(p[1:] - p[:-1] - displacement - 0.5 * fallen * h[..., None])
         rims = radius * states.spins
         self.rim_speed_change: Array = np.abs(rims[1:] - rims[:-1] * kept_fraction)
         # Bodies with a prescribed motion change their velocities without impacts.
