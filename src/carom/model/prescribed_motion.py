@@ -91,6 +91,4 @@ class Drive(NamedTuple):
         return [leg.velocity for leg in self.legs_from(begin_s) if leg.begin_s <= max(begin_s, end_s)]
 
     def _find_leg_number(self, time_s: float) -> int:
-        if len(self.legs) == 1:
-            return 0
         return max(bisect_right(self.legs, time_s, key=lambda leg: leg.begin_s) - 1, 0)

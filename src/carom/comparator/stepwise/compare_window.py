@@ -122,18 +122,16 @@ def _compare_nothing_due(window: Window, comparison: Comparison) -> Comparison:
     # A body counts as resting if its velocity changed by at most the speed that it gains by falling during the window.
     steps = chain.end - chain.begin + 0.5
     may_rest = velocity <= max(RESTING_STEPS, steps) * bodies.pull * window.block.dt_s and _can_be_held_up(window)
-    if chain.is_cut_at_begin:
-        # If the window is the rest of a longer contact, velocities already changed before the window. So only the
-        # energy is compared.
+    if chain.is_cut_at_begin or (not may_rest and window.meets_at_rest):
         comparison.entangled, comparison.price_velocity, comparison.price_spin = True, 0.0, 0.0
+    else:
+        comparison.turned = not may_rest
+    if chain.is_cut_at_begin or comparison.turned:
         comparison.velocity, comparison.spin, comparison.place_m = velocity, spin, place
-        conserves_energy = bodies.pull == 0.0 and not bodies.driven and not bodies.slowing.table_m_s2
-        comparison.energy_j = window.now.compute_energy() - window.free.compute_energy() if conserves_energy else 0.0
-    elif not may_rest and window.meets_at_rest:
-        comparison.entangled, comparison.price_velocity, comparison.price_spin = True, 0.0, 0.0
-    elif not may_rest:
-        comparison.turned = True
-        comparison.velocity, comparison.spin, comparison.place_m = velocity, spin, place
+    # If the window is the rest of a longer contact, velocities already changed before the window. So only the energy is
+    # compared.
+    if chain.is_cut_at_begin and bodies.pull == 0.0 and not bodies.driven and not bodies.slowing.table_m_s2:
+        comparison.energy_j = window.now.compute_energy() - window.free.compute_energy()
     return comparison
 
 
@@ -183,9 +181,7 @@ def _is_missed(window: Window, pair: Pair, speed_before: float) -> bool:
     """Whether two bodies that should have met moved on as before, and so passed through each other."""
     block, bodies, activity = window.block, window.bodies, window.activity
     steps = window.chain.pairs[pair]
-    own_steps = [
-        step for step in steps if activity.due[step][pair] >= 0.0 and (step, pair) not in activity.consequences
-    ]
+    own_steps = [step for step in _list_due_steps(window, pair) if (step, pair) not in activity.consequences]
     if not own_steps:
         return False
     last = own_steps[-1]
@@ -221,11 +217,8 @@ def _is_missed(window: Window, pair: Pair, speed_before: float) -> bool:
 def _is_idle(window: Window, pair: Pair, size: float) -> bool:
     """Whether one of two bodies kept its velocity in the window, although PIC's impacts change this velocity."""
     block, chain, bodies = window.block, window.chain, window.bodies
-    idle = [
-        body
-        for body in pair
-        if bodies.is_movable(body) and not block.velocity_changed[chain.begin : chain.end, body].any()
-    ]
+    changed = block.velocity_changed[chain.begin : chain.end]
+    idle = [body for body in pair if bodies.is_movable(body) and not changed[:, body].any()]
     meets = any(
         impact.pair == pair and impact.contact.closing > 1e-3 * size and impact.time_s < window.lasts
         for impact in window.truth
@@ -240,8 +233,12 @@ def _is_idle(window: Window, pair: Pair, size: float) -> bool:
 
 def _is_due_at_next_frame(window: Window, pair: Pair) -> bool:
     """Whether two bodies should have met in the run's last step, so that no later check could find their impact."""
-    own_steps = [step for step in window.chain.pairs[pair] if window.activity.due[step][pair] >= 0.0]
-    return own_steps == [window.chain.end - 1] and _is_closing(window, pair)
+    return _list_due_steps(window, pair) == [window.chain.end - 1] and _is_closing(window, pair)
+
+
+def _list_due_steps(window: Window, pair: Pair) -> list[int]:
+    """Return the steps in which two bodies should meet."""
+    return [step for step in window.chain.pairs[pair] if window.activity.due[step][pair] >= 0.0]
 
 
 def _has_contact_at_end(window: Window) -> bool:
@@ -346,21 +343,14 @@ def _measure_sampling_cost(window: Window, comparison: Comparison, found: Differ
     kept_fraction = slowing.damping.compute_kept_fraction(window.lasts - until_s)
     if slowing.table_m_s2:
         measured_s = window.lasts
-    known_states: dict[int, body_states.BodyStates] = {}
-    known_energy_j: dict[int, float] = {}
     costs_by_completeness: dict[bool, list[tuple[float, float, float]]] = {True: [], False: []}
     for first_s in looks:
         met = simulate_pit(window.start, window.pairs, until_s, dt_s, first_s)
         last_state, since_s = (met[-1].after, met[-1].time_s) if met else (window.start, 0.0)
         end = last_state.compute_later_state(measured_s - since_s)
-        difference = window.find_nearest_difference(end, until_there, measured_s, None, known_states)
-        if difference.impacts not in known_energy_j:
-            known_energy_j[difference.impacts] = difference.truth.compute_energy()
-        cost = (
-            difference.velocity * kept_fraction,
-            difference.spin * kept_fraction,
-            abs(end.compute_energy() - known_energy_j[difference.impacts]) * kept_fraction**2,
-        )
+        difference = window.find_nearest_difference(end, until_there, measured_s, None)
+        gained_j = abs(end.compute_energy() - difference.truth.compute_energy())
+        cost = (difference.velocity * kept_fraction, difference.spin * kept_fraction, gained_j * kept_fraction**2)
         costs_by_completeness[len(met) >= min(need, len(until_there))].append(cost)
     # If PIT finds all impacts at some phases, use only these phases.
     columns = zip(*(costs_by_completeness[True] or costs_by_completeness[False]), strict=True)

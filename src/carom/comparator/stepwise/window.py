@@ -66,27 +66,20 @@ class Window:
         truth: Sequence[WindowImpact],
         seconds: float,
         resting: Pair | None,
-        known_states: dict[int, body_states.BodyStates] | None = None,
     ) -> Difference:
         """Return the smallest difference between a state of the run and PIC's state after any number of impacts.
 
         PIC's last impacts may only be omitted if they are still ahead in the run's state.
-
-        `known_states` caches PIC's states by number of impacts, for calls that differ only in `state`.
         """
         best: Difference | None = None
-        known_states = {} if known_states is None else known_states
         for count in range(len(truth), -1, -1):
             if count < len(truth) and not self.is_ahead(state, truth[count]):
                 break  # smaller counts would omit this impact, too
-            if count not in known_states:
-                last_state, since_s = (truth[count - 1].after, truth[count - 1].time_s) if count else (self.start, 0.0)
-                known_states[count] = last_state.compute_later_state(
-                    seconds - since_s, resting if count == len(truth) else None
-                )
-            velocity, spin, place = state.measure_difference(known_states[count])
+            last_state, since_s = (truth[count - 1].after, truth[count - 1].time_s) if count else (self.start, 0.0)
+            end = last_state.compute_later_state(seconds - since_s, resting if count == len(truth) else None)
+            velocity, spin, place = state.measure_difference(end)
             if best is None or velocity + spin < best.velocity + best.spin - self.speed_rounding:
-                best = Difference(velocity, spin, place, count, known_states[count])
+                best = Difference(velocity, spin, place, count, end)
         assert best is not None  # noqa: S101 - the count of all impacts is always tried
         return best
 
