@@ -311,7 +311,7 @@ class DiscArrays:
 
     def overlaps(self, disc_name: str, wall_name: str) -> tuple[list[Overlap], bool]:
         """Return the first overlaps, and whether there are more. `overlap.find_overlaps` describes the arguments."""
-        return find_overlaps(self, disc_name, wall_name)
+        return find_overlaps(self.position_m, self.radius_m, self.movable, self.walls, disc_name, wall_name)
 
     def require_apart(self) -> None:
         """Refuse a state in which two discs, or a disc and a wall, overlap by more than rounding errors.

@@ -6,9 +6,9 @@ bodies move. Two immovable bodies may overlap, since this has no effect.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +16,6 @@ from numpy.typing import NDArray
 from carom.model.broad_phase import find_near_pairs, find_near_walls
 from carom.model.chain_geometry import Outline
 from carom.support.formatting import format_metres
-
-if TYPE_CHECKING:
-    from carom.model.disc_arrays import DiscArrays
 
 Floats = NDArray[np.float64]
 
@@ -59,11 +56,30 @@ def compute_input_rounding(size: Floats) -> Floats:
     return rounding
 
 
-def find_overlaps(start: DiscArrays, disc_name: str, wall_name: str) -> tuple[list[Overlap], bool]:
+class _Discs(NamedTuple):
+    """Positions, radii and mobility of all discs, and the magnitude of each disc's largest number."""
+
+    position: Floats
+    radius: Floats
+    movable: NDArray[np.bool_]
+    size: Floats
+
+
+def find_overlaps(
+    position_m: Floats,
+    radius_m: Floats,
+    movable: NDArray[np.bool_],
+    walls: Sequence[tuple[float, float, float, float] | Outline],
+    disc_name: str,
+    wall_name: str,
+) -> tuple[list[Overlap], bool]:
     """Return overlaps larger than rounding errors: at most ten between discs, and at most ten between discs and walls.
 
     Args:
-        start: The discs and walls.
+        position_m: Centres, in metres, shape ``(n, 2)``.
+        radius_m: Radii, in metres, shape ``(n,)``.
+        movable: Whether an impact moves a disc, shape ``(n,)``.
+        walls: Point and unit normal of each half-plane, and the outline of each other wall.
         disc_name: Text that names the other disc in a message, with ``{}`` for its number.
         wall_name: Text that names the wall in a message, with ``{}`` for its number.
 
@@ -71,27 +87,28 @@ def find_overlaps(start: DiscArrays, disc_name: str, wall_name: str) -> tuple[li
         A list of overlaps between discs and then of overlaps with walls, and whether there are more overlaps. Both
         parts of the list are ordered by disc and then by the other body.
     """
-    size = np.maximum(np.abs(start.position_m).max(axis=1), start.radius_m)  # the largest number of each disc
+    discs = _Discs(position_m, radius_m, movable, np.maximum(np.abs(position_m).max(axis=1), radius_m))
+    planes = {k: wall for k, wall in enumerate(walls) if isinstance(wall, tuple)}
+    outlines = {k: wall for k, wall in enumerate(walls) if not isinstance(wall, tuple)}
     overlaps: list[Overlap] = []
     has_more = False
     with np.errstate(over="ignore", invalid="ignore"):  # distances beyond the largest float are infinite
-        for kind in (
-            _find_disc_overlaps(start, size, disc_name),
-            _find_half_plane_overlaps(start, size, wall_name),
-            _find_outline_overlaps(start, size, wall_name),
-        ):
+        kinds = [_find_disc_overlaps(discs, disc_name)]
+        kinds += [_find_half_plane_overlaps(discs, planes, wall_name)] if planes else []
+        kinds += [_find_outline_overlaps(discs, outlines, wall_name)] if outlines else []
+        for kind in kinds:
             first_overlaps = list(islice(kind, NAMED + 1))
             overlaps += first_overlaps[:NAMED]
             has_more = has_more or len(first_overlaps) > NAMED
     return overlaps, has_more
 
 
-def _find_disc_overlaps(start: DiscArrays, size: Floats, name: str) -> Iterator[Overlap]:
-    position, radius = start.position_m, start.radius_m
+def _find_disc_overlaps(discs: _Discs, name: str) -> Iterator[Overlap]:
+    position, radius, movable, size = discs
     # The tolerance of a pair is at least the mean of both discs' `compute_input_rounding(size)`. So the search may
     # reduce the radius of each disc by half of this value.
     reach = radius * _ROUNDED_UP - compute_input_rounding(size) / 2.0
-    for first, second in find_near_pairs(position, reach, start.movable):
+    for first, second in find_near_pairs(position, reach, movable):
         if not len(first):  # usually no pair is near, and the next lines take longer than the search
             continue
         offset = position[second] - position[first]
@@ -107,11 +124,12 @@ def _find_disc_overlaps(start: DiscArrays, size: Floats, name: str) -> Iterator[
             )
 
 
-def _find_half_plane_overlaps(start: DiscArrays, size: Floats, name: str) -> Iterator[Overlap]:
-    position, radius = start.position_m, start.radius_m
-    numbers = [k for k, wall in enumerate(start.walls) if isinstance(wall, tuple)]
-    planes = np.array([start.walls[k] for k in numbers])
-    for disc, wall in find_near_walls(position, radius, start.movable, planes):
+def _find_half_plane_overlaps(
+    discs: _Discs, walls: Mapping[int, tuple[float, float, float, float]], name: str
+) -> Iterator[Overlap]:
+    position, radius, movable, size = discs
+    numbers, planes = list(walls), np.array([*walls.values()])
+    for disc, wall in find_near_walls(position, radius, movable, planes):
         x, y, nx, ny = planes[wall].T
         gap = (position[disc, 0] - x) * nx + (position[disc, 1] - y) * ny - radius[disc]
         largest = np.maximum(size[disc], np.abs(planes[wall, :2]).max(axis=1))
@@ -125,18 +143,16 @@ def _find_half_plane_overlaps(start: DiscArrays, size: Floats, name: str) -> Ite
             )
 
 
-def _find_outline_overlaps(start: DiscArrays, size: Floats, name: str) -> Iterator[Overlap]:
-    position, radius, movable = start.position_m, start.radius_m, start.movable
-    near: list[tuple[int, int, Outline]] = []  # discs and walls whose bounding boxes are near each other
-    for k, wall in enumerate(start.walls):
-        if isinstance(wall, tuple):
-            continue
+def _find_outline_overlaps(discs: _Discs, walls: Mapping[int, Outline], name: str) -> Iterator[Overlap]:
+    position, radius, movable, size = discs
+    near: list[tuple[int, int]] = []  # disc and wall numbers of pairs whose bounding boxes are near each other
+    for k, wall in walls.items():
         low, high = wall.box
         beyond = np.maximum(low - position, position - high).max(axis=1)
         is_near = (beyond <= (radius + wall.half_width) * _ROUNDED_UP) & movable
-        near += [(i, k, wall) for i in np.flatnonzero(is_near).tolist()]
-    for i, k, wall in sorted(near, key=lambda pair: pair[:2]):
-        x, y, r = float(position[i, 0]), float(position[i, 1]), float(radius[i])
+        near += [(i, k) for i in np.flatnonzero(is_near).tolist()]
+    for i, k in sorted(near):
+        x, y, r, wall = float(position[i, 0]), float(position[i, 1]), float(radius[i]), walls[k]
         largest = np.array(max(float(size[i]), *map(abs, wall.lengths)))
         gap = wall.compute_gap(x, y, r)
         inside = wall.solid and wall.does_enclose(x, y)
