@@ -15,13 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.comparator.slowing import find_nearest_time
-from carom.comparator.stepwise import body_states
 from carom.comparator.stepwise.active_pairs import Activity
 from carom.comparator.stepwise.resting_pairs import RESTING_STEPS
 from carom.comparator.stepwise.scene_bodies import Pair
 from carom.comparator.stepwise.step_block import Block
 from carom.comparator.stepwise.step_chains import StepChain
-from carom.comparator.stepwise.window import Difference, Window, compute_relative_velocity
+from carom.comparator.stepwise.window import Difference, Window, compute_relative_motion, compute_relative_velocity
 from carom.comparator.stepwise.window_runs import simulate_pit
 from carom.comparator.thresholds import THRESHOLDS
 from carom.model.step_windows import WindowRow
@@ -288,25 +287,18 @@ def _measure_lateness(window: Window, comparison: Comparison, found: Difference,
 
 def _find_turn_time(window: Window, pair: Pair) -> float:
     """Return the seconds from the window's start until the free paths before and after the impact are nearest."""
-    duration_s = window.lasts
-
-    def compute_offset(state: body_states.BodyStates) -> tuple[float, float]:
-        (x, y), (ox, oy) = (state.motion_of(body)[0] for body in pair)
-        return (ox - x, oy - y)
-
     if window.bodies.slowing.table_m_s2:
         return _find_turn_time_on_table(window, pair)
-    velocity_before = compute_relative_velocity(window.free, pair)
-    velocity_after = compute_relative_velocity(window.now, pair)
+    free_offset, velocity_before = compute_relative_motion(window.free, pair)
+    offset_after, velocity_after = compute_relative_motion(window.now, pair)
     slope = (velocity_before[0] - velocity_after[0], velocity_before[1] - velocity_after[1])
     squared = slope[0] ** 2 + slope[1] ** 2
     if squared == 0.0:
         return math.nan
     # The paths are nearest `ago_s` seconds before the window's end: their distance at the end, divided by their
     # relative velocity. With damping, paths are straight lines in undamped time.
-    free_offset, offset_after = compute_offset(window.free), compute_offset(window.now)
     ago_s = ((free_offset[0] - offset_after[0]) * slope[0] + (free_offset[1] - offset_after[1]) * slope[1]) / squared
-    return duration_s + window.bodies.slowing.damping.to_damped(-ago_s)
+    return window.lasts + window.bodies.slowing.damping.to_damped(-ago_s)
 
 
 def _find_turn_time_on_table(window: Window, pair: Pair) -> float:
@@ -314,18 +306,12 @@ def _find_turn_time_on_table(window: Window, pair: Pair) -> float:
 
     def compute_offset(time_s: float) -> tuple[Array, Array]:
         (p, u), (q, v) = (
-            _compute_relative_motion(state.select_discs(pair).compute_later_state(seconds), pair)
+            compute_relative_motion(state.select_discs(pair).compute_later_state(seconds), pair)
             for state, seconds in ((window.start, time_s), (window.now, time_s - window.lasts))
         )
-        return p - q, u - v
+        return np.subtract(p, q), np.subtract(u, v)
 
     return find_nearest_time(compute_offset, window.lasts)
-
-
-def _compute_relative_motion(state: body_states.BodyStates, pair: Pair) -> tuple[Array, Array]:
-    """Return position and velocity of the second body relative to the first."""
-    (p, u), (q, v) = (state.motion_of(body) for body in pair)
-    return np.subtract(q, p), np.subtract(v, u)
 
 
 def _measure_sampling_cost(window: Window, comparison: Comparison, found: Difference) -> None:

@@ -14,6 +14,7 @@ from carom.comparator.stepwise.scene_bodies import Pair
 from carom.comparator.stepwise.step_block import Block
 from carom.comparator.stepwise.step_chains import StepChain
 from carom.comparator.stepwise.window_runs import WindowImpact, simulate_pic
+from carom.model.trace import Vector
 
 #: In a window, PIC lets a disc rest if the disc approaches a body no faster than after falling for this fraction of a
 #: step.
@@ -95,7 +96,12 @@ class Window:
         return contact.gap >= -self.gap_rounding and contact.closing > 0.0 and along > 0.0
 
 
-def compute_relative_velocity(state: body_states.BodyStates, pair: Pair) -> tuple[float, float]:
+def compute_relative_motion(state: body_states.BodyStates, pair: Pair) -> tuple[Vector, Vector]:
+    """Return the position and the velocity of the second body relative to the first."""
+    ((x, y), (ux, uy)), ((ox, oy), (vx, vy)) = (state.motion_of(body) for body in pair)
+    return (ox - x, oy - y), (vx - ux, vy - uy)
+
+
+def compute_relative_velocity(state: body_states.BodyStates, pair: Pair) -> Vector:
     """Return the velocity of the second body relative to the first."""
-    (ux, uy), (vx, vy) = (state.motion_of(body)[1] for body in pair)
-    return (vx - ux, vy - uy)
+    return compute_relative_motion(state, pair)[1]

@@ -109,10 +109,8 @@ def _report_convention(judged: JudgedRun) -> Iterator[Finding]:
     reference, match = judged.reference, judged.convention
     if match is None:
         return
-    reason = (
-        f"{len(reference.ambiguous)} of {len(reference.impacts)} impacts share a disc with another impact at the "
-        f"same instant, the first at {format_instant(match.group.time_s)}"
-    )
+    tied, first = f"{len(reference.ambiguous)} of {len(reference.impacts)}", format_instant(match.group.time_s)
+    reason = f"{tied} impacts share a disc with another impact at the same instant, the first at {first}"
     if match.nearest is None:
         reason += "; there are too many possible outcomes to list"
     else:
