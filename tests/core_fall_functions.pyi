@@ -1,6 +1,7 @@
 from collections.abc import Sequence
 
-from carom.core.wall_features import Mover, Pair
+from carom.core.wall_features import Mover
+from carom.core.wall_parts import Pair
 
 Numbers = Sequence[float]
 

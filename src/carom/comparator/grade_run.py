@@ -201,17 +201,13 @@ def _is_within_rounding(judged: JudgedRun, measured: Measured, rounding_s: float
 def _has_close_impacts(judged: JudgedRun, cost: SamplingCost) -> bool:
     """Whether all time errors are below a hundredth of a step, and all other errors below a hundredth of PIT's."""
     step_s = judged.observed.dt_s or cost.dt_s
-    scale_of_impacts, scales = judged.baseline.find_own_scales(judged.reference), judged.scales
-    reliable_impacts = judged.compared.impacts
-    close_velocity, close_spin = THRESHOLDS.close * cost.errors
-    velocity = close_velocity + judged.rounding * scale_of_impacts.speed_m_s[:reliable_impacts] / scales.speed_m_s
-    spin = close_spin + judged.rounding * scale_of_impacts.rim_m_s[:reliable_impacts] / scales.rim_m_s
-    return all(
-        abs(error.time_s) <= THRESHOLDS.close * step_s
-        and error.velocity <= velocity[error.reference]
-        and not error.spin > spin[error.reference]
-        for error in judged.measured.errors
-    )
+    own_scales, scales = judged.baseline.find_own_scales(judged.reference), judged.scales
+    errors, impacts = judged.measured.of_impacts, judged.measured.matched
+    close_velocity, close_spin = THRESHOLDS.close * cost.errors[:, impacts]
+    velocity = close_velocity + judged.rounding * own_scales.speed_m_s[impacts] / scales.speed_m_s
+    spin = close_spin + judged.rounding * own_scales.rim_m_s[impacts] / scales.rim_m_s
+    is_close = (np.abs(errors["time_s"]) <= THRESHOLDS.close * step_s) & (errors["velocity"] <= velocity)
+    return bool((is_close & ~(errors["spin"] > spin)).all())
 
 
 def _has_sampled_impacts(judged: JudgedRun, sampling: Measured, cost: SamplingCost) -> bool:
@@ -221,44 +217,34 @@ def _has_sampled_impacts(judged: JudgedRun, sampling: Measured, cost: SamplingCo
     misses an impact, both discs keep their old paths, so PIT's velocity error is the whole change of velocity in this
     impact.
     """
-    own_scales, scales, rounding_s = (
-        judged.baseline.find_own_scales(judged.reference),
-        judged.scales,
-        judged.rounding * judged.scales.time_s,
-    )
+    own_scales, scales = judged.baseline.find_own_scales(judged.reference), judged.scales
+    rounding_s, count = judged.rounding * scales.time_s, judged.compared.impacts
     known_ratio, dt_s = 1.0 + THRESHOLDS.ratio_known_of(judged.observed.float_bits), judged.observed.dt_s
-    pit, is_found = np.zeros((3, judged.compared.impacts)), np.zeros(judged.compared.impacts, dtype=np.bool_)
-    pit[1:] = judged.changes[:, : judged.compared.impacts]
-    for error in sampling.errors:
-        is_found[error.reference] = True
-        pit[:, error.reference] = error.time_s, error.velocity, 0.0 if math.isnan(error.spin) else error.spin
-    # Depending on the phase, a check once per step finds an impact up to a whole step late.
-    late_s, early_s = (
-        np.maximum.accumulate(np.maximum(times, least_time_s))
-        for times, least_time_s in ((pit[0], dt_s), (-pit[0], 0.0))
-    )
+    pit, is_found = np.concatenate([np.zeros((1, count)), judged.changes[:, :count]]), np.zeros(count, dtype=np.bool_)
+    is_found[sampling.matched] = True
+    of_pit = sampling.of_impacts
+    pit_spin = np.where(np.isnan(of_pit["spin"]), 0.0, of_pit["spin"])
+    pit[:, sampling.matched] = of_pit["time_s"], of_pit["velocity"], pit_spin
+    # Depending on the phase, a check once per step finds an impact up to a whole step late. If PIT misses the impact,
+    # PIT's lateness is unknown, and any lateness is allowed.
+    late_s = np.where(is_found, np.maximum.accumulate(np.maximum(pit[0], dt_s)), math.inf)
+    early_s = np.where(is_found, np.maximum.accumulate(np.maximum(-pit[0], 0.0)), math.inf)
     at_worst = np.maximum.accumulate(np.maximum(pit[1:], known_ratio * cost.found), axis=1)
-    for error in judged.measured.errors:
-        impact, local_s = error.reference, float(judged.local.time_s[error.observed])
-        # If PIT misses the impact, PIT's lateness is unknown, and any lateness is allowed.
-        latest_s, earliest_s = (late_s[impact], early_s[impact]) if is_found[impact] else (math.inf, math.inf)
-        if local_s <= known_ratio * dt_s:
-            # Compared with the exact impact that follows from the run's own state, this impact is at most a step late.
-            # Earlier impacts caused the rest of the lateness.
-            latest_s = max(latest_s, known_ratio * cost.found_off_s[impact])
-        velocity, spin = at_worst[:, impact]
-        velocity += judged.rounding * own_scales.speed_m_s[impact] / scales.speed_m_s
-        spin += judged.rounding * own_scales.rim_m_s[impact] / scales.rim_m_s
-        if not (error.velocity <= velocity and error.time_s <= latest_s + rounding_s) or error.spin > spin:
-            return False
-        if error.time_s < -rounding_s:
-            # A method that checks once per step never finds an impact before the discs touch in its own run. But discs
-            # may touch earlier in the run than in the reference, because previous impacts were late. The impact is then
-            # early by at most the lateness of the previous impacts.
-            forward_s = earliest_s if math.isnan(local_s) else max(latest_s, earliest_s)
-            if local_s < -rounding_s or not -error.time_s <= forward_s + rounding_s:
-                return False
-    return True
+    errors, impacts = judged.measured.of_impacts, judged.measured.matched
+    time_s, local_s = errors["time_s"], judged.local.time_s[[observed for _, observed in judged.alignment.matched]]
+    velocity = at_worst[0, impacts] + judged.rounding * own_scales.speed_m_s[impacts] / scales.speed_m_s
+    spin = at_worst[1, impacts] + judged.rounding * own_scales.rim_m_s[impacts] / scales.rim_m_s
+    # If an impact is at most a step late, compared with the exact impact that follows from the run's own state, earlier
+    # impacts caused the rest of the lateness.
+    later_s = np.where(local_s <= known_ratio * dt_s, known_ratio * cost.found_off_s[impacts], 0.0)
+    latest_s, earliest_s = np.maximum(late_s[impacts], later_s), early_s[impacts]
+    is_sampled = (errors["velocity"] <= velocity) & (time_s <= latest_s + rounding_s) & ~(errors["spin"] > spin)
+    # A method that checks once per step never finds an impact before the discs touch in its own run. But discs may
+    # touch earlier in the run than in the reference, because previous impacts were late. The impact is then early by at
+    # most the lateness of the previous impacts.
+    forward_s = np.where(np.isnan(local_s), earliest_s, np.maximum(latest_s, earliest_s))
+    is_explained = ~(local_s < -rounding_s) & (-time_s <= forward_s + rounding_s)
+    return bool((is_sampled & (~(time_s < -rounding_s) | is_explained)).all())
 
 
 def _has_good_end(judged: JudgedRun, cost: SamplingCost | Errors, part: float = 1.0) -> bool:
@@ -267,15 +253,11 @@ def _has_good_end(judged: JudgedRun, cost: SamplingCost | Errors, part: float = 
     An energy error of a millionth is always allowed. If PIT's final error was not measured (NaN), the run's error must
     be within rounding.
     """
-    found, consistency = judged.measured.largest, judged.consistency
+    found, own = judged.measured.largest, judged.consistency
     if not abs(found.energy) <= max(part * abs(cost.energy) + judged.rounding, THRESHOLDS.energy):
         return False
     falls = any(judged.reference.scene.gravity_m_s2)
-    if (
-        consistency is not None
-        and not (falls or consistency.unchecked)
-        and consistency.strayed <= judged.place_rounding
-    ):
+    if own is not None and not (falls or own.unchecked) and own.strayed <= judged.place_rounding:
         return True
     position, velocity, spin = (
         0.0 if math.isnan(x) else part * x for x in (cost.final_position, cost.final_velocity, cost.final_spin)

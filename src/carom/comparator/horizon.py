@@ -254,12 +254,13 @@ def _nudge(scene: Scene, *, positions: bool) -> Scene:
     turns = rng.choice([-math.inf, math.inf], size=len(scene.discs))
     numbers = ((start.position_m, signs[:, :2]), (start.velocity_m_s, signs[:, 2:]), (start.spins, turns))
     places, speeds, spins = (np.where(x == 0.0, x, np.nextafter(x, towards)).tolist() for x, towards in numbers)
+    if not positions:
+        places = start.position_m.tolist()
+    nudged = zip(scene.discs, places, speeds, spins, strict=True)
     discs = [
-        {**dict(disc), "velocity_m_s": tuple(velocity), "spin_rad_s": spin}
-        | ({"position_m": tuple(place)} if positions else {})
-        for disc, place, velocity, spin in zip(scene.discs, places, speeds, spins, strict=True)
+        disc
+        if disc.immovable
+        else Disc(**{**dict(disc), "position_m": tuple(place), "velocity_m_s": tuple(velocity), "spin_rad_s": spin})
+        for disc, place, velocity, spin in nudged
     ]
-    moved_discs = tuple(disc if disc.immovable else Disc(**new) for disc, new in zip(scene.discs, discs, strict=True))
-    return (
-        Scene(**{**dict(scene), "discs": moved_discs}) if positions else scene.model_copy(update={"discs": moved_discs})
-    )
+    return Scene(**{**dict(scene), "discs": discs})

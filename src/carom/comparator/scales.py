@@ -95,7 +95,7 @@ def compute_own_scales(trace: Trace) -> OwnScales:
     rims = np.stack([rim_speeds(trace, "before"), rim_speeds(trace, "after")])
     speed = np.hypot(*start.velocity_m_s.T).tolist()
     rim = np.maximum(speed, np.abs(start.surface_speed_m_s)).tolist()
-    fastest = np.max(np.hypot(impact_velocities[..., 0], impact_velocities[..., 1]), axis=(0, 1)).tolist()
+    fastest = np.max(compute_lengths(impact_velocities), axis=(0, 1)).tolist()
     rims_fastest = np.max(np.abs(rims), axis=(0, 1)).tolist()
     of_impacts = np.zeros((2, len(impacts)))
     movable = start.movable.tolist()
@@ -118,6 +118,12 @@ def compute_own_scales(trace: Trace) -> OwnScales:
     )
 
 
+def compute_lengths(vectors: Array) -> Array:
+    """Return the lengths of vectors, whose two components are the last axis."""
+    lengths: Array = np.hypot(vectors[..., 0], vectors[..., 1])
+    return lengths
+
+
 def compute_median(values: Array) -> float:
     """Return the median of values; NaN if a value is NaN.
 
@@ -137,11 +143,3 @@ def find_largest(values: ArrayLike, default: float = math.nan) -> float:
     """
     array = np.asarray(values, dtype=np.float64)
     return float(array[np.abs(array).argmax()]) if len(array) else default  # the first NaN counts as largest
-
-
-def find_largest_of_rows(rows: Array) -> list[float]:
-    """Return the result of `find_largest` for each row of an array."""
-    if not rows.shape[1]:
-        return [math.nan] * len(rows)
-    largest: list[float] = rows[np.arange(len(rows)), np.abs(rows).argmax(axis=1)].tolist()
-    return largest

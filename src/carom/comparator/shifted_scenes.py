@@ -13,9 +13,9 @@ import numpy as np
 from carom.comparator.non_finite import find_non_finite
 from carom.comparator.slowing import Slowing
 from carom.errors import InputError, SceneError
-from carom.model.scene import Scene
-from carom.model.trace import Trace, Vector
-from carom.model.walls import AnyWall, Leg, move_wall, reverse_motion, shift_legs
+from carom.model.scene import Disc, Scene
+from carom.model.trace import Trace
+from carom.model.walls import AnyWall, move_wall, reverse_motion, shift_legs
 from carom.solvers.pic import solve_pic
 from carom.support.formatting import format_seconds
 
@@ -105,47 +105,47 @@ def _is_free_of_impacts(scene: Scene, shift_s: float) -> bool:
     # A damped disc moves along a part of its undamped path. So the undamped path is solved.
     flown_s, scene = shift_s if slowing.table_m_s2 else slowing.damping.to_undamped(shift_s), scene.undamped
     if flown_s < 0:  # solve the path before the start backwards: reverse all velocities
-        start_velocities = [(disc, disc.drive.velocity_at(0.0)) for disc in scene.discs]
-        reversed_states = [(disc.position_m, (-u, -v), disc.spin_rad_s, ()) for disc, (u, v) in start_velocities]
-        scene = _replace_states(scene, reversed_states, [reverse_motion(wall) for wall in scene.walls])
+        velocities = [disc.drive.velocity_at(0.0) for disc in scene.discs]
+        discs = [
+            disc.model_copy(update={"velocity_m_s": (-u, -v), "legs": ()})
+            for disc, (u, v) in zip(scene.discs, velocities, strict=True)
+        ]
+        scene = _replace_bodies(scene, discs, [reverse_motion(wall) for wall in scene.walls])
     return len(solve_pic(scene, max_impacts=1, until_s=abs(flown_s)).impacts) == 0
 
 
 def _shift_scene(scene: Scene, shift_s: float) -> Scene:
     """Return the scene with a start `shift_s` later and the same end. No bodies may meet between both starts."""
-    slowing = Slowing.of(scene)
-    states = list[tuple[Vector, Vector, float, tuple[Leg, ...]]]()
-    for disc in scene.discs:
-        if disc.legs:
-            (x, y), (dx, dy) = disc.position_m, disc.drive.moved_at(shift_s)
-            states.append(((x + dx, y + dy), (0.0, 0.0), disc.spin_rad_s, shift_legs(disc, shift_s).legs))
-            continue
-        (x, y), (u, v) = disc.position_m, disc.velocity_m_s
-        speed = math.hypot(u, v)
-        flown_s = slowing.compute_flown_time(shift_s, speed)
-        kept_fraction = slowing.compute_kept_fraction(shift_s, speed)
-        gx, gy = (0.0, 0.0) if disc.immovable else scene.gravity_m_s2
-        place = (x + u * flown_s + 0.5 * gx * shift_s * shift_s, y + v * flown_s + 0.5 * gy * shift_s * shift_s)
-        velocity = (u * kept_fraction + gx * shift_s, v * kept_fraction + gy * shift_s)
-        states.append((place, velocity, disc.spin_rad_s * kept_fraction, ()))
+    discs = [_shift_disc(disc, scene, shift_s) for disc in scene.discs]
     walls = [shift_legs(move_wall(w, *w.drive.moved_at(shift_s)), shift_s) if w.driven else w for w in scene.walls]
-    return _replace_states(scene, states, walls, duration_s=scene.duration_s - shift_s)
+    return _replace_bodies(scene, discs, walls, duration_s=scene.duration_s - shift_s)
 
 
-def _replace_states(
-    scene: Scene, states: Iterable[tuple[Vector, Vector, float, tuple[Leg, ...]]], walls: list[AnyWall], **fields: float
-) -> Scene:
-    """Return the scene with new walls and fields, and new positions, velocities, spins and motions of discs.
+def _shift_disc(disc: Disc, scene: Scene, shift_s: float) -> Disc:
+    if disc.immovable and not disc.driven:
+        return disc
+    (x, y), (u, v) = disc.position_m, disc.velocity_m_s
+    if disc.legs:
+        dx, dy = disc.drive.moved_at(shift_s)
+        moved: Disc = shift_legs(disc, shift_s).model_copy(update={"position_m": (x + dx, y + dy)})
+        return moved
+    slowing, speed = Slowing.of(scene), math.hypot(u, v)
+    flown_s = slowing.compute_flown_time(shift_s, speed)
+    kept_fraction = slowing.compute_kept_fraction(shift_s, speed)
+    gx, gy = (0.0, 0.0) if disc.immovable else scene.gravity_m_s2
+    place = (x + u * flown_s + 0.5 * gx * shift_s * shift_s, y + v * flown_s + 0.5 * gy * shift_s * shift_s)
+    velocity = (u * kept_fraction + gx * shift_s, v * kept_fraction + gy * shift_s)
+    state = {"position_m": place, "velocity_m_s": velocity, "spin_rad_s": disc.spin_rad_s * kept_fraction}
+    return disc.model_copy(update=state)
+
+
+def _replace_bodies(scene: Scene, discs: Iterable[Disc], walls: Iterable[AnyWall], **fields: float) -> Scene:
+    """Return the scene with new discs, walls and fields.
 
     Raises:
         SceneError: Bodies overlap.
     """
-    names = ("position_m", "velocity_m_s", "spin_rad_s", "legs")
-    discs = tuple(
-        disc if disc.immovable and not disc.driven else disc.model_copy(update=dict(zip(names, state, strict=True)))
-        for disc, state in zip(scene.discs, states, strict=True)
-    )
-    replaced = scene.model_copy(update={"discs": discs, "walls": tuple(walls), **fields})
+    replaced = scene.model_copy(update={"discs": tuple(discs), "walls": tuple(walls), **fields})
     # A copy is not validated. All its fields have valid types, but the bodies may overlap.
     replaced.model_post_init(None)
     return replaced

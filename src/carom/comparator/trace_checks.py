@@ -50,20 +50,17 @@ def require_possible_trace(trace: Trace) -> None:
 
 def _require_wall_motion(trace: Trace, source: str) -> None:
     impacts, spins = trace.impacts, trace.spins
-    of_second = {name: impacts[name] for name in ("velocity_second_before", "velocity_second_after")}
+    checks = [(name, impacts[name], expected) for name, expected in _expected_wall_velocities(trace).items()]
     if spins is not None:
-        of_second |= {f"spin {name}": spins[name] for name in ("second_before", "second_after")}
-    of_walls = _expected_wall_velocities(trace)
-    for name, values in of_second.items():
-        rows = values if values.ndim > 1 else values[:, None]
-        wall_velocity = of_walls[name] if values.ndim > 1 else np.zeros_like(rows)
+        no_spin = np.zeros((len(impacts), 1))
+        checks += [(f"spin {name}", spins[name][:, None], no_spin) for name in ("second_before", "second_after")]
+    for name, rows, wall_velocity in checks:
         rounding = 2.0 ** -(MANTISSA_BITS[trace.float_bits] // 2) * np.abs(wall_velocity)
         wrong = ((np.abs(rows - wall_velocity) > rounding) & np.isfinite(rows)).any(axis=1)
         for k in np.flatnonzero((impacts["second"] < 0) & wrong)[:1].tolist():
             shown_numbers, due = (", ".join(f"{value:g}" for value in values) for values in (rows[k], wall_velocity[k]))
-            does = (
-                f"this driven wall has {due}" if wall_velocity[k].any() else "a wall that neither moves nor turns has 0"
-            )
+            at_rest = "a wall that neither moves nor turns has 0"
+            does = f"this driven wall has {due}" if wall_velocity[k].any() else at_rest
             raise InputError(
                 f"{name} of impact {k} of {source} is {shown_numbers}, but its second body is "
                 f"{body_name(int(impacts['second'][k]))}: {does}"

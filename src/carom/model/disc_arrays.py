@@ -114,9 +114,11 @@ class DiscArrays:
         n = len(self.position_m)
         if n == 0:
             raise InputError("position_m must hold at least one disc")
-        for name, shape in (("position_m", (n, 2)), ("velocity_m_s", (n, 2)), ("radius_m", (n,)), ("mass_kg", (n,))):
+        shapes: dict[str, tuple[int, ...]] = {"position_m": (n, 2), "velocity_m_s": (n, 2)}
+        shapes |= dict.fromkeys(("radius_m", "mass_kg", "spin_rad_s", "inertia_factor"), (n,))
+        for name, shape in shapes.items():
             array = getattr(self, name)
-            if array.shape != shape:
+            if array is not None and array.shape != shape:
                 raise InputError(f"{name} must have the shape {shape}, got {array.shape}")
         if not (np.all(self.radius_m > 0) and np.all(self.mass_kg > 0)):
             raise InputError("radius_m and mass_kg must be above 0 everywhere")
@@ -149,10 +151,6 @@ class DiscArrays:
         for name in ("tangential_restitution", "wall_tangential_restitution"):
             if not -1 <= getattr(self, name) <= 1:
                 raise InputError(f"{name} must be from -1 to 1, got {getattr(self, name)}")
-        for name in ("spin_rad_s", "inertia_factor"):
-            array = getattr(self, name)
-            if array is not None and array.shape != (len(self),):
-                raise InputError(f"{name} must have the shape {(len(self),)}, got {array.shape}")
         spin, inertia = self.spins, self.inertia
         if not np.all(((inertia >= 1.0 / ORDINARY) & (inertia <= 1)) | (inertia == math.inf)):
             raise InputError(
@@ -277,13 +275,15 @@ class DiscArrays:
 
     def restitution_of(self, second: NDArray[np.int64]) -> NDArray[np.float64]:
         """Return the coefficient of restitution of each impact. `second` contains the numbers of the second bodies."""
-        walls = np.array([material.restitution for material in self.materials] or [math.nan])
-        return np.where(second < 0, walls[np.maximum(-1 - second, 0)], self.restitution)
+        return _select(second, [material.restitution for material in self.materials], self.restitution)
 
     def friction_of(self, second: NDArray[np.int64]) -> NDArray[np.float64]:
         """Return the coefficient of friction of each impact. `second` contains the numbers of the second bodies."""
-        walls = np.array([material.friction for material in self.materials] or [math.nan])
-        return np.where(second < 0, walls[np.maximum(-1 - second, 0)], self.friction)
+        return _select(second, [material.friction for material in self.materials], self.friction)
+
+    def belt_speeds_of(self, second: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return the speed of the second body's surface at each impact, in m/s; 0 for discs."""
+        return _select(second, [self.belt_of_wall(k) for k in range(len(self.walls))], 0.0)
 
     @cached_property
     def has_half_planes(self) -> bool:
@@ -323,6 +323,11 @@ class DiscArrays:
         if overlaps:
             lines = [f"position_m[{overlap.disc}] {overlap.message}" for overlap in overlaps]
             raise InputError("\n".join([*lines, "and more of them"] if has_more else lines))
+
+
+def _select(second: NDArray[np.int64], of_walls: list[float], of_discs: float) -> NDArray[np.float64]:
+    """Return, for each second body of an impact, the wall's number, or `of_discs` if the body is a disc."""
+    return np.where(second < 0, np.array(of_walls or [math.nan])[np.maximum(-1 - second, 0)], of_discs)
 
 
 def list_wall_lengths(wall: HalfPlane | Outline) -> tuple[float, ...]:

@@ -45,14 +45,11 @@ def work_of_driven(trace: Trace) -> NDArray[np.float64]:
     if not start.driven:
         return work
     for side, (disc, other) in enumerate((("first", "second"), ("second", "first"))):
-        bodies, normal = impacts[disc], impacts["normal"] * (1.0, -1.0)[1 - side]
+        bodies, normal = impacts[disc], impacts["normal"] * (-1.0, 1.0)[side]
         is_fixed = (impacts[other] < 0) | ~start.movable[np.maximum(impacts[other], 0)]
         is_counted = (bodies >= 0) & start.movable[np.maximum(bodies, 0)] & is_fixed
         mass = np.where(is_counted, start.mass_kg[np.maximum(bodies, 0)], 0.0)
-        runs = rim_speeds(trace, "before")[1 - side]
-        if start.belts_m_s is not None:
-            belts = np.array(start.belts_m_s)[np.maximum(-1 - impacts[other], 0) % len(start.belts_m_s)]
-            runs = np.where(impacts[other] < 0, belts, runs)
+        runs = np.where(impacts[other] < 0, start.belt_speeds_of(impacts[other]), rim_speeds(trace, "before")[1 - side])
         # The surface moves to the left of the normal, which points from the driven body to the disc.
         surface = impacts[f"velocity_{other}_before"] + runs[:, None] * np.stack([-normal[:, 1], normal[:, 0]], axis=1)
         change = impacts[f"velocity_{disc}_after"] - impacts[f"velocity_{disc}_before"]

@@ -18,7 +18,6 @@ from carom.model.chain_geometry import Outline
 from carom.support.formatting import format_metres
 
 Floats = NDArray[np.float64]
-Numbers = NDArray[np.intp]
 
 #: Largest number of overlaps of each kind (two discs, or disc and wall) that a message names.
 NAMED = 10

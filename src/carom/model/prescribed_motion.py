@@ -51,9 +51,6 @@ class Drive(NamedTuple):
         The displacement at the beginning of each leg is summed exactly and then rounded once.
         """
         leg_list = list(legs)
-        if len(leg_list) == 1:  # the usual case
-            ((begin_s, (u, v)),) = leg_list
-            return cls((Course(begin_s, math.inf, (0.0, 0.0), (u, v)),))
         ends = [*[begin_s for begin_s, _ in leg_list[1:]], math.inf]
         path, x, y = [], Fraction(0), Fraction(0)
         for (begin_s, (u, v)), end_s in zip(leg_list, ends, strict=True):
@@ -93,12 +90,5 @@ class Drive(NamedTuple):
         """Return the velocities between two times. If the times are equal, return the velocity just after them."""
         return [leg.velocity for leg in self.legs_from(begin_s) if leg.begin_s <= max(begin_s, end_s)]
 
-    def shift_legs(self, time_s: float) -> list[tuple[float, Vector]]:
-        """Return start time and velocity of each leg from `time_s` on. Start times are counted from `time_s`."""
-        legs = list(self.legs_from(time_s))
-        return [(max(0.0, leg.begin_s - time_s) if k else 0.0, leg.velocity) for k, leg in enumerate(legs)]
-
     def _find_leg_number(self, time_s: float) -> int:
-        if len(self.legs) == 1:
-            return 0
         return max(bisect_right(self.legs, time_s, key=lambda leg: leg.begin_s) - 1, 0)

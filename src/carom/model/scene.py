@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Generator
 from enum import StrEnum
-from functools import cached_property
-from typing import Annotated, Any, Self
+from typing import Annotated, Self
 
 import numpy as np
 from pydantic import AfterValidator, Field, Strict
@@ -234,9 +233,20 @@ class Scene(Drawn, Model):
                 for feature in filter(None, features):
                     yield Problem((name,), f"must be 0 in a scene {feature}, got {value}")
 
-    @cached_property
+    # The arrays are in a slot, because copies and pickles of a scene contain only its `__dict__`. A copy may get other
+    # discs, and another process builds its own arrays.
+    __slots__ = ("_arrays",)
+
+    @property
     def arrays(self) -> DiscArrays:
         """The discs, walls and coefficients of the scene as read-only arrays, the input of every solver."""
+        arrays: DiscArrays | None = getattr(self, "_arrays", None)
+        if arrays is None:
+            arrays = self._build_arrays()
+            object.__setattr__(self, "_arrays", arrays)
+        return arrays
+
+    def _build_arrays(self) -> DiscArrays:
         discs, belts = self.discs, tuple(wall.surface_speed_m_s for wall in self.walls)
         return DiscArrays.of_valid(
             position_m=np.array([disc.position_m for disc in discs]),
@@ -269,33 +279,13 @@ class Scene(Drawn, Model):
         )
         return materials if any(material != scene for material in materials) else None
 
-    # The cached arrays are not copied, because a copy of a scene may get other discs. The arrays are not pickled,
-    # because another process builds its own arrays.
-
-    def __iter__(self) -> Generator[tuple[str, Any], None, None]:
-        return ((name, value) for name, value in super().__iter__() if name != "arrays")
-
-    def __copy__(self) -> Self:
-        copied = super().__copy__()
-        copied.__dict__.pop("arrays", None)
-        return copied
-
-    def __deepcopy__(self, memo: dict[int, Any] | None = None) -> Self:
-        copied = super().__deepcopy__(memo)
-        copied.__dict__.pop("arrays", None)
-        return copied
-
-    def __getstate__(self) -> dict[Any, Any]:
-        state = super().__getstate__()
-        return {**state, "__dict__": {name: value for name, value in state["__dict__"].items() if name != "arrays"}}
-
     @property
     def undamped(self) -> Self:
         """The same scene without damping."""
         if not self.damping_per_s:
             return self
         undamped = self.model_copy(update={"damping_per_s": 0.0})
-        undamped.__dict__["arrays"] = self.arrays  # the arrays do not include damping
+        object.__setattr__(undamped, "_arrays", self.arrays)  # the arrays do not include damping
         return undamped
 
     @property

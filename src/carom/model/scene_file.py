@@ -22,10 +22,7 @@ def build_scene_schema() -> dict[str, Any]:
     schema = Scene.model_json_schema()
     for name, limit in MOST_BODIES.items():
         schema["properties"][name]["maxItems"] = limit
-    for part in (
-        schema,
-        *schema["$defs"].values(),
-    ):  # remove examples from the docstrings
+    for part in (schema, *schema["$defs"].values()):  # remove examples from the docstrings
         if "description" in part:
             part["description"] = part["description"].partition("\n\nExamples:")[0]
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **add_shorthand(schema)}
@@ -58,9 +55,7 @@ def _parse_file(path: Path) -> dict[str, Any]:
     if path.suffix not in MOST_BYTES:
         raise SceneError([_build_ending_problem(path)])
     try:
-        from carom.support.data_files import (
-            read_data,
-        )  # scenes made in Python don't need the parsers
+        from carom.support.data_files import read_data  # scenes made in Python don't need the parsers
 
         content = read_data(path, path.suffix)
     except InputError as error:

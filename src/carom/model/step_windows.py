@@ -133,6 +133,11 @@ class States:
     def __len__(self) -> int:
         return len(self.time_s)
 
+    @property
+    def spins(self) -> Array:
+        """Spins of all discs, shape ``(k, n)``, in rad/s; 0 if no disc of the scene spins."""
+        return np.zeros(self.position_m.shape[:2]) if self.spin_rad_s is None else self.spin_rad_s
+
     def select_rows(self, rows: slice | NDArray[Any]) -> States:
         """Return the states with the given row numbers."""
         spins = None if self.spin_rad_s is None else self.spin_rad_s[rows]
@@ -141,8 +146,6 @@ class States:
     @classmethod
     def joined(cls, parts: Sequence[States]) -> States:
         """Return the states of several parts as one. Either all parts have spins, or none."""
-        if len(parts) == 1:
-            return parts[0]
         names = [field.name for field in fields(cls) if getattr(parts[0], field.name) is not None]
         return cls(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
 

@@ -321,8 +321,10 @@ def shift_legs(body: Any, time_s: float) -> Any:
     """Return a wall or driven disc with the times of its legs counted from `time_s` instead of the start."""
     if not body.legs:
         return body
-    legs = tuple(Leg(from_s=begin_s, velocity_m_s=velocity) for begin_s, velocity in body.drive.shift_legs(time_s))
-    return body.model_copy(update={"legs": legs})
+    present, *later = body.drive.legs_from(time_s)
+    legs = [Leg(from_s=0.0, velocity_m_s=present.velocity)]
+    legs += [Leg(from_s=leg.begin_s - time_s, velocity_m_s=leg.velocity) for leg in later]
+    return body.model_copy(update={"legs": tuple(legs)})
 
 
 def reverse_motion(wall: AnyWall) -> AnyWall:

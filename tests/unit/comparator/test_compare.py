@@ -73,15 +73,6 @@ def test_pit_compared_with_itself_is_sampled(scene: Scene, reference: Trace) -> 
     assert Verdict.UNCOMPARED in alone.verdicts
 
 
-def test_scene_without_a_unique_answer_is_ungraded() -> None:
-    """If a disc of the reference has two impacts at one instant, the run is UNGRADED with verdict CONVENTION."""
-    cradle = staged("touching", disc_at(0, 0, 1, 0), disc_at(2, 0), disc_at(3, 0), duration_s=3)
-    reference = solve_pic(cradle)
-    score = compare(reference, reference)
-    assert score.grade is Grade.UNGRADED
-    assert Verdict.CONVENTION in score.verdicts
-
-
 def test_traces_of_two_scenes_are_refused(reference: Trace, scene: Scene) -> None:
     """Comparing traces of different scenes raises an InputError that names both scenes."""
     other = solve_pic(Scene(name="other", discs=scene.discs, duration_s=1))

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.comparator.scales import Scales, compute_own_scales, find_largest
+from carom.comparator.scales import Scales, compute_lengths, compute_own_scales, find_largest
 from carom.comparator.slowing import Slowing
 from carom.comparator.thresholds import THRESHOLDS
 from carom.model.scene import Wall
@@ -138,7 +138,7 @@ def _iterate_flights(trace: Trace, until_s: float) -> Iterator[Array]:
     bodies = np.concatenate([impacts["first"], impacts["second"]])
     order = np.lexsort((np.tile(np.arange(count), 2), bodies))
     first_of = np.searchsorted(bodies[order], np.arange(len(trace.scene.discs) + 1))
-    turning = _find_turn_times(trace)
+    turning = find_turn_times(trace)
     begin_s = turning - trace.dt_s if trace.state_before is None else trace.state_before["time_s"]
     before, after = velocities(impacts, "before"), velocities(impacts, "after")
     closing = np.hypot(*(before[1] - before[0]).T)
@@ -193,7 +193,7 @@ def _compute_slowing(slowing: Slowing, duration_s: Array, speed: Array) -> tuple
     return kept_fraction, np.array([slowing.compute_flown_time(*flight) for flight in flights])
 
 
-def _find_turn_times(trace: Trace) -> Array:
+def find_turn_times(trace: Trace) -> Array:
     """Return the time at which each impact turned the paths of its bodies; NaN if unknown."""
     times: Array = trace.impacts["time_s"] if trace.effective_time_s is None else trace.effective_time_s
     return times
@@ -208,7 +208,7 @@ def _compute_turn_places(trace: Trace, turning: Array) -> Array:
     waited = np.broadcast_to(turning - state["time_s"], (2, len(turning)))
     slowing = Slowing.of(trace.scene)
     if slowing:  # only the velocity at the impact is known, so follow the flight backwards
-        speed = np.hypot(before[..., 0], before[..., 1])
+        speed = compute_lengths(before)
         waited = np.array(
             [-_compute_slowing(slowing, -duration_s, fast)[1] for duration_s, fast in zip(waited, speed, strict=True)]
         )
@@ -267,7 +267,7 @@ def _measure_normal_error(trace: Trace, scales: Scales) -> tuple[float, float]:
     has_one_movable = (second >= 0) & (movable[impacts["first"]] != movable[np.maximum(second, 0)])
     pulled = np.where(has_one_movable, _compute_gravity_across(trace, impacts["normal"]), 0.0)
     error_m_s = np.where(along > 0.0, np.maximum(across - friction * along - pulled, 0.0), size)
-    error_m_s = np.where(np.isfinite(_find_turn_times(trace)), error_m_s, 0.0)
+    error_m_s = np.where(np.isfinite(find_turn_times(trace)), error_m_s, 0.0)
     if not len(error_m_s):
         return 0.0, 0.0
     worst_row = int(np.argmax(error_m_s))
@@ -295,7 +295,7 @@ def _measure_momentum_error(trace: Trace) -> float:
     impacts = trace.impacts
     mass = trace.scene.arrays.mass_kg
     first, second = mass[impacts["first"]], mass[np.maximum(impacts["second"], 0)]
-    is_known = (impacts["second"] >= 0) & np.isfinite([first, second, _find_turn_times(trace)]).all(axis=0)
+    is_known = (impacts["second"] >= 0) & np.isfinite([first, second, find_turn_times(trace)]).all(axis=0)
     changes = velocities(impacts, "after") - velocities(impacts, "before")
     with np.errstate(invalid="ignore"):  # immovable discs are excluded
         share = 1.0 / (1.0 + second / first)  # the first mass, divided by the sum of both masses
@@ -323,7 +323,7 @@ def _measure_angular_error(trace: Trace) -> tuple[float, float, float]:
     tangent = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
     closing = np.hypot(*(before[1] - before[0]).T)
     pulled = _compute_gravity_across(trace, normal)
-    known, duration_s = np.isfinite(_find_turn_times(trace)), _compute_contact_durations(trace)
+    known, duration_s = np.isfinite(find_turn_times(trace)), _compute_contact_durations(trace)
     if trace.scene.wall_rolling_resistance:
         known &= impacts["second"] >= 0
     # If a contact acts in a single step, `duration_s` is at most three steps.
@@ -354,7 +354,7 @@ def _compute_contact_durations(trace: Trace) -> Array:
     """Return each contact's longest possible duration: a step, plus twice the time from step start to impact."""
     duration_s = np.full(len(trace.impacts), trace.dt_s)
     if trace.state_before is not None:
-        waited = _find_turn_times(trace) - trace.state_before["time_s"]
+        waited = find_turn_times(trace) - trace.state_before["time_s"]
         duration_s += np.where(waited > 0.0, 2.0 * waited, 0.0)
     return duration_s
 

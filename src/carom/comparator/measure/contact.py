@@ -27,6 +27,7 @@ from carom.comparator.measure.contact_intervals import (
     measure_contact_quality,
     measure_late_ends,
 )
+from carom.comparator.scales import compute_lengths
 from carom.comparator.stepwise.resting_pairs import RESTING_STEPS
 from carom.comparator.thresholds import THRESHOLDS
 from carom.model.flights import free_flights
@@ -98,20 +99,20 @@ class ContactScore:
 def score_contact(run: AlignedRun) -> ContactScore | None:
     """Score a run while discs are in lasting contact; None without lasting contact, or if states were not stored."""
     reference, observed, scales = run.reference, run.observed, run.scales
-    observed_states, begin_s = observed.observed_states, reference.contact_s
-    if observed_states is None or reference.modes is None or reference.outcome is not Outcome.COMPLETED:
+    begin_s = reference.contact_s
+    if observed.observed_states is None or reference.modes is None or reference.outcome is not Outcome.COMPLETED:
         return None
     ties = [float(reference.impacts["time_s"][row]) for row in reference.ambiguous]
     end_s = min([reference.end_time_s, *(np.nextafter(tie, -math.inf) for tie in ties)])
-    until = observed_states.time_s <= end_s
-    inside = observed_states.time_s[until] >= begin_s
+    observed_states = observed.observed_states.select_rows(observed.observed_states.time_s <= end_s)
+    inside = observed_states.time_s >= begin_s
     struck_s, dt_s = reference.impacts["time_s"][reference.impacts["time_s"] > begin_s], observed.dt_s
     # Skip states close to an impact, because rounding decides whether such states are before or after the impact.
     for time_s in struck_s.tolist():
-        inside &= np.abs(observed_states.time_s[until] - time_s - 0.5 * dt_s) > dt_s
+        inside &= np.abs(observed_states.time_s - time_s - 0.5 * dt_s) > dt_s
     if not inside.any():
         return None
-    whole_truth = compute_states_at(reference, observed_states.time_s[until])
+    whole_truth = compute_states_at(reference, observed_states.time_s)
     truth, slow = whole_truth.select_rows(inside), RESTING_STEPS * math.hypot(*reference.scene.gravity_m_s2) * dt_s
 
     def measure_states(states: States) -> tuple[ContactErrors, float, bool, ContactQuality, Ends]:
@@ -121,15 +122,15 @@ def score_contact(run: AlignedRun) -> ContactScore | None:
         errors = _measure_errors(reference, truth, in_contact)
         return errors, *_measure_final_motion(truth, in_contact, slow), quality, late
 
-    own_errors, rest_m_s, frozen, quality, late = measure_states(observed_states.select_rows(until))
-    seen = observed_states.select_rows(until).select_rows(inside)
+    own_errors, rest_m_s, frozen, quality, late = measure_states(observed_states)
+    seen = observed_states.select_rows(inside)
     pit, allowed, late_allowed, fast = None, ContactErrors(0.0, 0.0, 0.0), Ends(0.0, 0.0), 0.0
     place = run.place_rounding * scales.reach_m
     if dt_s:
         hopping = _compute_pit_states(reference.scene, dt_s, tuple(whole_truth.time_s.tolist()))
         pit, pit_rest_m_s, _, pit_quality, pit_late = measure_states(hopping)
         allowed = _compute_allowed_errors(reference.scene, truth, dt_s, pit, len(struck_s))
-        late_allowed = _compute_allowed_lateness(reference, pit_late, observed_states.time_s, dt_s)
+        late_allowed = _compute_allowed_lateness(reference, pit_late, observed.observed_states.time_s, dt_s)
         # In PIT, a disc never rests but hops, and hops higher on a wall with larger restitution.
         fast = float(np.fmax.reduce([slow, pit_rest_m_s, pit_quality.hop_m_s]))
         # Rounding may explain position errors of at most a hundredth of the displacement in a step. The position of a
@@ -234,13 +235,11 @@ def _compute_spins_at(trace: Trace, times_s: Array) -> Array:
 
 
 def _find_greatest_length(vectors: Array) -> float:
-    return float(np.max(np.hypot(vectors[..., 0], vectors[..., 1])))
+    return float(np.max(compute_lengths(vectors)))
 
 
 def _measure_errors(reference: Trace, truth: States, observed: States) -> ContactErrors:
-    spins = np.zeros(truth.position_m.shape[:2]) if observed.spin_rad_s is None else observed.spin_rad_s
-    true_spins = np.zeros_like(spins) if truth.spin_rad_s is None else truth.spin_rad_s
-    rims = reference.scene.arrays.radius_m * (spins - true_spins)
+    rims = reference.scene.arrays.radius_m * (observed.spins - truth.spins)
     return ContactErrors(
         _find_greatest_length(observed.position_m - truth.position_m),
         _find_greatest_length(observed.velocity_m_s - truth.velocity_m_s),
@@ -268,7 +267,7 @@ def _compute_pit_states(scene: Scene, dt_s: float, times_s: tuple[float, ...]) -
 
 def _measure_final_motion(truth: States, observed: States, slow: float) -> tuple[float, bool]:
     """Return the largest mean final speed of a disc that should rest, and whether a disc wrongly stands still."""
-    true_speed, speed = (np.hypot(*np.moveaxis(s.velocity_m_s[-LAST:], 2, 0)) for s in (truth, observed))
+    true_speed, speed = (compute_lengths(states.velocity_m_s[-LAST:]) for states in (truth, observed))
     rests = (true_speed == 0.0).all(axis=0)
     moves = (true_speed > 2.0 * slow).all(axis=0)
     mean = speed.mean(axis=0)

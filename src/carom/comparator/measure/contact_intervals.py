@@ -119,14 +119,13 @@ def measure_late_ends(reference: Trace, truth: States, observed: States, dt_s: f
             found = [np.abs(states.velocity_m_s[rows, touch.disc] @ touch.normal) for states in (truth, observed)]
             bounces.append(_measure_lateness(truth.time_s[rows], found[0], found[1], fast))
         friction = arrays.materials[wall_index(touch.wall)].friction
-        if not friction or observed.spin_rad_s is None or truth.spin_rad_s is None:
+        if not friction or observed.spin_rad_s is None:
             continue
         slip_deceleration = -(gx * nx + gy * ny) * friction * (1.0 + 1.0 / float(arrays.inertia[touch.disc]))
         rim, along = float(arrays.radius_m[touch.disc]), np.array([ny, -nx])
         slip = [
-            np.abs(states.velocity_m_s[rows, touch.disc] @ along + rim * states.spin_rad_s[rows, touch.disc])
+            np.abs(states.velocity_m_s[rows, touch.disc] @ along + rim * states.spins[rows, touch.disc])
             for states in (truth, observed)
-            if states.spin_rad_s is not None
         ]
         slips.append(_measure_lateness(truth.time_s[rows], slip[0], slip[1], slip_deceleration * few))
     return Ends(_find_largest_known(bounces), _find_largest_known(slips))

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from carom.comparator.match_impacts import Alignment
 from carom.comparator.non_finite import find_finite_impacts
-from carom.comparator.scales import Scales, find_largest, find_largest_of_rows
+from carom.comparator.scales import Scales, compute_lengths, find_largest
 from carom.comparator.thresholds import THRESHOLDS
 from carom.core.impact_law import ContactFrictions, RoughBodies
 from carom.model.energy import compute_kinetic_energies
@@ -134,7 +134,9 @@ class Errors:
     final_spin: float = _declare_metric("final spin")
 
 
-_LARGEST_OF_IMPACTS = ("reported_time_s", "velocity", "spin", "along_normal", "across_normal", "direction_rad")
+_LARGEST_OF_IMPACTS = (
+    *("time_s", "reported_time_s", "velocity", "spin", "along_normal", "across_normal", "direction_rad"),
+)
 
 
 class MatchedRun(NamedTuple):
@@ -191,9 +193,7 @@ def _build_measured(
     scales: Scales, run: MatchedRun, impact_errors: Array, energy: float, momentum: float, ends: Array
 ) -> Measured:
     """Return all errors of a run, given the errors of its impacts in the rows `_IMPACT_ERRORS` and `time_s`."""
-    names = (*_IMPACT_ERRORS, "time_s")
-    errors = dict(zip(names, impact_errors, strict=True))
-    largest = dict(zip(names, find_largest_of_rows(impact_errors), strict=True))
+    errors = dict(zip((*_IMPACT_ERRORS, "time_s"), impact_errors, strict=True))
     restitution = errors["restitution_error"]
     final_position, final_velocity, final_spin = ends.max(axis=1).tolist()
     return Measured(
@@ -201,7 +201,7 @@ def _build_measured(
         alignment=run.alignment,
         of_impacts=errors,
         largest=Errors(
-            **{name: largest[name] for name in ("time_s", *_LARGEST_OF_IMPACTS)},
+            **{name: find_largest(errors[name]) for name in _LARGEST_OF_IMPACTS},
             restitution=find_largest(restitution[~np.isnan(restitution)]),
             energy=energy,
             momentum=momentum,
@@ -228,8 +228,8 @@ def _group_small_runs(runs: Iterable[MatchedRun]) -> Iterator[list[MatchedRun]]:
 
 def larger_error(difference: Array) -> Array:
     """Return the larger of both bodies' errors at each of m impacts, from errors of shape ``(2, m, 2)``."""
-    lengths: Array = np.hypot(difference[..., 0], difference[..., 1]).max(axis=0)  # keeps NaN
-    return lengths
+    larger: Array = compute_lengths(difference).max(axis=0)  # keeps NaN
+    return larger
 
 
 def compute_restitutions(before: Array, after: Array, normal: Array) -> Array:
@@ -264,26 +264,20 @@ def _measure_final_errors(runs: Sequence[MatchedRun], scales: Scales) -> tuple[l
     """Return the errors of final energy and momentum of k runs, and their `Measured.ends`, shape ``(k, 3, n)``."""
     references, observed = [run.reference for run in runs], [run.observed for run in runs]
     # Final states are comparable only if both runs end at the same time, except for rounding.
-    ends_together = np.array(
-        [
-            alignment.is_whole_run
-            and not abs(found.end_time_s - expected.end_time_s) > THRESHOLDS.rounding * scales.time_s
-            for expected, found, alignment in runs
-        ]
-    )
+    apart_s = np.array([abs(found.end_time_s - expected.end_time_s) for expected, found, _ in runs])
+    is_whole_run = np.array([alignment.is_whole_run for _, _, alignment in runs])
+    ends_together = is_whole_run & ~(apart_s > THRESHOLDS.rounding * scales.time_s)
     scene, start = references[0].scene, references[0].scene.arrays
     mass = np.where(start.movable, start.mass_kg, 0.0)
     (true_velocity, true_spin), (velocity, spin) = map(_stack_final_motions, (references, observed))
     place = np.array([found.final_position_m - expected.final_position_m for expected, found, _ in runs])
-    change = velocity - true_velocity
-    distance_m = np.hypot(place[..., 0], place[..., 1])
-    speed_m_s = np.hypot(change[..., 0], change[..., 1])
-    ends = np.stack([distance_m, speed_m_s, start.radius_m * np.abs(spin - true_spin)], axis=1)
+    change, spun = velocity - true_velocity, start.radius_m * np.abs(spin - true_spin)
+    ends = np.stack([compute_lengths(place), compute_lengths(change), spun], axis=1)
     momentum = np.hypot(*(mass @ change).T) / (mass.sum() * scales.speed_m_s or 1.0)
     energy = np.zeros(len(runs))
     if scales.energy_j:
-        expected = compute_kinetic_energies(scene, true_velocity, true_spin)
-        energy = (compute_kinetic_energies(scene, velocity, spin) - expected) / scales.energy_j
+        expected_j = compute_kinetic_energies(scene, true_velocity, true_spin)
+        energy = (compute_kinetic_energies(scene, velocity, spin) - expected_j) / scales.energy_j
     energy, momentum, ends = (np.where(np.isnan(errors), math.inf, errors) for errors in (energy, momentum, ends))
     ends[~_have_spins(runs), 2] = math.nan
     ends[~ends_together], momentum[~ends_together] = math.nan, math.nan
@@ -310,15 +304,17 @@ def _measure_impact_errors(runs: Sequence[MatchedRun], scales: Scales) -> Array:
     All runs are measured together. Most runs have so few impacts that measuring all runs takes little longer than
     measuring one run.
     """
-    r, o = _number_matches(runs)
-    references, observed = [run.reference for run in runs], [run.observed for run in runs]
-    expected = join_rows([trace.impacts for trace in references])[r]
-    found = join_rows([trace.impacts for trace in observed])[o]
-    known = ~np.concatenate([unknown_velocities(trace) for trace in observed], axis=1)[:, o]
+    matched = [(run, *np.array(run.alignment.matched, dtype=np.intp).reshape(-1, 2).T) for run in runs]
+    expected = join_rows([run.reference.impacts[r] for run, r, _ in matched])
+    found = join_rows([run.observed.impacts[o] for run, _, o in matched])
+    known = ~np.concatenate([unknown_velocities(run.observed)[:, o] for run, _, o in matched], axis=1)
     normal, after, true_after = expected["normal"], velocities(found, "after"), velocities(expected, "after")
     difference = np.where(known[:, :, None], after - true_after, 0.0)
     across = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
-    spun = _join_rim_speeds(observed)[:, o] - _join_rim_speeds(references)[:, r]
+    spun = np.concatenate(
+        [rim_speeds(run.observed, "after")[:, o] - rim_speeds(run.reference, "after")[:, r] for run, r, o in matched],
+        axis=1,
+    )
     restitution = compute_restitutions(velocities(found, "before"), after, found["normal"])
     restitution[~known.all(axis=0)] = math.nan
     parts = (
@@ -330,7 +326,7 @@ def _measure_impact_errors(runs: Sequence[MatchedRun], scales: Scales) -> Array:
     errors = np.array(
         [
             found["time_s"] - expected["time_s"],
-            np.concatenate([_list_effective_times(trace) for trace in observed])[o] - expected["time_s"],
+            np.concatenate([_list_effective_times(run.observed)[o] for run, _, o in matched]) - expected["time_s"],
             *np.where(np.isnan(parts), math.inf, parts),
             np.where(known, _compute_angles(after, true_after, AT_REST * scales.speed_m_s), 0.0).max(axis=0),
             _compute_angles(found["normal"], normal, 0.0),
@@ -338,25 +334,11 @@ def _measure_impact_errors(runs: Sequence[MatchedRun], scales: Scales) -> Array:
             restitution - compute_restitutions(velocities(expected, "before"), true_after, normal),
         ]
     )
-    has_spins = np.repeat(_have_spins(runs), [len(run.alignment.matched) for run in runs])
+    has_spins = np.repeat(_have_spins(runs), [len(r) for _, r, _ in matched])
     errors[_IMPACT_ERRORS.index("spin"), ~has_spins] = math.nan
-    errors[:, ~np.concatenate([find_finite_impacts(trace) for trace in observed])[o]] = math.inf
+    errors[:, ~np.concatenate([find_finite_impacts(run.observed)[o] for run, _, o in matched])] = math.inf
     reported_s, effective_s = errors[:2]
     return np.concatenate([errors, np.where(np.isnan(effective_s), reported_s, effective_s)[None]])
-
-
-def _number_matches(runs: Sequence[MatchedRun]) -> NDArray[np.intp]:
-    """Return the matches of all runs as indices of the joined impacts of all references and runs, shape ``(2, m)``."""
-    matched, expected, found = list[tuple[int, int]](), 0, 0
-    for run in runs:
-        matched += [(expected + r, found + o) for r, o in run.alignment.matched]
-        expected, found = expected + len(run.reference.impacts), found + len(run.observed.impacts)
-    return np.array(matched, dtype=np.intp).reshape(-1, 2).T
-
-
-def _join_rim_speeds(traces: Iterable[Trace]) -> Array:
-    """Return both bodies' rim speeds after the impacts of all traces, shape ``(2, m)``."""
-    return np.concatenate([rim_speeds(trace, "after") for trace in traces], axis=1)
 
 
 def _list_effective_times(trace: Trace) -> Array:
@@ -391,5 +373,5 @@ def _find_largest_part(difference: Array, direction: Array) -> Array:
 def _compute_angles(a: Array, b: Array, negligible: float) -> Array:
     """Return angles between vectors, in radians. An angle is 0 if one of the vectors is at most `negligible` long."""
     angle_rad = np.arctan2(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0], (a * b).sum(axis=-1))
-    shorter = np.minimum(np.hypot(a[..., 0], a[..., 1]), np.hypot(b[..., 0], b[..., 1]))
+    shorter = np.minimum(compute_lengths(a), compute_lengths(b))
     return np.where(shorter <= negligible, 0.0, np.abs(angle_rad))

@@ -155,7 +155,7 @@ def measure_local_errors(trace: Trace, scales: Scales) -> LocalErrors:
         unknown: dict[str, Any] = dict.fromkeys(_ERRORS, np.full(len(trace.impacts), math.nan))
         return LocalErrors(**unknown, spurious=())
     impacts, state, scene = trace.impacts, find_own_states(trace), trace.scene.arrays
-    belt_speeds = _find_belt_speeds(trace)
+    belt_speeds = np.stack([np.zeros(len(impacts)), scene.belt_speeds_of(impacts["second"])])  # of both surfaces
     start, bodies = state["time_s"], _Bodies(trace, state, belt_speeds)
     # An impact with NaN or an infinity has no local error, because a verdict reports such impacts.
     known = np.isfinite(bodies.position).all(axis=(0, 2)) & np.isfinite(start) & find_finite_impacts(trace)
@@ -203,22 +203,12 @@ def measure_local_errors(trace: Trace, scales: Scales) -> LocalErrors:
     )
 
 
-def _find_belt_speeds(trace: Trace) -> Array:
-    """Return the surface speed of both bodies of each impact; 0 for bodies other than conveyor walls."""
-    start, second = trace.scene.arrays, trace.impacts["second"]
-    speeds = np.zeros((2, len(second)))
-    if start.belts_m_s is not None:
-        speeds[1] = np.where(second < 0, np.array(start.belts_m_s)[np.maximum(-1 - second, 0)], 0.0)
-    return speeds
-
-
 def _find_last_turn_times(trace: Trace) -> Array:
     """Return, for each impact, the time of its bodies' latest earlier impact, in seconds; 0 if there is none."""
     latest = np.zeros(len(trace.scene.discs))
     result = np.zeros(len(trace.impacts))
-    for k, (time, *pair) in enumerate(
-        zip(turn_times(trace), trace.impacts["first"], trace.impacts["second"], strict=True)
-    ):
+    pairs = zip(trace.impacts["first"], trace.impacts["second"], strict=True)
+    for k, (time, pair) in enumerate(zip(turn_times(trace), pairs, strict=True)):
         bodies = [body for body in pair if body >= 0]
         result[k] = np.max(latest[bodies])
         latest[bodies] = time

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.comparator.align_impacts import AlignedRun
-from carom.comparator.measure.consistency import Consistency, measure_consistency
+from carom.comparator.measure.consistency import Consistency, find_turn_times, measure_consistency
 from carom.comparator.measure.contact import ContactScore, score_contact
 from carom.comparator.measure.errors import MatchedRun, Measured, measure_errors, unknown_velocities
 from carom.comparator.measure.friction_branch import WrongBranches, find_wrong_branches
@@ -114,10 +114,8 @@ def measure_run(aligned: AlignedRun) -> MeasuredRun:
         cost = measure_sampling_cost(aligned, pit, sampled, measured)
     non_finite, truth, until_s, possible = find_non_finite(observed), aligned.truth, aligned.compared.until_s, observed
     if reference.outcome is Outcome.CRUSHED:  # a disc has no state after it is crushed
-        reported_s = observed.impacts["time_s"]
-        turned_s = reported_s if observed.effective_time_s is None else observed.effective_time_s
-        turned_s = np.where(reported_s > reference.end_time_s, math.nan, turned_s)
-        possible = replace(observed, effective_time_s=turned_s)
+        is_after_end = observed.impacts["time_s"] > reference.end_time_s
+        possible = replace(observed, effective_time_s=np.where(is_after_end, math.nan, find_turn_times(observed)))
     return MeasuredRun.of(
         aligned,
         measured=measured,

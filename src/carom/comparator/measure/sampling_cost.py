@@ -30,10 +30,9 @@ from carom.solvers.pit.solve import solve_pit
 
 Array = NDArray[np.float64]
 
-#: Number of cached results, one per scene and step size. This number suffices for all scenes of the catalogue at three
-#: step sizes each. Results at phases that were chosen for a single run are rarely reused, so their cache is smaller.
-KEPT = 1024
-OWN_KEPT = 256
+#: Number of cached results, one per scene, step size and choice of phases. This number suffices for all scenes of the
+#: catalogue at three step sizes each.
+_MOST_CACHED = 1024
 
 
 @dataclass(frozen=True)
@@ -100,12 +99,8 @@ class SamplingCost:
         """
         all_errors, late_s = np.array([cost.errors for cost in costs]), np.array([cost.late_s for cost in costs])
         errors, found, off_s = (
-            np.maximum.accumulate(sizes.max(axis=0), axis=-1)
-            for sizes in (
-                all_errors,
-                np.array([cost.found for cost in costs]),
-                np.array([cost.found_off_s for cost in costs]),
-            )
+            np.maximum.accumulate(np.max([getattr(cost, name) for cost in costs], axis=0), axis=-1)
+            for name in ("errors", "found", "found_off_s")
         )
         ends = [costs[0], *(cost for cost in costs[1:] if math.isfinite(cost.late_s))]
         names = ("energy", "final_position", "final_velocity", "final_spin")
@@ -135,7 +130,8 @@ def measure_sampling_cost(aligned: AlignedRun, pit: Trace, measured: Measured, m
     def measure_even_phases() -> tuple[list[SamplingCost], SamplingCost]:
         costs = [SamplingCost.of(pit.dt_s, measure_impact_errors(measured, aligned.scales, impacts), measured)]
         if pit.dt_s and impacts:
-            costs += _measure_costs_at_even_phases(reference.scene, pit.dt_s, impacts, cut)
+            phases = list_even_phases(THRESHOLDS.phases)[1:]  # at phase 0, the scene is not shifted
+            costs += _measure_costs_at_phases(reference.scene, pit.dt_s, impacts, cut, phases)
         return costs, SamplingCost.combine(costs)
 
     costs, cost = aligned.baseline.compute_once((measure_sampling_cost, aligned.compared), measure_even_phases)
@@ -185,16 +181,7 @@ def measure_changes(reference: Trace, scales: Scales) -> Array:
     return np.stack([velocity / scales.speed_m_s, spin / scales.rim_m_s])
 
 
-@lru_cache(maxsize=KEPT)
-def _measure_costs_at_even_phases(
-    scene: Scene, dt_s: float, reliable_impacts: int, cut: bool
-) -> tuple[SamplingCost, ...]:
-    """Return PIT's errors at each evenly spread phase except phase 0, at which the scene is not shifted."""
-    phases = list_even_phases(THRESHOLDS.phases)[1:]
-    return _measure_costs_at_phases.__wrapped__(scene, dt_s, reliable_impacts, cut, phases)
-
-
-@lru_cache(maxsize=OWN_KEPT)
+@lru_cache(maxsize=_MOST_CACHED)
 def _measure_costs_at_phases(
     scene: Scene, dt_s: float, reliable_impacts: int, cut: bool, phases: tuple[float, ...]
 ) -> tuple[SamplingCost, ...]:

@@ -135,15 +135,8 @@ class LocalScore:
         """Grade of the steps: EXACT, CLOSE, SAMPLED, INACCURATE or WRONG."""
         if self.missed_own or self.invented:
             return Grade.WRONG
-        off_alone = self.drifts or self.slipped > self.rounding or self.sinks
-        if (
-            off_alone
-            or self.early
-            or self.ahead
-            or self.too_late
-            or self.worse_than_pit
-            or self.energy > self.energy_rounding
-        ):
+        has_faults = self.drifts or self.sinks or self.early or self.ahead or self.too_late or self.worse_than_pit
+        if has_faults or self.slipped > self.rounding or self.energy > self.energy_rounding:
             return Grade.INACCURATE
         sampled = self.polygon or self.sunk_radii > self.rounding or self.missed
         if self.agrees and not sampled:

@@ -12,12 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.comparator.stepwise import body_states
-from carom.comparator.stepwise.near_pairs import (
-    MARGIN_STEPS,
-    NearPairs,
-    find_disc_pairs,
-    find_wall_pairs,
-)
+from carom.comparator.stepwise.near_pairs import MARGIN_STEPS, NearPairs, find_disc_pairs, find_wall_pairs
 from carom.comparator.stepwise.resting_pairs import RESTING_STEPS, RestHistory, find_resting_pairs
 from carom.comparator.stepwise.scene_bodies import Pair
 from carom.comparator.stepwise.step_block import Block

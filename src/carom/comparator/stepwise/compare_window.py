@@ -15,13 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.comparator.slowing import find_nearest_time
-from carom.comparator.stepwise import body_states
 from carom.comparator.stepwise.active_pairs import Activity
 from carom.comparator.stepwise.resting_pairs import RESTING_STEPS
 from carom.comparator.stepwise.scene_bodies import Pair
 from carom.comparator.stepwise.step_block import Block
 from carom.comparator.stepwise.step_chains import StepChain
-from carom.comparator.stepwise.window import Difference, Window, compute_relative_velocity
+from carom.comparator.stepwise.window import Difference, Window, compute_relative_motion, compute_relative_velocity
 from carom.comparator.stepwise.window_runs import simulate_pit
 from carom.comparator.thresholds import THRESHOLDS
 from carom.model.step_windows import WindowRow
@@ -122,18 +121,16 @@ def _compare_nothing_due(window: Window, comparison: Comparison) -> Comparison:
     # A body counts as resting if its velocity changed by at most the speed that it gains by falling during the window.
     steps = chain.end - chain.begin + 0.5
     may_rest = velocity <= max(RESTING_STEPS, steps) * bodies.pull * window.block.dt_s and _can_be_held_up(window)
-    if chain.is_cut_at_begin:
-        # If the window is the rest of a longer contact, velocities already changed before the window. So only the
-        # energy is compared.
+    if chain.is_cut_at_begin or (not may_rest and window.meets_at_rest):
         comparison.entangled, comparison.price_velocity, comparison.price_spin = True, 0.0, 0.0
+    else:
+        comparison.turned = not may_rest
+    if chain.is_cut_at_begin or comparison.turned:
         comparison.velocity, comparison.spin, comparison.place_m = velocity, spin, place
-        conserves_energy = bodies.pull == 0.0 and not bodies.driven and not bodies.slowing.table_m_s2
-        comparison.energy_j = window.now.compute_energy() - window.free.compute_energy() if conserves_energy else 0.0
-    elif not may_rest and window.meets_at_rest:
-        comparison.entangled, comparison.price_velocity, comparison.price_spin = True, 0.0, 0.0
-    elif not may_rest:
-        comparison.turned = True
-        comparison.velocity, comparison.spin, comparison.place_m = velocity, spin, place
+    # If the window is the rest of a longer contact, velocities already changed before the window. So only the energy is
+    # compared.
+    if chain.is_cut_at_begin and bodies.pull == 0.0 and not bodies.driven and not bodies.slowing.table_m_s2:
+        comparison.energy_j = window.now.compute_energy() - window.free.compute_energy()
     return comparison
 
 
@@ -183,9 +180,7 @@ def _is_missed(window: Window, pair: Pair, speed_before: float) -> bool:
     """Whether two bodies that should have met moved on as before, and so passed through each other."""
     block, bodies, activity = window.block, window.bodies, window.activity
     steps = window.chain.pairs[pair]
-    own_steps = [
-        step for step in steps if activity.due[step][pair] >= 0.0 and (step, pair) not in activity.consequences
-    ]
+    own_steps = [step for step in _list_due_steps(window, pair) if (step, pair) not in activity.consequences]
     if not own_steps:
         return False
     last = own_steps[-1]
@@ -221,11 +216,8 @@ def _is_missed(window: Window, pair: Pair, speed_before: float) -> bool:
 def _is_idle(window: Window, pair: Pair, size: float) -> bool:
     """Whether one of two bodies kept its velocity in the window, although PIC's impacts change this velocity."""
     block, chain, bodies = window.block, window.chain, window.bodies
-    idle = [
-        body
-        for body in pair
-        if bodies.is_movable(body) and not block.velocity_changed[chain.begin : chain.end, body].any()
-    ]
+    changed = block.velocity_changed[chain.begin : chain.end]
+    idle = [body for body in pair if bodies.is_movable(body) and not changed[:, body].any()]
     meets = any(
         impact.pair == pair and impact.contact.closing > 1e-3 * size and impact.time_s < window.lasts
         for impact in window.truth
@@ -240,8 +232,12 @@ def _is_idle(window: Window, pair: Pair, size: float) -> bool:
 
 def _is_due_at_next_frame(window: Window, pair: Pair) -> bool:
     """Whether two bodies should have met in the run's last step, so that no later check could find their impact."""
-    own_steps = [step for step in window.chain.pairs[pair] if window.activity.due[step][pair] >= 0.0]
-    return own_steps == [window.chain.end - 1] and _is_closing(window, pair)
+    return _list_due_steps(window, pair) == [window.chain.end - 1] and _is_closing(window, pair)
+
+
+def _list_due_steps(window: Window, pair: Pair) -> list[int]:
+    """Return the steps in which two bodies should meet."""
+    return [step for step in window.chain.pairs[pair] if window.activity.due[step][pair] >= 0.0]
 
 
 def _has_contact_at_end(window: Window) -> bool:
@@ -291,25 +287,18 @@ def _measure_lateness(window: Window, comparison: Comparison, found: Difference,
 
 def _find_turn_time(window: Window, pair: Pair) -> float:
     """Return the seconds from the window's start until the free paths before and after the impact are nearest."""
-    duration_s = window.lasts
-
-    def compute_offset(state: body_states.BodyStates) -> tuple[float, float]:
-        (x, y), (ox, oy) = (state.motion_of(body)[0] for body in pair)
-        return (ox - x, oy - y)
-
     if window.bodies.slowing.table_m_s2:
         return _find_turn_time_on_table(window, pair)
-    velocity_before = compute_relative_velocity(window.free, pair)
-    velocity_after = compute_relative_velocity(window.now, pair)
+    free_offset, velocity_before = compute_relative_motion(window.free, pair)
+    offset_after, velocity_after = compute_relative_motion(window.now, pair)
     slope = (velocity_before[0] - velocity_after[0], velocity_before[1] - velocity_after[1])
     squared = slope[0] ** 2 + slope[1] ** 2
     if squared == 0.0:
         return math.nan
     # The paths are nearest `ago_s` seconds before the window's end: their distance at the end, divided by their
     # relative velocity. With damping, paths are straight lines in undamped time.
-    free_offset, offset_after = compute_offset(window.free), compute_offset(window.now)
     ago_s = ((free_offset[0] - offset_after[0]) * slope[0] + (free_offset[1] - offset_after[1]) * slope[1]) / squared
-    return duration_s + window.bodies.slowing.damping.to_damped(-ago_s)
+    return window.lasts + window.bodies.slowing.damping.to_damped(-ago_s)
 
 
 def _find_turn_time_on_table(window: Window, pair: Pair) -> float:
@@ -317,18 +306,12 @@ def _find_turn_time_on_table(window: Window, pair: Pair) -> float:
 
     def compute_offset(time_s: float) -> tuple[Array, Array]:
         (p, u), (q, v) = (
-            _compute_relative_motion(state.select_discs(pair).compute_later_state(seconds), pair)
+            compute_relative_motion(state.select_discs(pair).compute_later_state(seconds), pair)
             for state, seconds in ((window.start, time_s), (window.now, time_s - window.lasts))
         )
-        return p - q, u - v
+        return np.subtract(p, q), np.subtract(u, v)
 
     return find_nearest_time(compute_offset, window.lasts)
-
-
-def _compute_relative_motion(state: body_states.BodyStates, pair: Pair) -> tuple[Array, Array]:
-    """Return position and velocity of the second body relative to the first."""
-    (p, u), (q, v) = (state.motion_of(body) for body in pair)
-    return np.subtract(q, p), np.subtract(v, u)
 
 
 def _measure_sampling_cost(window: Window, comparison: Comparison, found: Difference) -> None:
@@ -346,21 +329,14 @@ def _measure_sampling_cost(window: Window, comparison: Comparison, found: Differ
     kept_fraction = slowing.damping.compute_kept_fraction(window.lasts - until_s)
     if slowing.table_m_s2:
         measured_s = window.lasts
-    known_states: dict[int, body_states.BodyStates] = {}
-    known_energy_j: dict[int, float] = {}
     costs_by_completeness: dict[bool, list[tuple[float, float, float]]] = {True: [], False: []}
     for first_s in first_checks_s:
         met = simulate_pit(window.start, window.pairs, until_s, dt_s, first_s)
         last_state, since_s = (met[-1].after, met[-1].time_s) if met else (window.start, 0.0)
         end = last_state.compute_later_state(measured_s - since_s)
-        difference = window.find_nearest_difference(end, until_there, measured_s, None, known_states)
-        if difference.impacts not in known_energy_j:
-            known_energy_j[difference.impacts] = difference.truth.compute_energy()
-        cost = (
-            difference.velocity * kept_fraction,
-            difference.spin * kept_fraction,
-            abs(end.compute_energy() - known_energy_j[difference.impacts]) * kept_fraction**2,
-        )
+        difference = window.find_nearest_difference(end, until_there, measured_s, None)
+        gained_j = abs(end.compute_energy() - difference.truth.compute_energy())
+        cost = (difference.velocity * kept_fraction, difference.spin * kept_fraction, gained_j * kept_fraction**2)
         costs_by_completeness[len(met) >= min(need, len(until_there))].append(cost)
     # If PIT finds all impacts at some phases, use only these phases.
     columns = zip(*(costs_by_completeness[True] or costs_by_completeness[False]), strict=True)

@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from carom.comparator.scales import compute_lengths
 from carom.comparator.stepwise.scene_bodies import Pair
 from carom.comparator.stepwise.step_block import Block
 from carom.comparator.stepwise.waits import compute_wait
@@ -95,14 +96,13 @@ def find_disc_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
             continue
         d, u = p[:, second] - p[:, first], v[:, second] - v[:, first]
         contact = arrays.radius_m[first] + arrays.radius_m[second]
-        distance, b = np.hypot(d[..., 0], d[..., 1]), _multiply(d, u)
+        distance, b = compute_lengths(d), _multiply(d, u)
         gap = distance - contact
-        with np.errstate(divide="ignore", invalid="ignore"):
-            closing = np.where(distance > 0.0, -b / distance, 0.0)
         # d points from the first to the second disc. Gravity along d brings the discs together if only the first disc
         # is movable, and gravity against d if only the second disc is movable.
         falls = arrays.movable[first].astype(float) - arrays.movable[second]
         with np.errstate(divide="ignore", invalid="ignore"):
+            closing = np.where(distance > 0.0, -b / distance, 0.0)
             pulled = np.where(distance > 0.0, falls * (d @ np.array(bodies.gravity)) / distance, 0.0)
         place_rounding = block.place_rounding[begin:end]
         gap_rounding = place_rounding[:, first] + place_rounding[:, second]
@@ -179,11 +179,10 @@ def _find_one_by_one(
         far = block.place_unit * max(map(abs, list_wall_lengths(wall)))
         for i in np.flatnonzero(arrays.movable).tolist():
             x, y = centre[i].tolist()
-            away = (
-                (x - wall[0]) * wall[2] + (y - wall[1]) * wall[3]
-                if isinstance(wall, tuple)
-                else wall.compute_gap(x, y, 0.0)
-            )
+            if isinstance(wall, tuple):
+                away = (x - wall[0]) * wall[2] + (y - wall[1]) * wall[3]
+            else:
+                away = wall.compute_gap(x, y, 0.0)
             if away > float(reach[i]):
                 continue
             pair = (i, bodies.n + k)

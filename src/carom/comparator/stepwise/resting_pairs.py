@@ -88,24 +88,20 @@ def find_resting_pairs(block: Block, together: Sequence[NearPairs]) -> list[Flag
     touches, such as the second wall of a corner.
     """
     movable, pull = block.scene.arrays.movable, block.bodies.pull
-    if not pull:
+    if not (pull and together):
         return [np.zeros(relative.wait.shape, np.bool_) for relative in together]
     touching, pressed = [], []
-    for relative in together:
+    discs = [relative.list_discs(block.bodies.n) for relative in together]
+    for relative, (first, second) in zip(together, discs, strict=True):
         closing, contact = np.abs(relative.closing), np.array([block.bodies.reach(pair) for pair in relative.pairs])
         slow = RESTING_STEPS * pull * block.dt_s + relative.speed_rounding
-        first, second = relative.list_discs(block.bodies.n)
         falls = (relative.second >= block.bodies.n) | (movable[first] != movable[second])
         near = falls & (relative.gap[:-1] <= RESTING_GAP * contact)
         touching.append(near & (closing[:-1] <= slow) & (closing[1:] <= slow))
         # The direction of gravity relative to a wall has the rounding error of the wall's normal.
         pressed.append(touching[-1] & (relative.closing_acceleration[:-1] > block.place_unit * pull))
-    if all(np.array_equal(*both) for both in zip(touching, pressed, strict=True)):
-        return pressed
-    held = np.zeros((len(touching[0]), block.bodies.n), np.bool_)
-    for relative, flags in zip(together, pressed, strict=True):
+    held = np.zeros((len(together[0].wait), block.bodies.n), np.bool_)
+    for flags, (first, second) in zip(pressed, discs, strict=True):
         rows, columns = np.nonzero(flags)
-        first, second = relative.list_discs(block.bodies.n)
         held[rows, first[columns]] = held[rows, second[columns]] = True
-    discs = [relative.list_discs(block.bodies.n) for relative in together]
     return [flags & (held[:, first] | held[:, second]) for flags, (first, second) in zip(touching, discs, strict=True)]

@@ -65,10 +65,12 @@ class SceneBodies:
         # The list is stored, because every step of every window uses this list.
         self._moves: list[bool] = [inverse > 0.0 for inverse in self.inverse_mass] + [False] * len(self.walls)
         self._is_stationary = [drive.is_stationary for drive in self.wall_drives]
-        self._has_legs = any(len(drive.legs) > 1 for drive in (*self.wall_drives, *self.disc_drives.values()))
+        drives = {**self.disc_drives, **dict(enumerate(self.wall_drives, self.n))}
+        #: Motion of each body whose prescribed velocity changes.
+        self._changing_drives = {body: drive for body, drive in drives.items() if len(drive.legs) > 1}
         self.slows = bool(self.slowing)
         #: Whether every disc moves along one straight line between impacts, at a constant velocity.
-        self.moves_straight = not (self.pull or self.slows or self._has_legs)
+        self.moves_straight = not (self.pull or self.slows or self._changing_drives)
         self.pulls = [scene.gravity_m_s2 if self.is_pulled(disc) else (0.0, 0.0) for disc in range(self.n)]
         #: Greatest speed at the start, in metres per second; 0 without a table. On a table, rounding errors of
         #: velocities are proportional to this speed, because a slow disc may once have been this fast.
@@ -146,11 +148,7 @@ class SceneBodies:
 
     def list_later_legs(self, pair: Pair, time_s: float) -> tuple[Course, ...]:
         """Return the parts of a pair's prescribed motion that begin after `time_s`, if there are any."""
-        if not self._has_legs:
-            return ()
-        drives = [self.disc_drives.get(body) for body in pair if body < self.n]
-        drives += [self.wall_drives[body - self.n] for body in pair if body >= self.n]
-        drive = next((drive for drive in drives if drive is not None and len(drive.legs) > 1), None)
+        drive = next((self._changing_drives[body] for body in pair if body in self._changing_drives), None)
         return () if drive is None else drive.legs_from(time_s * body_states.TOUCH)[1:]
 
     def reach(self, pair: Pair) -> float:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Collection
 from itertools import combinations
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from carom.comparator.scales import compute_lengths
 from carom.comparator.stepwise import body_states
 from carom.comparator.stepwise.scene_bodies import Pair, SceneBodies
 from carom.model.scene import Scene
@@ -29,8 +29,10 @@ _AHEAD_GAP = 0.25
 _CLOCK = 2.0**-51
 
 
-class Block(NamedTuple):
+class Block:
     """Some steps of a run as arrays, with their rounding errors.
+
+    The constructor's arguments have the same names as the attributes.
 
     Attributes:
         scene: The scene.
@@ -50,25 +52,8 @@ class Block(NamedTuple):
         path_deviation: Distance of each disc from the end of its free path, in metres, shape ``(k, n)``.
     """
 
-    scene: Scene
-    bodies: SceneBodies
-    states: States
-    dt_s: float
-    step_s: Array
-    pull: Array
-    unit: float
-    place_unit: float
-    agreement: float
-    own_speed: Array
-    place_rounding: Array
-    velocity_changed: Flags
-    velocity_change: Array
-    rim_speed_change: Array
-    path_deviation: Array
-
-    @classmethod
-    def of(
-        cls,
+    def __init__(
+        self,
         scene: Scene,
         bodies: SceneBodies,
         states: States,
@@ -76,47 +61,35 @@ class Block(NamedTuple):
         unit: float,
         place_unit: float,
         agreement: float,
-    ) -> Block:
-        """Compute the arrays of a block of steps. The arguments have the same names as the class's attributes."""
+    ) -> None:
+        self.scene, self.bodies, self.states, self.dt_s = scene, bodies, states, dt_s
+        self.unit, self.place_unit, self.agreement = unit, place_unit, agreement
         h = np.diff(states.time_s)[:, None]
+        self.step_s: Array = h[:, 0]
         p, v = states.position_m, states.velocity_m_s
-        speed = np.hypot(*np.moveaxis(v, 2, 0))
+        speed = compute_lengths(v)
         kept_fraction = bodies.slowing.compute_kept_fractions(h, speed[:-1])
         flown_s = bodies.slowing.compute_flown_times(h, speed[:-1])
         radius = scene.arrays.radius_m
-        pull = np.where(scene.arrays.movable[:, None], np.array(bodies.gravity), 0.0)
-        fallen = pull * h[..., None]
-        velocity_change = np.hypot(*np.moveaxis(v[1:] - v[:-1] * kept_fraction[..., None] - fallen, 2, 0))
+        self.pull: Array = np.where(scene.arrays.movable[:, None], np.array(bodies.gravity), 0.0)
+        fallen = self.pull * h[..., None]
+        self.velocity_change: Array = compute_lengths(v[1:] - v[:-1] * kept_fraction[..., None] - fallen)
         displacement = v[:-1] * flown_s[..., None]
-        path_deviation = np.hypot(*np.moveaxis(p[1:] - p[:-1] - displacement - 0.5 * fallen * h[..., None], 2, 0))
-        rims = np.zeros(p.shape[:2]) if states.spin_rad_s is None else radius * states.spin_rad_s
-        rim_speed_change = np.abs(rims[1:] - rims[:-1] * kept_fraction)
+        self.path_deviation: Array = compute_lengths(p[1:] - p[:-1] - displacement - 0.5 * fallen * h[..., None])
+        rims = radius * states.spins
+        self.rim_speed_change: Array = np.abs(rims[1:] - rims[:-1] * kept_fraction)
         # Bodies with a prescribed motion change their velocities without impacts.
         driven = list(scene.arrays.driven_discs)
-        velocity_change[:, driven] = path_deviation[:, driven] = 0.0
-        own_speed = np.maximum(speed[1:], speed[:-1]) + (np.hypot(*pull.T) + bodies.slowing.table_m_s2) * h
+        self.velocity_change[:, driven] = self.path_deviation[:, driven] = 0.0
+        accelerations = np.hypot(*self.pull.T) + bodies.slowing.table_m_s2
+        own_speed: Array = np.maximum(speed[1:], speed[:-1]) + accelerations * h
+        self.own_speed = own_speed
         own_rim = np.maximum(own_speed, np.maximum(np.abs(rims[1:]), np.abs(rims[:-1])))
         far = np.max(np.abs(p), axis=2) + radius
         reach = np.maximum(far[1:], far[:-1]) + own_speed * h
-        clock_s = _CLOCK * states.time_s[1:, None]
-        velocity_changed = (velocity_change > unit * (own_speed + bodies.fast)) | (rim_speed_change > unit * own_rim)
-        return cls(
-            scene=scene,
-            bodies=bodies,
-            states=states,
-            dt_s=dt_s,
-            step_s=h[:, 0],
-            pull=pull,
-            unit=unit,
-            place_unit=place_unit,
-            agreement=agreement,
-            own_speed=own_speed,
-            place_rounding=place_unit * reach + own_speed * clock_s,
-            velocity_changed=velocity_changed,
-            velocity_change=velocity_change,
-            rim_speed_change=rim_speed_change,
-            path_deviation=path_deviation,
-        )
+        self.place_rounding: Array = place_unit * reach + own_speed * (_CLOCK * states.time_s[1:, None])
+        has_changed = self.velocity_change > unit * (own_speed + bodies.fast)
+        self.velocity_changed: Flags = has_changed | (self.rim_speed_change > unit * own_rim)
 
     def __len__(self) -> int:
         return len(self.step_s)

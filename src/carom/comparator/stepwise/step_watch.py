@@ -136,6 +136,11 @@ class StepWatch:
         until_s = self._until_s
         if sum(map(len, self._states)) > 1:
             self._analyse_block(ends=True)
+        rests = [
+            (i, self._to_body_number(j), *span)
+            for (i, j), spans in self._rest.resting_intervals_s.items()
+            for span in spans
+        ]
         return LocalTruth(
             until_s=until_s,
             steps=self._steps,
@@ -148,14 +153,7 @@ class StepWatch:
             sunk_radii=self._rest.sunk_radii,
             sinks_s=self._rest.sinks_s,
             polygon=self._polygon,
-            rests=np.array(
-                sorted(
-                    (i, self._to_body_number(j), *span)
-                    for (i, j), spans in self._rest.resting_intervals_s.items()
-                    for span in spans
-                ),
-                REST_DTYPE,
-            ),
+            rests=np.array(sorted(rests), REST_DTYPE),
             invented=self._invented,
             first_invented_s=self._first_invention[0],
             first_inventor=self._first_invention[1],
@@ -169,7 +167,7 @@ class StepWatch:
         """Compare the complete windows of a block, and keep the states of windows that are not complete."""
         states = States.joined(self._states)
         with np.errstate(over="ignore", under="ignore"):
-            block = Block.of(self._scene, self._bodies, states, self._dt_s, *self._units)
+            block = Block(self._scene, self._bodies, states, self._dt_s, *self._units)
             activity = find_activity(block, self._rest)
             for step in sorted(step for step in activity.due if step >= self._searched - self._dropped):
                 self._chains.add(self._dropped + step, activity.due[step])
@@ -186,14 +184,14 @@ class StepWatch:
                 for disc in chain.discs:
                     scale[chain.end :, disc] = self._scale[disc] = max(before, comparison.speed)
             open_chains = [chain.shift_steps(-self._dropped) for chain in self._chains.open_chains]
-            flight_steps = slice(
-                self._checked - self._dropped, len(block) if ends else self._chains.complete_until - self._dropped
+            checked_until = len(block) if ends else self._chains.complete_until - self._dropped
+            flight_steps, scale = (
+                slice(self._checked - self._dropped, checked_until),
+                np.maximum(scale, block.own_speed),
             )
-            self._check_free_flight(
-                block, activity, [*finished, *open_chains], flight_steps, np.maximum(scale, block.own_speed)
-            )
-        self._checked = self._dropped + flight_steps.stop
-        done = min([flight_steps.stop, *(chain.begin for chain in open_chains)])
+            self._check_free_flight(block, activity, [*finished, *open_chains], flight_steps, scale)
+        self._checked = self._dropped + checked_until
+        done = min([checked_until, *(chain.begin for chain in open_chains)])
         self._dropped += done
         self._states = [states.select_rows(slice(done, None))]
 
@@ -221,10 +219,8 @@ class StepWatch:
         self._windows.append(_get_row(comparison))
         for (i, j), steps in chain.pairs.items():
             due_s, steps_s = comparison.due_s.get((i, j), math.nan), (times[steps[0]], times[steps[-1] + 1])
-            passed, pit_passed = (
-                (i, j) in found for found in (comparison.passed_through, comparison.pit_passed_through)
-            )
-            self._meetings.append((number, i, self._to_body_number(j), *steps_s, due_s, passed, pit_passed))
+            missed_by = ((i, j) in comparison.passed_through, (i, j) in comparison.pit_passed_through)
+            self._meetings.append((number, i, self._to_body_number(j), *steps_s, due_s, *missed_by))
 
     def _check_free_flight(
         self, block: Block, activity: Activity, chains: list[StepChain], flight_steps: slice, scale: Array
@@ -240,11 +236,8 @@ class StepWatch:
         h = block.step_s[:, None]
         # Accelerations by gravity and slowing bend paths.
         bends = np.hypot(*block.pull.T) + self._bodies.slowing.compute_deceleration(block.own_speed)
-        has_turned = (
-            block.velocity_changed
-            & free
-            & (np.maximum(block.velocity_change, block.rim_speed_change) > block.unit * scale)
-        )
+        change = np.maximum(block.velocity_change, block.rim_speed_change)
+        has_turned = block.velocity_changed & free & (change > block.unit * scale)
         rounding = block.place_rounding
         allowed = 0.5 * bends * h * h
         # An engine may push overlapping bodies apart without changing their velocities.
@@ -268,11 +261,8 @@ class StepWatch:
         beyond = np.where(has_moved, block.path_deviation - allowed, 0.0)
         # Store the largest unexplained changes of velocity, spin and position of each disc.
         columns = (block.velocity_change, block.rim_speed_change, beyond, block.own_speed, rounding)
-        for column, sizes in (
-            (2, np.where(has_turned, relative, 0.0)),
-            (3, np.where(has_turned, spinning, 0.0)),
-            (4, beyond),
-        ):
+        turned, spun = np.where(has_turned, relative, 0.0), np.where(has_turned, spinning, 0.0)
+        for column, sizes in ((2, turned), (3, spun), (4, beyond)):
             for disc in np.flatnonzero(sizes.any(axis=0)).tolist():
                 step, key = int(np.argmax(sizes[:, disc])), (disc, -column)
                 size = float(sizes[step, disc])

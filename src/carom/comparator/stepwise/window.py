@@ -14,6 +14,7 @@ from carom.comparator.stepwise.scene_bodies import Pair
 from carom.comparator.stepwise.step_block import Block
 from carom.comparator.stepwise.step_chains import StepChain
 from carom.comparator.stepwise.window_runs import WindowImpact, simulate_pic
+from carom.model.trace import Vector
 
 #: In a window, PIC lets a disc rest if the disc approaches a body no faster than after falling for this fraction of a
 #: step.
@@ -66,27 +67,20 @@ class Window:
         truth: Sequence[WindowImpact],
         seconds: float,
         resting: Pair | None,
-        known_states: dict[int, body_states.BodyStates] | None = None,
     ) -> Difference:
         """Return the smallest difference between a state of the run and PIC's state after any number of impacts.
 
         PIC's last impacts may only be omitted if they are still ahead in the run's state.
-
-        `known_states` caches PIC's states by number of impacts, for calls that differ only in `state`.
         """
         best: Difference | None = None
-        known_states = {} if known_states is None else known_states
         for count in range(len(truth), -1, -1):
             if count < len(truth) and not self.is_ahead(state, truth[count]):
                 break  # smaller counts would omit this impact, too
-            if count not in known_states:
-                last_state, since_s = (truth[count - 1].after, truth[count - 1].time_s) if count else (self.start, 0.0)
-                known_states[count] = last_state.compute_later_state(
-                    seconds - since_s, resting if count == len(truth) else None
-                )
-            velocity, spin, place = state.measure_difference(known_states[count])
+            last_state, since_s = (truth[count - 1].after, truth[count - 1].time_s) if count else (self.start, 0.0)
+            end = last_state.compute_later_state(seconds - since_s, resting if count == len(truth) else None)
+            velocity, spin, place = state.measure_difference(end)
             if best is None or velocity + spin < best.velocity + best.spin - self.speed_rounding:
-                best = Difference(velocity, spin, place, count, known_states[count])
+                best = Difference(velocity, spin, place, count, end)
         assert best is not None  # noqa: S101 - the count of all impacts is always tried
         return best
 
@@ -102,7 +96,12 @@ class Window:
         return contact.gap >= -self.gap_rounding and contact.closing > 0.0 and along > 0.0
 
 
-def compute_relative_velocity(state: body_states.BodyStates, pair: Pair) -> tuple[float, float]:
+def compute_relative_motion(state: body_states.BodyStates, pair: Pair) -> tuple[Vector, Vector]:
+    """Return the position and the velocity of the second body relative to the first."""
+    ((x, y), (ux, uy)), ((ox, oy), (vx, vy)) = (state.motion_of(body) for body in pair)
+    return (ox - x, oy - y), (vx - ux, vy - uy)
+
+
+def compute_relative_velocity(state: body_states.BodyStates, pair: Pair) -> Vector:
     """Return the velocity of the second body relative to the first."""
-    (ux, uy), (vx, vy) = (state.motion_of(body)[1] for body in pair)
-    return (vx - ux, vy - uy)
+    return compute_relative_motion(state, pair)[1]

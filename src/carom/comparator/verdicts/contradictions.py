@@ -22,54 +22,48 @@ def report_drifts(run: MeasuredRun) -> Iterator[Finding]:
         return
     if consistency.strayed > run.place_rounding:
         position = consistency.position
-        reason = f"by up to {format_number(position.size, 3)} times the largest radius, {_format_since(position)}"
+        reason = f"{_format_size(position.size)} times the largest radius, {_format_since(position)}"
         if consistency.strayed_excess > run.place_rounding:
             reason += f"; {format_number(consistency.excess.size, 3)} more than the overlap gained in a step explains"
         yield Finding(Verdict.DRIFTS, reason)
     if consistency.angular > run.rounding:
-        reason = f"by up to {format_number(consistency.angular, 3)} times the scene's greatest disc or rim speed"
+        reason = f"{_format_size(consistency.angular)} times the scene's greatest disc or rim speed"
         if math.isfinite(consistency.arm):
             distance, excess = f"{format_number(consistency.arm, 4)} times its radius", consistency.arm - 1.0
             if abs(excess) < _NEAR_THE_RIM:
-                distance = (
-                    f"{format_number(abs(excess), 3)} of its radius {'outside' if excess > 0.0 else 'inside'} its rim"
-                )
+                side = "outside" if excess > 0.0 else "inside"
+                distance = f"{format_number(abs(excess), 3)} of its radius {side} its rim"
             reason += f"; friction turns a disc as if it acted at {distance}"
         if consistency.angular_excess > run.rounding:
-            reason += (
-                f"; {format_number(consistency.angular_excess, 3)} more than the overlap gained in a step explains"
-            )
+            more = format_number(consistency.angular_excess, 3)
+            reason += f"; {more} more than the overlap gained in a step explains"
         yield Finding(Verdict.ANGULAR, reason)
 
 
 def report_contradictions(run: MeasuredRun) -> Iterator[Finding]:
     """Report contradictions between a run's states, velocities, reported times and normals."""
-    consistency, rounding = run.consistency, run.rounding
-    if consistency is None:
+    found, rounding = run.consistency, run.rounding
+    if found is None:
         return
-    speed, rims, degrees = (
-        "times the scene's greatest speed",
-        "times the scene's greatest disc or rim speed",
-        math.degrees(consistency.normal_rad),
-    )
-    for verdict, size, reason in (
-        (Verdict.TURNS, consistency.velocity.size, f"{speed}, {_format_since(consistency.velocity)}"),
-        (Verdict.SPINS, consistency.spin.size, f"{rims}, {_format_since(consistency.spin)}"),
-        (Verdict.MOMENTUM, consistency.momentum, f"{speed}, in the velocity of the two discs' centre of mass"),
-    ):
-        if not size <= rounding:
-            yield Finding(verdict, f"by up to {format_number(size, 3)} {reason}")
-    if not consistency.stamp_s <= rounding * run.scales.time_s:
-        yield Finding(Verdict.WRONG_STAMP, f"by up to {format_seconds_and_steps(consistency.stamp_s, run)}")
-    if not consistency.across <= rounding:
-        yield Finding(
-            Verdict.WRONG_NORMAL,
-            f"{format_number(degrees, 3)} degrees from the velocity change at the impact with the largest error",
-        )
-    if not consistency.normal_length <= rounding:
-        yield Finding(
-            Verdict.WRONG_NORMAL, f"their length differs from 1 by up to {format_number(consistency.normal_length, 3)}"
-        )
+    speed, rims = "times the scene's greatest speed", "times the scene's greatest disc or rim speed"
+    if not found.velocity.size <= rounding:
+        yield Finding(Verdict.TURNS, f"{_format_size(found.velocity.size)} {speed}, {_format_since(found.velocity)}")
+    if not found.spin.size <= rounding:
+        yield Finding(Verdict.SPINS, f"{_format_size(found.spin.size)} {rims}, {_format_since(found.spin)}")
+    if not found.momentum <= rounding:
+        reason = f"{_format_size(found.momentum)} {speed}, in the velocity of the two discs' centre of mass"
+        yield Finding(Verdict.MOMENTUM, reason)
+    if not found.stamp_s <= rounding * run.scales.time_s:
+        yield Finding(Verdict.WRONG_STAMP, f"by up to {format_seconds_and_steps(found.stamp_s, run)}")
+    if not found.across <= rounding:
+        angle = f"{format_number(math.degrees(found.normal_rad), 3)} degrees"
+        yield Finding(Verdict.WRONG_NORMAL, f"{angle} from the velocity change at the impact with the largest error")
+    if not found.normal_length <= rounding:
+        yield Finding(Verdict.WRONG_NORMAL, f"their length differs from 1 {_format_size(found.normal_length)}")
+
+
+def _format_size(size: float) -> str:
+    return f"by up to {format_number(size, 3)}"
 
 
 def _format_since(slip: Deviation) -> str:

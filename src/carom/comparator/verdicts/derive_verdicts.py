@@ -48,20 +48,11 @@ def derive_verdicts(run: MeasuredRun, grade_before_tie: Grade | None) -> JudgedR
     # If every step agrees with PIC, only unknown velocities can cause errors of impacts.
     if not judged.has_exact_steps:
         found += _report_ending(judged)
-        # After two trajectories diverge, impacts only match by chance.
-        trajectory_rules = (
-            (report_divergence, report_misreports)
-            if judged.has_diverged_before_miss
-            else (
-                _report_missed_and_spurious,
-                _report_order,
-                _report_timing,
-                _report_velocities,
-                _report_spins,
-                _report_end_state,
-            )
-        )
-        found += [finding for rule in trajectory_rules for finding in rule(judged)]
+        if judged.has_diverged_before_miss:  # after two trajectories diverge, impacts only match by chance
+            found += [*report_divergence(judged), *report_misreports(judged)]
+        else:
+            found += [*_report_missed_and_spurious(judged), *_report_order(judged), *_report_timing(judged)]
+            found += [*_report_velocities(judged), *_report_spins(judged), *_report_end_state(judged)]
     found += [*judged.drifts, *judged.contradictions, *report_sinking(judged)]
     found += list(report_bad_steps(judged, has_findings=bool(found)))
     found += report_polygons(judged) if found else ()
@@ -118,21 +109,18 @@ def _report_convention(judged: JudgedRun) -> Iterator[Finding]:
     reference, match = judged.reference, judged.convention
     if match is None:
         return
-    reason = (
-        f"{len(reference.ambiguous)} of {len(reference.impacts)} impacts share a disc with another impact at the "
-        f"same instant, the first at {format_instant(match.group.time_s)}"
-    )
-    count = len(match.outcomes)
+    tied, first = f"{len(reference.ambiguous)} of {len(reference.impacts)}", format_instant(match.group.time_s)
+    reason = f"{tied} impacts share a disc with another impact at the same instant, the first at {first}"
     if match.nearest is None:
         reason += "; there are too many possible outcomes to list"
     else:
+        count, scale = len(match.outcomes), "of the scene's greatest speed"
         which = f"possible outcome {match.nearest + 1} of {count} ({match.outcomes[match.nearest].how})"
-        matched = f"{which}, except for {format_number(match.distance)} of the scene's greatest speed"
-        missed = (
-            f"none of the {count} possible outcomes; the run differs by {format_number(match.distance, 3)} of the "
-            f"scene's greatest speed from {which}"
-        )
-        reason += f"; matches {matched if match.matches else missed}"
+        if match.matches:
+            reason += f"; matches {which}, except for {format_number(match.distance)} {scale}"
+        else:
+            difference = f"the run differs by {format_number(match.distance, 3)} {scale} from {which}"
+            reason += f"; matches none of the {count} possible outcomes; {difference}"
     if (before := judged.grade_before_tie) is not None:
         grade_name = "undecided" if before is Grade.UNGRADED else before.name.lower().replace("_", ", ")
         reason += f"; until then the run is {grade_name}"
@@ -158,10 +146,8 @@ def _report_missed_and_spurious(judged: JudgedRun) -> Iterator[Finding]:
     if alignment.spurious:
         yield Finding(Verdict.SPURIOUS, f"{len(alignment.spurious)}, {_format_first(alignment.spurious, found)}")
     if undecided := alignment.undecided:
-        first_s = expected["time_s"][undecided[0]]
-        yield Finding(
-            Verdict.UNDECIDED, f"{len(undecided)} of {reliable_impacts} impacts, the first at {format_instant(first_s)}"
-        )
+        first = format_instant(expected["time_s"][undecided[0]])
+        yield Finding(Verdict.UNDECIDED, f"{len(undecided)} of {reliable_impacts} impacts, the first at {first}")
 
 
 def _format_first(indices: Sequence[int], impacts: NDArray[np.void]) -> str:
@@ -194,21 +180,17 @@ def _report_timing(judged: JudgedRun) -> Iterator[Finding]:
 
 def _report_velocities(judged: JudgedRun) -> Iterator[Finding]:
     own_speeds, scales = judged.baseline.find_own_scales(judged.reference).speed_m_s, judged.scales
-    wrong_errors = [
-        e
-        for e in judged.measured.errors
-        if not e.velocity * scales.speed_m_s <= judged.rounding * own_speeds[e.reference]
-    ]
-    worst = max(wrong_errors, key=lambda error: error.velocity, default=None)
+    allowed = judged.rounding * own_speeds
+    wrong = [e for e in judged.measured.errors if not e.velocity * scales.speed_m_s <= allowed[e.reference]]
+    worst = max(wrong, key=lambda error: error.velocity, default=None)
     if worst is not None:
         reason = f"by up to {format_number(worst.velocity, 3)} times the scene's greatest speed"
         if own_speeds[worst.reference] < 0.5 * scales.speed_m_s:
             part = worst.velocity * scales.speed_m_s / own_speeds[worst.reference]
             reason += f", or {format_number(part, 3)} times the greatest speed that led to the impact"
         if worst.normal_rad > judged.rounding:
-            reason += (
-                f", at an impact whose normal is wrong by {format_number(math.degrees(worst.normal_rad), 3)} degrees"
-            )
+            degrees = format_number(math.degrees(worst.normal_rad), 3)
+            reason += f", at an impact whose normal is wrong by {degrees} degrees"
         yield Finding(Verdict.WRONG_VELOCITY, reason)
     direction_rad, energy = judged.measured.largest.direction_rad, judged.measured.largest.energy
     if direction_rad > THRESHOLDS.direction_rad:
@@ -229,18 +211,12 @@ def _report_unknown_velocities(judged: JudgedRun) -> Iterator[Finding]:
 
 def _report_spins(judged: JudgedRun) -> Iterator[Finding]:
     """Report errors of spins, which are NaN if no disc spins."""
-    own_rim_speeds = judged.baseline.find_own_scales(judged.reference).rim_m_s
-    scales, impacts = judged.scales, judged.observed.impacts
-    wrong_spins = [
-        e.spin
-        for e in judged.measured.errors
-        if e.spin * scales.rim_m_s > judged.rounding * own_rim_speeds[e.reference]
-    ]
+    allowed = judged.rounding * judged.baseline.find_own_scales(judged.reference).rim_m_s
+    scale, impacts = judged.scales.rim_m_s, judged.observed.impacts
+    wrong_spins = [e.spin for e in judged.measured.errors if e.spin * scale > allowed[e.reference]]
     if wrong_spins:
-        worst = max(wrong_spins)
-        yield Finding(
-            Verdict.WRONG_SPIN, f"by up to {format_number(worst, 3)} times the scene's greatest disc or rim speed"
-        )
+        size = format_number(max(wrong_spins), 3)
+        yield Finding(Verdict.WRONG_SPIN, f"by up to {size} times the scene's greatest disc or rim speed")
     for verdict, wrong in ((Verdict.SLID, judged.branches.slid), (Verdict.STUCK, judged.branches.stuck)):
         if wrong:
             yield Finding(verdict, f"{len(wrong)} of {len(impacts)}, {_format_first(wrong, impacts)}")
@@ -273,10 +249,8 @@ def _format_contact(score: ContactScore) -> str:
         wrong += f"; all but {format_metres(score.beyond_m)} follow from moving a disc at one speed in each step"
     place, speed = (THRESHOLDS.close * part for part in score.allowed[:2])
     if abs(score.quality.gap_m) > place:
-        wrong += (
-            f"; a disc is held {format_metres(abs(score.quality.gap_m))} "
-            f"{'off' if score.quality.gap_m > 0.0 else 'inside'} its wall"
-        )
+        side = "off" if score.quality.gap_m > 0.0 else "inside"
+        wrong += f"; a disc is held {format_metres(abs(score.quality.gap_m))} {side} its wall"
     if score.rest_m_s > speed:
         wrong += f"; a disc that should rest moves at {format_number(score.rest_m_s, 3)} m/s on average"
     if score.quality.hop_m_s > speed:
@@ -287,8 +261,6 @@ def _format_contact(score: ContactScore) -> str:
         if abs(late_s) > most_s:
             wrong += f"; {event_name} end {format_seconds(abs(late_s))} {'late' if late_s > 0.0 else 'early'}"
     if score.momentum_m_s > THRESHOLDS.close * score.allowed.velocity_m_s:
-        wrong += (
-            "; angular momentum about the wall, which friction can't change, is off by "
-            f"{format_number(score.momentum_m_s, 3)} m/s"
-        )
+        off = f"{format_number(score.momentum_m_s, 3)} m/s"
+        wrong += f"; angular momentum about the wall, which friction can't change, is off by {off}"
     return f"from {format_instant(score.begin_s)} on by up to {describe(score.errors)}{wrong}{pit}"

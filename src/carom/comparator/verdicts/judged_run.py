@@ -31,6 +31,11 @@ class JudgedRun(MeasuredRun):
     contradictions: tuple[Finding, ...]
     findings: tuple[Finding, ...] = ()
 
+    @property
+    def has_misreports(self) -> bool:
+        """Whether the run's reported impacts differ from those that its states show."""
+        return self.reports is not None and not self.reports.agree
+
     @cached_property
     def has_exact_steps(self) -> bool:
         """Whether every step and the final state agree with PIC except for rounding.
@@ -40,14 +45,9 @@ class JudgedRun(MeasuredRun):
         local = self.local_truth
         if local is None or local.grade is not Grade.EXACT or self.convention is not None:
             return False
-        if (
-            (self.reports is not None and not self.reports.agree)
-            or self.has_other_ending
-            or self.non_finite
-            or self.measured.largest.final_spin > self.rounding
-            or self.drifts
-            or self.contradictions
-        ):
+        if self.has_other_ending or self.non_finite or self.drifts or self.contradictions:
+            return False
+        if self.has_misreports or self.measured.largest.final_spin > self.rounding:
             return False
         if self.compared.is_whole_run:
             return bool(np.all(self.measured.ends[:2] <= self.compute_end_rounding(self.measured, exactly=True)[:2]))
@@ -81,7 +81,7 @@ class JudgedRun(MeasuredRun):
     @property
     def has_diverged(self) -> bool:
         """Whether the trajectory has diverged from the reference's, but no step misses or invents an impact."""
-        local, reports = self.local_truth, self.reports
-        if local is None or local.missed_own or local.invented or (reports is not None and not reports.agree):
+        local = self.local_truth
+        if local is None or local.missed_own or local.invented or self.has_misreports:
             return False
         return self.has_diverged_before_miss and not self.has_other_ending

@@ -18,12 +18,9 @@ def report_divergence(judged: JudgedRun) -> Iterator[Finding]:
     local = judged.local_truth
     if local is None or judged.diverged_s is None:
         return
-    pit = ""
+    pit, pit_s, alignment = "", judged.pit_diverged_s, judged.alignment
     if judged.sampling is not None:
-        pit = (
-            " (PIT's not)" if judged.pit_diverged_s is None else f" (PIT's at {format_instant(judged.pit_diverged_s)})"
-        )
-    alignment = judged.alignment
+        pit = " (PIT's not)" if pit_s is None else f" (PIT's at {format_instant(pit_s)})"
     yield Finding(
         Verdict.DIVERGED,
         f"at {format_instant(judged.diverged_s)}{pit}; it misses {len(alignment.missed)} of {judged.compared.impacts} "
@@ -58,10 +55,9 @@ def report_sinking(judged: JudgedRun) -> Iterator[Finding]:
     """Report how deep discs sink into the bodies on which they rest."""
     local = judged.local_truth
     if local is not None and (local.sinks or local.sunk_radii > judged.rounding):
-        speed_text = f"{'faster than' if local.sinks else 'as'} a fall from rest in each step explains"
-        yield Finding(
-            Verdict.SINKS, f"by up to {format_number(local.sunk_radii, 3)} times the contact distance, {speed_text}"
-        )
+        depth = f"{format_number(local.sunk_radii, 3)} times the contact distance"
+        speed = "faster than" if local.sinks else "as"
+        yield Finding(Verdict.SINKS, f"by up to {depth}, {speed} a fall from rest in each step explains")
 
 
 def report_polygons(judged: JudgedRun) -> Iterator[Finding]:
@@ -72,14 +68,11 @@ def report_polygons(judged: JudgedRun) -> Iterator[Finding]:
     slowing = Slowing.of(scene)
     bends = slowing.compute_deceleration(judged.scales.speed_m_s) if slowing else math.hypot(*scene.gravity_m_s2)
     deviation = format_metres(0.5 * bends * dt_s * dt_s)
+    verdict, bend, path = Verdict.POLYGON, "|g|", f"parabola, {deviation}"
     if slowing:
-        bend = "c |v|" if scene.damping_per_s else "a"
-        size = f"half of {bend} dt^2 off its path, {deviation} at the scene's greatest speed"
-        reason = f"each step ends up to {size}; these errors add up"
-        yield Finding(Verdict.DAMPED_POLYGON, reason)
-    else:
-        reason = f"each step ends up to half of |g| dt^2 off its parabola, {deviation}; these errors add up"
-        yield Finding(Verdict.POLYGON, reason)
+        path = f"path, {deviation} at the scene's greatest speed"
+        verdict, bend = Verdict.DAMPED_POLYGON, "c |v|" if scene.damping_per_s else "a"
+    yield Finding(verdict, f"each step ends up to half of {bend} dt^2 off its {path}; these errors add up")
 
 
 def report_bad_steps(judged: JudgedRun, *, has_findings: bool) -> Iterator[Finding]:
@@ -88,10 +81,9 @@ def report_bad_steps(judged: JudgedRun, *, has_findings: bool) -> Iterator[Findi
     if local is None or judged.non_finite:
         return
     if local.missed and (local.missed != len(alignment.missed) or judged.has_diverged_before_miss):
+        missed = f"{local.missed} of {local.due} due impacts, the first {local.first_missed}"
         pit = f"PIT also misses {local.missed_by_pit} of these from the same states"
-        yield Finding(
-            Verdict.PASSED_THROUGH, f"{local.missed} of {local.due} due impacts, the first {local.first_missed}; {pit}"
-        )
+        yield Finding(Verdict.PASSED_THROUGH, f"{missed}; {pit}")
     if local.invented and (local.invented != len(alignment.spurious) or judged.has_diverged_before_miss):
         yield Finding(Verdict.TURNED_ALONE, f"{local.invented}, the first {local.first_invented}")
     is_shown = judged.compared.is_whole_run and has_findings and not judged.has_diverged_before_miss
