@@ -179,13 +179,17 @@ class Outline:
         return (min(xs), min(ys)), (max(xs), max(ys))
 
     def find_nearest(self, x: float, y: float) -> Foot:
-        """Return the point of the line that is nearest to a given point."""
+        """Return the point of the line that is nearest to a given point.
+
+        If several points are equally near, a point between the ends of its edge is returned: near a joint, rounding
+        hides that this point is nearer than the joint.
+        """
         feet = [
-            (_compute_square(px - x, py - y), k, px, py, inner)
+            (_compute_square(px - x, py - y), not inner, k, px, py)
             for k, ((px, py), inner) in enumerate(stretch.find_nearest(x, y) for stretch in self.stretches)
         ]
-        _, k, px, py, inner = min(feet)
-        return Foot(px, py, k, inner)
+        _, is_end, k, px, py = min(feet)
+        return Foot(px, py, k, not is_end)
 
     def find_feet(self, x: float, y: float, distance: float) -> Iterator[Foot]:
         """Yield the nearest point of each edge, for all edges within `distance` of a given point.

@@ -95,15 +95,15 @@ export class Outline {
       ? this.edges.map(Stretch.of)
       : [new Stretch({ a: start, b: start, bulge: 1 }, centre_m, radius_m)];
   }
-  // Returns the nearest point on the given edges. If points on two edges are equally near, returns the one on the edge
-  // with the lower number.
+  // Returns the nearest point on the given edges. If several are equally near, returns a point between the ends of its
+  // edge (near a joint, rounding hides that this point is nearer than the joint), then the edge with the lowest number.
   nearest(x, y, among = this.stretches.keys()) {
     let least = Infinity,
       found;
     for (const edge of among) {
       const [at, inner] = this.stretches[edge].nearest(x, y),
         square = squareOf(at[0] - x, at[1] - y);
-      if (square < least) [least, found] = [square, { at, edge, inner }];
+      if (square < least || (square === least && inner && !found.inner)) [least, found] = [square, { at, edge, inner }];
     }
     return found;
   }  // Whether a point that is not on the outline is inside of a closed outline.

@@ -130,8 +130,13 @@ static inline Point find_nearest_on_edge(const ChainEdge *e, double x, double y)
     return e->is_arc ? find_nearest_on_arc(e, x, y) : find_nearest_on_segment(e, x, y);
 }
 
-/* Return the point of a chain's line that is nearest to a given point. If several edges are equally near, return the
-   point of the edge with the lowest number.
+static inline bool is_end_of(const ChainEdge *e, Point point) {
+    return (point.x == e->ax && point.y == e->ay) || (point.x == e->bx && point.y == e->by);
+}
+
+/* Return the point of a chain's line that is nearest to a given point. If several edges are equally near, prefer a point
+   between the ends of its edge: near a joint, rounding hides that this point is nearer than the joint. If this does not
+   decide, return the point of the edge with the lowest number.
 
    `hint` is the number of an edge that is probably near the point. The nearer this edge is to the point, the more other
    edges are skipped. */
@@ -140,6 +145,7 @@ static inline Nearest find_nearest(const Chain *chain, double x, double y, Index
     double slack = distance_slack(chain, x, y);
     double least = CAROM_INF;
     double distance = CAROM_INF;
+    bool is_end = true;
     for (Index n = -1; n < chain->edge_count; n++) {
         Index k = n < 0 ? hint : n;
         const ChainEdge *e = &chain->edges[k];
@@ -149,10 +155,14 @@ static inline Nearest find_nearest(const Chain *chain, double x, double y, Index
         double dx = point.x - x;
         double dy = point.y - y;
         double square = dx * dx + dy * dy;
-        if (n < 0 || square < least || (square == least && k < best.edge)) {
+        if (n >= 0 && square > least)
+            continue;
+        bool is_this_end = is_end_of(e, point);
+        if (n < 0 || square < least || (is_this_end == is_end ? k < best.edge : is_end)) {
             least = square;
             distance = sqrt(square);
             best = (Nearest){point.x, point.y, k};
+            is_end = is_this_end;
         }
     }
     return best;

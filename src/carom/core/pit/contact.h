@@ -5,23 +5,18 @@
    contact. So PIT stores the impact (`StoredImpact`). After the impact, the two bodies have another impact only if they
    approach faster than rounding errors explain (`is_rounding`):
 
-   - The velocities are rounded, both at this frame and just after the impact.
-   - The positions are rounded. Let R be the distance between the two centres of curvature, and d its rounding error
-     (`position_error`). Rounding turns the normal by up to d / R (`turn_of`). So up to d / R times the slip becomes
-     speed along the normal, which exact arithmetic does not have.
+   - The velocities are rounded, both at this frame and just after the impact. In a time t, these errors shrink the gap
+     by no more than other rounding errors do. All other errors below only count until the gap has shrunk by more than
+     its rounding error d since the impact.
+   - The positions are rounded. Let R be the distance between the two centres of curvature. Rounding turns the normal
+     by up to d / R (`turn_of`). So up to d / R times the slip becomes speed along the normal, which exact arithmetic
+     does not have.
    - The impact itself has left errors of up to d / R times its slip along its normal, and of up to d / R times its
      speed of approach along its tangent. Later frames and impacts have also rounded the velocities. These errors
-     count only by their components along the present normal, until the gap has shrunk by more than d since the impact.
+     count only by their components along the present normal.
 
-   So if two bodies do not approach in exact arithmetic, rounding causes no impact. If a driven body pushes faster than
-   rounding errors explain, the first frame of the push has an impact. Slower pushes cannot cause more overlap than
-   rounding errors do:
-
-   - If an impact has left the speed w, the gap shrinks by w t in a time t. Rounding errors as large as w t are in the
-     bodies' paths anyway.
-   - If the bodies approach at d / R times the slip, the approach ends when they have slid by d. So between two frames
-     the gap shrinks by at most d^2 / (2 R). Since d / R is at most CAROM_COARSEST_CONTACT, the gap shrinks by less than
-     d in 2^21 frames. */
+   If a driven body pushes faster than rounding errors explain, the first frame of the push has an impact. Slower pushes
+   cannot cause more overlap than rounding errors do. */
 
 #pragma once
 
@@ -53,7 +48,7 @@ typedef struct Encounter { /* a disc and another body that it may touch, at a fr
    the disc to the body along the normal. If the vector (dx, dy) ends at the centre of the body's curvature, `radii` is
    the sum of both radii. */
 static inline Encounter encounter_of(Index body, double dx, double dy, double radii, const double *v, const double *w,
-                                 double sizes) {
+                                     double sizes) {
     double length = sqrt(dx * dx + dy * dy), nx = dx / length, ny = dy / length;
     double ux = w[0] - v[0], uy = w[1] - v[1];
     double speeds = fabs(v[0]) + fabs(v[1]) + fabs(w[0]) + fabs(w[1]);
@@ -76,7 +71,7 @@ static inline Encounter meet_disc(const State *s, Index i, Index j, const double
 
    The inside of an arc presses a disc that slides along it, so a turned normal does not explain an approach. */
 static inline Encounter meet_feature(const State *s, Index k, const Disc *a, Index feature, const double *v,
-                                   const double *w, double sizes) {
+                                     const double *w, double sizes) {
     const ChainEdge *e = &s->edges[feature / CHAIN_PARTS];
     Index body = -1 - s->wall_count - feature, part = feature % CHAIN_PARTS;
     double sign = part == ON_RIGHT ? -1.0 : 1.0, radii = a->radius + s->chains[k].half_width;
@@ -95,6 +90,7 @@ static inline Encounter meet_feature(const State *s, Index k, const Disc *a, Ind
     Encounter m = encounter_of(body, sign * (e->by - e->ay), sign * (e->ax - e->bx), 0.0, v, w, sizes);
     m.gap = m.nx * (e->ax - a->x) + m.ny * (e->ay - a->y) - radii;
     m.reach = CAROM_INF;
+    m.is_turned = false;
     return m;
 }
 
@@ -111,6 +107,7 @@ static inline Encounter meet_wall(const State *s, Index i, Index k, const Disc *
     Encounter m = encounter_of(-1 - k, -wall->nx, -wall->ny, 0.0, v, w, sizes + size_of(wall->x, wall->y, 0.0));
     m.gap = (a->x - wall->x) * wall->nx + (a->y - wall->y) * wall->ny - a->radius;
     m.reach = CAROM_INF;
+    m.is_turned = false;
     return m;
 }
 
@@ -123,35 +120,37 @@ static inline double count_roundings(const State *s) {
 }
 
 /* Return the rounding error of the distance between two bodies, in metres, along a direction in which the sum of the
-   magnitudes of their coordinates is `sizes`. At earlier frames, the coordinates exceeded the present ones by at most
-   the length of the path since then. */
-static inline double position_error(const State *s, const Encounter *m, double sizes) {
-    return gap_resolution(sizes) + count_roundings(s) * CAROM_ULP * (sizes + m->speeds * s->now);
+   magnitudes of their coordinates is `sizes`. `speeds` is the greatest sum of the bodies' speeds so far. At earlier
+   frames, the coordinates exceeded the present ones by at most the length of the path since then. */
+static inline double position_error(const State *s, double speeds, double sizes) {
+    return gap_resolution(sizes) + count_roundings(s) * CAROM_ULP * (sizes + speeds * s->now);
 }
 
 /* Return the rounding error of the direction of the normal, in radians. Return 0 if the direction is too uncertain for
    a contact. */
-static inline double turn_of(const State *s, const Encounter *m) {
-    double turn = position_error(s, m, m->sizes_across) / m->reach;
+static inline double turn_of(const State *s, const Encounter *m, double speeds) {
+    double turn = position_error(s, speeds, m->sizes_across) / m->reach;
     return turn <= CAROM_COARSEST_CONTACT ? turn : 0.0;
 }
 
 /* Return the rounding error of the velocities due to all frames up to now, in metres per second. */
-static inline double velocity_error(const State *s, const Encounter *m) {
-    return s->motion == STRAIGHT ? 0.0 : count_roundings(s) * CAROM_ULP * m->speeds;
+static inline double velocity_error(const State *s, double speeds) {
+    return s->motion == STRAIGHT ? 0.0 : count_roundings(s) * CAROM_ULP * speeds;
 }
 
 /* Return whether a disc and a body approach only by a rounding error. `t` is the last impact of the disc with the
    body. */
 static inline bool is_rounding(const State *s, const StoredImpact *t, const Encounter *m) {
     double cosine = greater(t->nx * m->nx + t->ny * m->ny, 0.0), sine = fabs(t->nx * m->ny - t->ny * m->nx);
-    double turn = m->is_turned ? greater(turn_of(s, m), t->turn) : 0.0;
-    double error = CAROM_ERROR * m->speeds + turn * m->slip + t->left * cosine;
+    double error = CAROM_ERROR * m->speeds + t->left * cosine;
     if (m->approach <= error)
         return true;
-    if (m->gap < t->gap - position_error(s, m, m->sizes))
+    double speeds = greater(m->speeds, t->speeds);
+    if (m->gap < t->gap - position_error(s, speeds, m->sizes))
         return false;
-    return m->approach <= error + velocity_error(s, m) + t->normal_error * cosine + t->tangent_error * sine;
+    double turn = m->is_turned ? greater(turn_of(s, m, speeds), t->turn) : 0.0;
+    double past_error = velocity_error(s, speeds) + t->normal_error * cosine + t->tangent_error * sine;
+    return m->approach <= error + turn * m->slip + past_error;
 }
 
 /* ---- stored impacts ---- */
@@ -188,8 +187,11 @@ static inline bool are_in_contact(const State *s, Index i, Index j) {
     const StoredImpact *first = find_stored_impact(s, i, j), *second = find_stored_impact(s, j, i);
     if ((first == NULL && !is_first_fixed) || (second == NULL && !is_second_fixed))
         return false;
+    StoredImpact both = is_first_fixed ? *second : *first;
+    if (!is_first_fixed && !is_second_fixed) /* each disc has stored the errors that its own later impacts have left */
+        both.normal_error += second->normal_error;
     Encounter m = meet_disc(s, i, j, &s->discs[i].vx, &s->discs[j].vx);
-    return (is_first_fixed || is_rounding(s, first, &m)) && (is_second_fixed || is_rounding(s, second, &m));
+    return is_rounding(s, &both, &m);
 }
 
 /* Return whether disc i is in contact with wall k, and approaches the wall only by a rounding error. */
@@ -211,7 +213,8 @@ static inline bool is_in_contact(const State *s, Index i, Index k, const Disc *a
 static inline void store_impact(State *s, Index i, Index body, const Encounter *before, const Encounter *after,
                                 bool is_inelastic) {
     StoredImpacts *t = &s->stored[i];
-    double rounded = CAROM_ERROR * (before->speeds + after->speeds), turn = turn_of(s, before);
+    double rounded = CAROM_ERROR * (before->speeds + after->speeds);
+    double turn = turn_of(s, before, before->speeds);
     double slide_turn = before->is_turned ? turn : 0.0;
     int kept = 0;
     for (int k = 0; k < t->count; k++) {
@@ -234,6 +237,7 @@ static inline void store_impact(State *s, Index i, Index body, const Encounter *
             .ny = before->ny,
             .gap = before->gap,
             .turn = turn,
+            .speeds = before->speeds,
             .left = left,
             .normal_error = CAROM_ERROR * before->speeds + slide_turn * (before->slip + after->slip),
             .tangent_error = slide_turn * before->approach,

@@ -137,8 +137,13 @@ static inline double bound_touching(const State *s, const Disc *a, const Disc *b
    come so near. */
 static inline double time_to_distance(const Approach *p, double distance) {
     double across = p->dx * p->uy - p->dy * p->ux;
-    double d = (p->ux * p->ux + p->uy * p->uy) * (distance * distance) - across * across;
-    if (p->along >= 0.0 || d < 0.0)
+    double largest = (p->ux * p->ux + p->uy * p->uy) * (distance * distance);
+    double d = largest - across * across;
+    if (p->along >= 0.0)
+        return CAROM_INF;
+    if (largest < CAROM_NEGLIGIBLE) /* the square may have underflowed, so nothing is known */
+        return 0.0;
+    if (d < 0.0)
         return CAROM_INF;
     return shorten_wait((p->squared - distance * distance) / (sqrt(d) - p->along));
 }

@@ -60,6 +60,8 @@ typedef struct StoredImpact {
     double gap;
     /* rounding error of the direction of the normal, in radians */
     double turn;
+    /* |vx| + |vy| of the disc plus that of the body, just before the impact */
+    double speeds;
     /* speed of approach just after the impact plus its rounding error, in metres per second */
     double left;
     /* rounding errors of the relative velocity along the normal and along the tangent, in metres per second */

@@ -6,7 +6,8 @@ late, and its normal is the line of centres of the overlapping discs. PIT misses
 ends between two frames.
 
 This module is for reading and tests. `carom.solve_pit` returns exactly the same numbers, but skips frames at
-which no impact is possible, and supports all bodies and motions.
+which no impact is possible, and supports all bodies and motions. After impacts with restitution 0 it also ignores
+approaches that are only rounding errors, which this module does not.
 """
 
 from __future__ import annotations

@@ -235,3 +235,39 @@ def test_stop_of_a_driven_body_after_a_long_flight_causes_no_rounding_impact() -
         duration_s=10.0,
     )
     assert len(solve_pit(scene, frame_rate_hz=RATE_HZ).impacts) == 1
+
+
+def test_disc_slightly_past_a_point_of_a_straight_chain_hits_the_surface() -> None:
+    """Near a joint, rounding makes the joint as near as the surface, but the normal is that of the surface."""
+    chain = Chain(points_m=[(-8.0, 0.0), (0.0, 0.0), (8.0, 0.0)])
+    disc = disc_at(1e-9 - 4.0, 1.498046875, 4.0, -1.0, r=0.5)
+    scene = staged("joint", disc, chain, wall_restitution=0.0, duration_s=2.0)
+    impacts = solve_pit(scene, frame_rate_hz=256.0).impacts
+    assert impacts["normal"].tolist() == [[0.0, -1.0]]
+
+
+def test_slow_push_after_an_impact_on_the_end_of_an_edge_is_found() -> None:
+    """The rounding error of the normal at an edge's end does not count on the straight edge."""
+    slide, push_m_s = 8.0, 1e-7
+    legs = [(0.0, (0.0, 0.0))]
+    legs += [(65.0 + k / 8, (slide if k % 2 else -slide, push_m_s)) for k in range(80)]
+    chain = Chain(points_m=[(0.0, 0.0), (414.0, 0.0)], **drive_on_legs(*legs))
+    disc = disc_at(-256.0, 64.060546875, 4.0, -1.0, r=0.0625)
+    scene = staged("end", disc, chain, wall_restitution=0.0, duration_s=75.0)
+    times_s = solve_pit(scene, frame_rate_hz=256.0).impacts["time_s"]
+    assert 65.0 <= times_s[1] < 65.1
+
+
+def test_tap_on_one_of_two_discs_in_contact_causes_no_rounding_impact() -> None:
+    """Rounding errors that later impacts have left on either of two discs count in their contact."""
+    discs = (disc_at(1.498779296875, 0.0, -1.0, 0.0, r=0.5), disc_at(2.498779296875, -2.997802734375, -1.0, 1.0, r=0.5))
+    scene = staged("tap", *discs, wall_at(0.0, 0.0, 1.0, 0.0), restitution=0.0, wall_restitution=0.0, duration_s=4.0)
+    impacts = solve_pit(scene, frame_rate_hz=RATE_HZ).impacts
+    assert impacts[["first", "second"]].tolist() == [(0, -1), (0, 1), (1, -1)]
+
+
+def test_bodies_whose_squares_underflow_meet_in_every_form() -> None:
+    """Frames are not skipped if a lower bound of the time of impact underflows."""
+    tiny = 1e-80
+    discs = disc_at(0.0, 0.0, r=tiny / 2, m=math.inf), disc_at(2 * tiny, 0.0, -tiny, r=tiny / 2)
+    assert count_impacts(staged("tiny", *discs, duration_s=6.0)) == 1
