@@ -62,8 +62,8 @@ def _stage_on_floor(
 ) -> Staged:
     """Build a scene with a disc on the line y = 0. The disc's position, speed and rim speed at the end are known.
 
-    By default, the disc is at rest at the end. For a slope, the direction of gravity is tilted, and not the line.
-    `fall` is the tangent of the slope.
+    By default, the disc is at rest at the end. For a slope, gravity is tilted, and the line stays level. `fall` is the
+    tangent of the slope.
     """
     long = math.hypot(1.0, fall)
     fields = {f"wall_{law}": value for law, value in ({"restitution": 0.0} | of_wall).items()}

@@ -32,7 +32,7 @@ def _compute_hops(
     """Return time and speed after each bounce until `end_s`.
 
     The first bounce is at `first_s`, with the impact speed `speed`. A body that leaves at the speed u comes back after
-    2 u / pull. So bounce n + 1 is at first + 2 v (e + ... + e^n) / pull.
+    ``2 u / pull``. So the time of bounce n + 1 is ``first_s + 2 speed (e + ... + e^n) / pull``.
     """
     bounces: list[tuple[float, float]] = []
     n = 0

@@ -165,7 +165,7 @@ def _bounce_to_roll() -> Staged:
 
 
 def _compute_superball_states(states: int) -> list[tuple[float, float]]:
-    """Return (v, w) after each impact of a superball that is thrown under a table at 1 m/s."""
+    """Return speed and spin (v, w) after each impact of a superball that is thrown under a table at 1 m/s."""
     v, w = Fraction(1), Fraction(0)
     found = []
     for n in range(states):

@@ -18,7 +18,7 @@ def serve(
     path: Annotated[
         Path | None,
         typer.Option(
-            "--path", help="Folder to import packages from first, such as a folder with another release of the engine."
+            "--path", help="Folder that is searched first for packages, such as another release of the engine."
         ),
     ] = None,
     manifest: Annotated[
