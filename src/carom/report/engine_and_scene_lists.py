@@ -128,7 +128,7 @@ _SAID = {
     "table_friction": ("table deceleration", ""),
     "spin": ("spin", ""),
     "restitution": ("restitution", ""),
-    "restitution_threshold_m_s": ("inelastic up to", " m/s"),
+    "restitution_threshold_m_s": ("impacts are inelastic up to", " m/s"),
     "friction": ("friction", ""),
     "tangential_restitution": ("tangential restitution", ""),
     "continuous_detection": ("continuous collision detection between discs", ""),

@@ -64,10 +64,10 @@ def build_impact_rows(reference: Trace, trace: Trace, score: Score) -> Iterator[
 def _explain_invented(k: int, local: LocalErrors) -> str:
     """State whether the bodies of an invented impact collide, starting from the run's own state before this impact."""
     if k in local.spurious:
-        return "from the run's own state before the impact, the bodies do not collide"
+        return "starting from the run's own state before the impact, the bodies do not collide"
     if math.isnan(local.velocity[k]):
         return UNKNOWN
-    return "from the run's own state before the impact, the bodies collide"
+    return "starting from the run's own state before the impact, the bodies do collide"
 
 
 def _list_bodies(impact: np.void) -> list[int]:
@@ -85,14 +85,14 @@ def _describe_unmatched(k: int, impact: np.void, trace: Trace, score: Score) -> 
     if k in score.undecided:
         return {"flag": "undecided", "became": "not found before the end of the run", "cause": ""}
     if k not in score.missed:
-        return {"flag": "undecided", "became": "shown by the states, but not reported", "cause": ""}
+        return {"flag": "undecided", "became": "visible in the states, but not reported", "cause": ""}
     return {"flag": "missed", "became": "missed", "cause": _explain_missed(k, impact, trace, score)}
 
 
 def _explain_missed(k: int, impact: np.void, trace: Trace, score: Score) -> str:
     """Describe why an impact is missed.
 
-    If the run's own states were not checked, state whether PIT also misses the impact.
+    If the run's own states were not checked, only report whether PIT also misses the impact.
     """
     if trace.local_truth is None:
         pit = {True: "PIT also misses this impact", False: "PIT finds this impact"}

@@ -11,7 +11,10 @@ from carom.model.scene import Disc
 from carom.model.trace import Vector
 
 _SPHERE = 0.4
-_LAW = "Coulomb's law with the coefficient c of rolling resistance: a rolling disc slows down by v' = -c g/(1 + k)"
+_LAW = (
+    "Coulomb's law with the coefficient c of rolling resistance: a rolling disc of inertia factor k slows down by v' = "
+    "-c g/(1 + k)"
+)
 
 #: Time of the impacts with friction, in seconds.
 _HIT_S = 0.25
@@ -93,7 +96,10 @@ def rolls_out(along: float, resists: float, friction: float, fall: float = 0.0, 
 
 def cannon_293() -> Staged:
     """A sphere rolls down a slope and stops there: its rolling resistance exceeds gravity along the slope."""
-    source = "On a slope of angle a, v' = (g sin a - c g cos a)/(1 + k); a disc stays at rest if tan a is at most c"
+    source = (
+        "On a slope of angle a, a rolling disc has v' = (g sin a - c g cos a)/(1 + k); a disc stays at rest if tan a "
+        "is at most c"
+    )
     return rolls_out(1.0, 0.2, 0.8, fall=0.1, source=source)
 
 

@@ -161,7 +161,7 @@ def _whispering_gallery() -> Staged:
     # There are six frames between two impacts.
     scene = build_scene(discs, walls=walls, duration_s=duration, frame_rate_hz=3000.0)
     impacts = [build_impact(k * chord, 0, -1, velocity * cmath.exp(2j * delta * k)) for k in range(1, count + 1)]
-    return build_staged(scene, impacts, f"{_CHORDS}: each chord is 2 rho sin(delta) long")
+    return build_staged(scene, impacts, f"{_CHORDS}; a chord at the angle a to a circle of radius r is 2 r sin(a) long")
 
 
 def _stadium_across() -> Staged:

@@ -23,7 +23,7 @@ def serve(
     ] = None,
     manifest: Annotated[
         str | None,
-        typer.Option("--manifest", metavar="NAME", help="Print an engine.toml with the given name, and exit."),
+        typer.Option("--manifest", metavar="NAME", help="Print an engine.toml for an engine of this name, and exit."),
     ] = None,
 ) -> None:
     """Serve a Python adapter over standard input/output using the engine protocol.

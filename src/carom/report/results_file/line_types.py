@@ -65,7 +65,7 @@ class VerdictLine:
 
 @dataclass(frozen=True, slots=True)
 class OutcomeComparison:
-    """Comparison of a run with the possible outcomes of simultaneous impacts that have no unique result."""
+    """Possible outcomes of simultaneous impacts, and the outcome that is nearest to the run."""
 
     admissible: tuple[str, ...]
     nearest: int | None
