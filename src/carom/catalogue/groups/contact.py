@@ -103,8 +103,8 @@ def _lands_sliding() -> Staged:
 def _between_thresholds() -> Staged:
     """A disc that bounces down a slope still slips when the bounces end, and rolls only after 3/8 s."""
     source = (
-        "A bouncing disc stops slipping on slopes up to f (1 + 1/k)(1 + e)/2 = 0.675, and a disc in lasting contact on "
-        "slopes up to f (1 + 1/k) = 0.9"
+        "Slip ends during bounces on slopes up to f (1 + 1/k)(1 + e)/2 = 0.675, and in lasting contact on slopes up to "
+        "f (1 + 1/k) = 0.9; this slope is 0.75"
     )
     rolled, rolling_s = 11 / 40 + 31 / 20 / 8 + 36 / 10 / 128, 1.0
     answer = (rolled + 2 * rolling_s + 4 * rolling_s**2 / 2, 2.0 + 4 * rolling_s, -2.0 - 4 * rolling_s)

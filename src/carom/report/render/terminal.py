@@ -130,7 +130,7 @@ def _render_cell(cell: Cell) -> RichText:
 
 
 def _render_bar(shares: Sequence[Share]) -> RichText:
-    """Return a bar that consists of the symbols of its parts, so that it is readable without colours.
+    """Return a bar made of the symbols of its parts, which is readable without colours.
 
     Every part has at least one symbol.
     """
