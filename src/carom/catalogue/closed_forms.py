@@ -18,7 +18,7 @@ def dot(a: complex, b: complex) -> float:
 
 
 def unit(a: complex) -> complex:
-    """Return the direction of a vector."""
+    """Return the unit vector in the direction of a vector."""
     return a / abs(a)
 
 

@@ -123,8 +123,8 @@ def run_command_line() -> str | int | None:
             if not isinstance(error, CaromError):
                 if not (limit_mb := address_space.read_limit_mb()):
                     raise
-                limit = f"within {limit_mb:.0f} MB of address space (ulimit -v)"
-                error = CaromError(f"{type(error).__name__}: {error}, {limit}", hints=["raise the limit"])
+                limit = f"address space is limited to {limit_mb:.0f} MB (ulimit -v)"
+                error = CaromError(f"{type(error).__name__}: {error}; {limit}", hints=["raise the limit"])
             print_error(error)
             code = ExitCode.BAD_INPUT
         output.flush()  # write now, because an error at exit could not be reported

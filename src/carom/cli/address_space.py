@@ -1,4 +1,4 @@
-"""Checks that a limit on address space (`ulimit -v`) is not too low for NumPy, which would end the process silently."""
+"""Checks that address space (`ulimit -v`) suffices for NumPy. Otherwise NumPy would end the process silently."""
 
 from __future__ import annotations
 

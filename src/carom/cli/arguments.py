@@ -29,7 +29,7 @@ SCENE_NAMES = typer.Argument(help="Scene files (.toml, .json), or names, groups 
 
 
 def parse_engine(name: str) -> str:
-    """Return the name of an engine that is given by its name or its manifest (engine.toml). Register a manifest."""
+    """Return the name of an engine. If `name` is the path of a manifest (engine.toml), register its engine."""
     from carom.engines import registry
 
     try:

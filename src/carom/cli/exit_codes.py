@@ -7,7 +7,7 @@ from enum import IntEnum
 
 
 class ExitCode(IntEnum):
-    """Exit code of a command that did not end with 0."""
+    """Exit codes other than 0."""
 
     VIOLATION = 1  # a run has a grade that the command must report as a failure
     BAD_INPUT = 2  # wrong arguments, options or files, or a system without the needed disk space or memory

@@ -19,7 +19,7 @@ Parameters = ParamSpec("Parameters")
 
 
 def add_options(kind: type[Kind]) -> Callable[[Callable[Concatenate[Kind, Parameters], None]], Callable[..., None]]:
-    """Return a decorator that adds a study's options to a command, which receives them as its first argument."""
+    """Return a decorator that adds a study's options to a command. The command's first argument is their values."""
 
     def decorate(body: Callable[Concatenate[Kind, Parameters], None]) -> Callable[..., None]:
         declared_options = [

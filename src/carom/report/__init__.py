@@ -1,1 +1,1 @@
-"""Reports of all studies: their parts, texts, figures and files, and renderers for HTML, Markdown and a terminal."""
+"""Reports of all studies: their content, and renderers that show it as HTML, Markdown and terminal text."""

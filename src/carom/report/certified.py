@@ -33,7 +33,7 @@ def format_scene_file(entry: CatalogueScene) -> str:
 
 
 def build_certified_document(certified: CertifiedTrace, max_rows: int) -> Document:
-    """Return a document with the proven digits of the first impacts, and with the extent of the certified run."""
+    """Return a document that lists the proven digits of the first impacts, and states how far the run is certified."""
     columns = [
         Column("#", str, number=True),
         Column("time, s", lambda k: list_decimals(certified, k)[0]),
@@ -51,13 +51,13 @@ def build_certified_document(certified: CertifiedTrace, max_rows: int) -> Docume
 
 
 def _build_limited_table(columns: Sequence[Column], count: int, max_rows: int, title: str) -> Table:
-    """Return a table of at most `max_rows` of `count` rows. A note below the table counts the omitted rows."""
+    """Return a table of the first `max_rows` rows. If there are more rows, a note below the table counts the others."""
     note = f"and {count - max_rows} more" if count > max_rows else ""
     return Table(columns, range(min(max_rows, count)), title=title, note=note)
 
 
 def _build_modes_table(certified: CertifiedTrace, modes: NDArray[np.void], max_rows: int) -> Table:
-    """Return a table of the first changes of discs between flight, sliding, rolling and rest."""
+    """Return a table of the first times at which a disc begins to fly, slide, roll or rest."""
     from carom.solvers.certified.result import proven_decimal
 
     def format_proven_number(field: str, *index: int) -> str:
@@ -96,13 +96,14 @@ def _format_velocities(certified: CertifiedTrace, k: int) -> str:
 
 
 def _describe_reach(certified: CertifiedTrace) -> Iterator[str]:
-    """Describe the certified part of the run, and why it ended."""
+    """Describe how far the run is certified, and why it ends there."""
     impacts, end_s = formatting.format_count(len(certified), "impact"), certified.trace.end_time_s
-    reach = f"certified to {certified.digits} digits for {impacts}, to {formatting.format_instant(end_s)}"
-    cost = f"{certified.precision_bits} bits, {certified.bits_lost:.0f} lost, {certified.elapsed_s:.2f} s"
+    reach = f"certified to {certified.digits} digits for {impacts} in the first {formatting.format_instant(end_s)}"
+    cost = f"{certified.precision_bits} bits, {certified.bits_lost:.0f} of them lost; took {certified.elapsed_s:.2f} s"
     yield f"{certified.trace.scene.name}: {reach} of {certified.trace.scene.duration_s:g} s ({cost})."
     yield f"{formatting.capitalise(certified.ending.value)}."
     if certified.degeneracy is not None:
         yield f"{certified.degeneracy}."
     if certified.commuted:
-        yield f"The order of {len(certified.commuted)} simultaneous impacts makes no difference and is not certified."
+        pairs = formatting.format_count(len(certified.commuted), "pair")
+        yield f"The order of impacts is unknown in {pairs} of simultaneous impacts, but does not change the result."

@@ -38,7 +38,7 @@ def to_pandas(result: object) -> DataFrame:
 
 
 def _format_error_column(metric: str) -> str:
-    """Return the column name of a metric. A metric without a unit is divided by a scale, such as the greatest speed."""
+    """Return the column name of an error. An error without a unit is relative, for example to the greatest speed."""
     name, _, unit = metric.rpartition("_")
     return f"{name}_error_{unit}" if unit in {"s", "rad"} else f"{metric}_error"
 

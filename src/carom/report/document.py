@@ -1,7 +1,7 @@
-"""Parts of reports, such as sections, tables and figures, without their appearance.
+"""Content of reports (sections, tables, figures), independent of its appearance.
 
 The modules of `carom.studies` build documents, and `carom.report.render` shows them as HTML, as Markdown and on a
-terminal. The attribute `only` of a part contains the media (page, Markdown or terminal) that show this part.
+terminal. The attribute `only` of a part names the media (page, Markdown or terminal) that show this part.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ class Column(NamedTuple):
 
     Attributes:
         head: The heading.
-        content_of: Function that returns the cell for the item of a row.
+        content_of: Function that takes the item of a row and returns the cell.
         subheading: A second line of the heading.
         number: Whether the cells are numbers.
     """
@@ -166,20 +166,19 @@ class Legend(NamedTuple):
 
 
 class Code(NamedTuple):
-    """Text to type literally, such as a command."""
+    """Text that is shown unchanged, such as a command."""
 
     text: str
     only: Media = Media.EVERYWHERE
 
 
 class Figure(NamedTuple):
-    """A drawing as SVG, which is only made when a page needs it.
+    """An SVG drawing, which is made when a page needs it.
 
     Attributes:
-        draw: Function that returns the drawing. If the argument of `draw` is True, the drawing is the version for a
-            phone.
+        draw: Function that returns the drawing. Its argument is True for a phone, and False for a wide screen.
         caption: Sentences below the drawing.
-        title: A heading above the drawing; empty if the drawing or the section has a heading.
+        title: A heading above the drawing; empty if the drawing itself or the section already has a heading.
     """
 
     draw: Callable[[bool], str]
@@ -188,11 +187,7 @@ class Figure(NamedTuple):
 
 
 class Figures(NamedTuple):
-    """Drawings.
-
-    Large drawings are placed one below the other, and other drawings side by side. Media without drawings show tables
-    instead.
-    """
+    """Drawings on a page, side by side or, if `large` is true, one below the other. Other media show tables instead."""
 
     items: tuple[Figure, ...]
     large: bool = False

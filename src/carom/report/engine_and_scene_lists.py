@@ -15,7 +15,7 @@ from carom.report.document import Block, Column, Document, Facts, Lines, Media, 
 
 
 def format_engine_lines(infos: Sequence[EngineInfo]) -> list[str]:
-    """Return the lines of a table with one line for each engine."""
+    """Return the lines of a table of engines."""
     rows = {info.name: _build_engine_row(info, info.capabilities) for info in infos if info.capabilities is not None}
     heading, *lines = _align_columns([("name", "version", "swept in", "friction", "spin", "floats"), *rows.values()])
     line_of = dict(zip(rows, lines, strict=True))
@@ -38,20 +38,20 @@ def _build_engine_row(info: EngineInfo, capabilities: Capabilities) -> tuple[str
 
 #: Topic of each group of scenes.
 _GROUPS = {
-    "paper": "scenes of the paper behind PIC and PIT",
+    "paper": "scenes of the paper that defines PIC and PIT",
     "classics": "textbook collisions with known answers",
     "gravity": "falling discs",
-    "issues": "bugs reported to engines",
+    "issues": "bugs reported by users of engines",
     "spin": "friction and spin",
-    "tables": "billiard tables of straight and curved walls",
-    "driven": "moving walls and discs",
+    "tables": "tables with straight and curved walls",
+    "driven": "walls and discs that move at given velocities",
     "contact": "sliding, rolling and resting",
     "engines": "limits and known weaknesses of engines",
 }
 
 
 def format_group_lines(entries: Sequence[CatalogueScene]) -> list[str]:
-    """Return a table of groups with their numbers of scenes, and the commands that list scenes."""
+    """Return a table of groups and how many scenes each contains, and a line with the commands that list scenes."""
     counts = Counter(entry.group for entry in entries)
     rows = [("group", "scenes", "content"), *((name, str(n), _GROUPS.get(name, "")) for name, n in counts.items())]
     commands = "List one group: carom scenes GROUP. List every scene: carom scenes --all."
@@ -59,7 +59,7 @@ def format_group_lines(entries: Sequence[CatalogueScene]) -> list[str]:
 
 
 def format_scene_lines(entries: Sequence[CatalogueScene]) -> list[str]:
-    """Return a table of scenes. Descriptions are in the last column, because a terminal may cut off this column."""
+    """Return a table of scenes. The last column contains descriptions, because terminals may cut off ends of lines."""
     rows = [("name", "discs", "impacts", "topic")]
     for entry in entries:
         count = entry.known.count
@@ -79,14 +79,14 @@ def _align_columns(rows: Sequence[tuple[str, ...]], numbers: tuple[int, ...] = (
 
 
 def build_engine_document(info: EngineInfo) -> Document:
-    """Return a document with all that an adapter declares about its engine, and with the engine's reported bugs."""
+    """Return a document of everything that an adapter declares about its engine, and of the engine's reported bugs."""
     sections = [Section(info.name, (Facts(tuple(_list_facts(info)), only=Media.EVERYWHERE),))]
     if info.profiles:
         columns = (Column("profile", itemgetter(0)), Column("meaning", itemgetter(1)))
         sections.append(Section("Profiles", (Table(columns, list(info.profiles.items())),)))
     if info.knobs:
         columns = (Column("setting", itemgetter(0)), Column("range", lambda item: _format_range(item[1])))
-        knobs = Table(columns, list(info.knobs.items()), note=f"To search these settings: carom tune {info.name}.")
+        knobs = Table(columns, list(info.knobs.items()), note=f"To find the best values: carom tune {info.name}.")
         sections.append(Section("Settings that carom tune can change", (knobs,)))
     if info.capabilities is not None:
         sections.append(_build_capabilities({"value": info.capabilities, **info.own}))
@@ -128,7 +128,7 @@ _SAID = {
     "table_friction": ("table deceleration", ""),
     "spin": ("spin", ""),
     "restitution": ("restitution", ""),
-    "restitution_threshold_m_s": ("inelastic up to", " m/s"),
+    "restitution_threshold_m_s": ("impacts are inelastic up to", " m/s"),
     "friction": ("friction", ""),
     "tangential_restitution": ("tangential restitution", ""),
     "continuous_detection": ("continuous collision detection between discs", ""),
@@ -144,14 +144,14 @@ _SAID = {
     "max_mass_kg": ("greatest mass", " kg"),
     "max_coordinate_m": ("greatest distance from the origin", " m"),
     "min_inertia_factor": ("least inertia factor", ""),
-    "float_bits": ("bits of a float", ""),
+    "float_bits": ("bits per float", ""),
     "dimensions": ("dimensions", ""),
     "deterministic": ("deterministic", ""),
 }
 
 
 def _build_capabilities(kinds: Mapping[str, Capabilities]) -> Section:
-    """Return a table of an engine's capabilities, with a column for each profile that differs.
+    """Return a table of capabilities, with a column for the engine and one for each profile that differs from it.
 
     Limits that no profile has are omitted.
     """
@@ -190,6 +190,6 @@ def _build_hazards(info: EngineInfo) -> Section:
     if found:
         columns = (Column("scene", lambda entry: entry.name), Column("what was reported", lambda entry: entry.summary))
         blocks.append(Table(columns, found, note=f"To check your version: carom run SCENE -e {info.name}."))
-    measured = "Results at many phases: docs/results/hazards.md."
+    measured = "Measured hazards: docs/results/hazards.md."
     blocks.append(Lines((measured,) if found else (f"No bug report in the catalogue. {measured}",)))
     return Section("Known hazards", tuple(blocks))

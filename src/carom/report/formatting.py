@@ -1,4 +1,4 @@
-"""Formatting of numbers and lists in pages and reports; `support.formatting` rounds numbers."""
+"""Formats numbers and lists for reports. `carom.support.formatting` rounds the numbers."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def format_time_left(left_s: float) -> str:
 
 
 def format_fraction(share: float) -> str:
-    """Format a number from 0 to 1, as a fraction where possible, such as 1/16."""
+    """Format a number above 0 and at most 1, as 1/n where possible, such as 1/16."""
     inverse = round(1.0 / share)
     return f"1/{inverse}" if inverse > 1 and math.isclose(share * inverse, 1.0, rel_tol=WHOLE) else format_number(share)
 
@@ -57,7 +57,7 @@ def format_count(n: int, one: str, many: str = "") -> str:
 
 
 def format_missed_and_invented(missed: int, invented: int) -> str:
-    """Format the numbers of missed and invented impacts that are not 0, such as -1 +2."""
+    """Format numbers of impacts: -1 +2 for one missed and two invented impacts. A number that is 0 is omitted."""
     return " ".join(f"{sign}{count}" for sign, count in (("-", missed), ("+", invented)) if count)
 
 

@@ -47,7 +47,7 @@ def list_meanings() -> Iterator[Meaning]:
 
 
 def find_meanings(word: str) -> list[Meaning]:
-    """Return the meaning of each verdict, grade or mark with this name or sentence.
+    """Return the meanings of all verdicts, grades and marks whose name or sentence is `word`.
 
     Raises:
         UnknownNameError: No report uses the word. The message names similar words.

@@ -25,7 +25,7 @@ Json = dict[str, Any]
 
 
 def build_impact_rows(reference: Trace, trace: Trace, score: Score) -> Iterator[Json]:
-    """Yield each impact of the reference and each invented impact, in order of time, with its outcome and cause."""
+    """Yield the outcome of each impact of the reference and of each invented impact, in order of time."""
     found = {error.reference: error for error in score.errors}
     rows: list[Json] = []
     for k, impact in enumerate(reference.impacts):
@@ -62,12 +62,12 @@ def build_impact_rows(reference: Trace, trace: Trace, score: Score) -> Iterator[
 
 
 def _explain_invented(k: int, local: LocalErrors) -> str:
-    """Describe the cause of an invented impact, as far as the run's own state before the impact reveals it."""
+    """State whether the bodies of an invented impact collide, starting from the run's own state before this impact."""
     if k in local.spurious:
-        return "from the run's own state before the impact, the bodies do not collide"
+        return "starting from the run's own state before the impact, the bodies do not collide"
     if math.isnan(local.velocity[k]):
         return UNKNOWN
-    return "from the run's own state before the impact, the bodies collide"
+    return "starting from the run's own state before the impact, the bodies do collide"
 
 
 def _list_bodies(impact: np.void) -> list[int]:
@@ -85,14 +85,14 @@ def _describe_unmatched(k: int, impact: np.void, trace: Trace, score: Score) -> 
     if k in score.undecided:
         return {"flag": "undecided", "became": "not found before the end of the run", "cause": ""}
     if k not in score.missed:
-        return {"flag": "undecided", "became": "shown by the states, but not reported", "cause": ""}
+        return {"flag": "undecided", "became": "visible in the states, but not reported", "cause": ""}
     return {"flag": "missed", "became": "missed", "cause": _explain_missed(k, impact, trace, score)}
 
 
 def _explain_missed(k: int, impact: np.void, trace: Trace, score: Score) -> str:
     """Describe why an impact is missed.
 
-    If the run's own states were not checked, state whether PIT also misses the impact.
+    If the run's own states were not checked, only report whether PIT also misses the impact.
     """
     if trace.local_truth is None:
         pit = {True: "PIT also misses this impact", False: "PIT finds this impact"}
@@ -120,7 +120,7 @@ def _describe_delay(time_s: float, dt_s: float, score: Score) -> Json:
 
 
 def _explain_error(error: ImpactError, score: Score) -> str:
-    """Describe the cause of a velocity or spin error, from a comparison with the run's own state before the impact."""
+    """Return the cause of a velocity or spin error: earlier errors, checking once per step, or the method itself."""
     rounding = THRESHOLDS.rounding_of(score.float_bits)
     kind = "spin" if error.spin > rounding and not error.velocity > rounding else "velocity"
     if not getattr(error, kind) > rounding:

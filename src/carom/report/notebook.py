@@ -187,7 +187,7 @@ class ShownResult:
     """Base class of study results that can be printed, plotted, and shown in a notebook with a picture."""
 
     def _show(self) -> tuple[Document, str, Callable[[Axes], None]]:
-        """Return the document of the result, and the title and the drawing function of its picture."""
+        """Return the document of the result, the title of its picture, and the function that draws the picture."""
         raise NotImplementedError
 
     @classmethod

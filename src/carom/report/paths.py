@@ -56,7 +56,7 @@ class Paths:
 def build_exact_paths(trace: Trace) -> Paths:
     """Return the paths between impacts, computed from the trace's velocities.
 
-    The paths are exact for a trace without steps.
+    The paths are exact if the method takes no steps, but computes the times of impacts.
 
     With gravity, a flight is a parabola, which is drawn as a chain of short lines.
     """

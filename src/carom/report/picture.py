@@ -73,7 +73,7 @@ def draw_pair(reference: Trace, observed: Trace, missed: Sequence[int], labels: 
 
 
 def draw_traces(several: Sequence[Axes], traces: Sequence[Trace]) -> None:
-    """Draw the paths, impacts and walls of traces of one scene, each trace on separate axes, to the same scale.
+    """Draw the paths, impacts and walls of several traces of one scene, to the same scale, each on its own axes.
 
     Usually the drawings show the plane in which the discs move. But if all discs of the first trace move along one
     line, the drawings show positions on this line against time.
@@ -104,7 +104,7 @@ def draw_start(axes: Axes, scene: Scene) -> None:
 
 
 def _find_axis_of_motion(paths: Paths, scene: Scene) -> int | None:
-    """Return the axis along which all discs move; None if there is none, or if a wall is not a half-plane."""
+    """Return the axis along which all discs move (0: x, 1: y); None if there is none or a wall is not a half-plane."""
     if not all(isinstance(wall, Wall) for wall in scene.walls):
         return None
     movable = [k for k, disc in enumerate(scene.discs) if not disc.immovable]
@@ -150,7 +150,7 @@ def _colour_of(disc: int) -> str:
 def _render_in_plane(
     scene: Scene, sides: Sequence[tuple[Paths, _Misses]], limits: Limits, labels: Sequence[str], *, dotted: bool
 ) -> list[str]:
-    """Return a picture of each of `sides`. All share the same axes, because creating axes takes longer than drawing."""
+    """Return a picture of each of `sides`. They reuse one set of axes: creating axes takes longer than drawing."""
     drawings: list[str] = []
     low, high = limits
     width, height = high - low

@@ -17,7 +17,7 @@ def build_provenance(environment: Environment, command: str, elapsed_s: float) -
 
 
 def format_stamp_lines(environment: Environment, command: str) -> tuple[str, ...]:
-    """Return machine, versions and command in a few lines, for the foot of a diagram in a separate file."""
+    """Return machine, versions and command in a few lines, for the bottom of a diagram that is saved as a file."""
     facts = [value for _, value in _list_facts(environment)]
     return ("; ".join(facts[:3]), "; ".join(facts[3:]), command)
 

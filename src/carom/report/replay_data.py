@@ -119,7 +119,7 @@ def _build_run(
 
 
 def _build_sampler(reference: Trace, trace: Trace) -> Json | None:
-    """Return data with which the page runs PIT at other step sizes; None for other methods and complex scenes.
+    """Return data with which the page runs PIT at other step sizes; None if the method or the scene does not allow it.
 
     The page can run scenes of two discs without walls, in which the discs fly straight and have a single impact without
     friction.
@@ -140,8 +140,9 @@ class ContactPoint(NamedTuple):
     Attributes:
         x_m: The x coordinate of the contact point.
         y_m: The y coordinate of the contact point.
-        overlap_s: The time that the bodies would overlap, in seconds. In the first half of this time, the bodies
-            approach. None for impacts on walls, in scenes that slow discs down, and if only one of two discs falls.
+        overlap_s: How long the bodies would overlap, in seconds. In the first half of this time, the bodies approach.
+            None for impacts on walls, for scenes that slow discs down, and if gravity accelerates only one of the two
+            discs.
     """
 
     x_m: float
@@ -150,7 +151,7 @@ class ContactPoint(NamedTuple):
 
 
 def list_contact_points(reference: Trace) -> Iterator[ContactPoint]:
-    """Yield the contact point of each impact, and the time that its bodies would overlap."""
+    """Yield the contact point of each impact, and how long its bodies would overlap without the impact."""
     scene, tracks = reference.scene, build_reference_tracks(reference)
     for impact in reference.impacts:
         first, second = int(impact["first"]), int(impact["second"])
@@ -190,7 +191,7 @@ def find_pause_time(row: Json, overlap_s: float | None, trace: Trace) -> float:
     The replay pauses at the time that the run reports or, for a missed impact, when the miss is most visible.
 
     A miss is most visible in the middle of the overlap, when the bodies overlap most. But the pause is at most one step
-    after the exact impact, because a check once per step never misses an overlap of more than a step.
+    after the exact impact, because PIT never misses bodies that overlap and approach for longer than a step.
     """
     if row.get("reported") is not None:
         return float(row["reported"])
@@ -199,10 +200,10 @@ def find_pause_time(row: Json, overlap_s: float | None, trace: Trace) -> float:
 
 
 def find_first_fault(rows: list[Json]) -> int | None:
-    """Return the number of the impact at which a replay pauses: the first missed or invented impact, or the worst one.
+    """Return the index of the impact at which a replay pauses: the first missed or invented impact.
 
-    The worst impact has the largest velocity error. The first inaccurate impact is not chosen, because its
-    error may be hardly visible.
+    If there is none, return the late or early impact with the largest velocity error, because the error of the first
+    one may be hardly visible. Return None if no impact is missed, invented, late or early.
     """
     for k, row in enumerate(rows):
         if row["flag"] == "missed" or (row["flag"] == "invented" and row["reported"] is not None):

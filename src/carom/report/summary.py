@@ -105,7 +105,7 @@ def _format_wall(wall: Wall | Chain | Ring) -> str:
         if (value := getattr(wall, name)) is not None
     ]
     drive = f", driven at {_format_velocity(wall)}" if wall.driven else ""
-    belt = f", its surface at {_format_number(wall.surface_speed_m_s)} m/s" if wall.surface_speed_m_s else ""
+    belt = f", surface speed {_format_number(wall.surface_speed_m_s)} m/s" if wall.surface_speed_m_s else ""
     return f"{_format_shape(wall)}{drive}{belt}{''.join(coefficients)}"
 
 
@@ -116,7 +116,7 @@ def _format_velocity(body: Disc | Wall | Chain | Ring) -> str:
 
 def _format_shape(wall: Wall | Chain | Ring) -> str:
     if isinstance(wall, Wall):
-        return f"through {_format_vector(wall.point_m)} m, free towards {_format_vector(wall.normal)}"
+        return f"through {_format_vector(wall.point_m)} m, normal {_format_vector(wall.normal)} towards discs"
     width = f", half width {_format_number(wall.half_width_m)} m" if wall.half_width_m else ""
     if isinstance(wall, Ring):
         return f"a circle at {_format_vector(wall.centre_m)} m, radius {_format_number(wall.radius_m)} m{width}"
@@ -168,7 +168,7 @@ def _format_steps(score: Score) -> str:
     local = score.local_truth
     if local is None:
         return ""
-    passed = f"{local.missed} missed (PIT {local.missed_by_pit} of these), {local.invented} invented"
+    passed = f"{local.missed} missed ({local.missed_by_pit} of these also by PIT), {local.invented} invented"
     return f"  each step from the run's own state: {local.due} impacts due, {passed}, {local.early} early"
 
 

@@ -65,7 +65,7 @@ _STYLE = {
 
 @contextmanager
 def use_drawing_style() -> Iterator[None]:
-    """Use the report's drawing style within a block. Afterwards, matplotlib's settings are as before.
+    """Use the report's drawing style within a `with` block. Afterwards, matplotlib's settings are as before.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
@@ -180,7 +180,7 @@ def build_framed_figure(
 
 
 def draw_link_target(axes: Axes, x: float, y: float, anchor: str) -> None:
-    """Draw an invisible disc that is large enough to click, and links to a part of the page."""
+    """Draw an invisible disc as a link to a part of the page. The disc is large enough to click."""
     clear = (0.0, 0.0, 0.0, 0.0)
     axes.plot([x], [y], "o", markersize=_AIM_PT, color=clear, markeredgecolor=clear, zorder=5, url=f"#{anchor}")
 
@@ -208,7 +208,7 @@ def finish(axes: Axes, below: Figure | None = None) -> None:
 def scale_error_axis(
     axes: Axes, name: str, errors: Iterable[float], *, narrow: bool = False
 ) -> Callable[[float], float]:
-    """Make the x or y axis logarithmic for errors, with a shaded strip for errors within rounding.
+    """Make the x or y axis logarithmic for errors, with a shaded strip for errors that are only rounding.
 
     Returns:
         A function that returns the position of an error on the axis. An infinite error is drawn at the end of the axis.
@@ -283,8 +283,8 @@ def render(figure: Figure, label: str, links: Mapping[str, str] = MappingProxyTy
     Args:
         figure: The figure.
         label: Accessible name of the drawing.
-        links: Accessible names of the links in the figure, by the parts of the page to which they lead.
-        narrow: Whether the figure is a version for phones of another figure on the page.
+        links: Accessible name of each link in the figure. The keys are the parts of the page to which the links lead.
+        narrow: Whether the figure is the phone version of another figure on the page.
     """
     import matplotlib as mpl
 

@@ -74,7 +74,7 @@ def _compute_flight(
     ends_m: tuple[Array, Array],
     pull_m_s2: Array,
 ) -> Array:
-    """Return positions at times in flights with the given ends and acceleration, shape ``(k, 2)``."""
+    """Return positions at times, shape ``(k, 2)``. For each time, the flight's ends and acceleration are given."""
     (begin, end), (first, last) = ends_s, ends_m
     with np.errstate(invalid="ignore", divide="ignore"):  # a flight without a duration ends where it begins
         part = np.where(end > begin, (time_s - begin) / (end - begin), 0.0)[:, None]
@@ -87,8 +87,8 @@ class Turning:
     """The angle of one disc over time. Between two successive stored times, the angle changes at a constant rate.
 
     Attributes:
-        time_s: The times of the start, of the disc's impacts, of changes of its spin in contacts, and of the end; shape
-            ``(k,)``, ascending.
+        time_s: Times of the start, of impacts of the disc, of changes of its spin while it slides or rolls, and of the
+            end; shape ``(k,)``, ascending.
         angle_rad: The angle at these times relative to the start, counterclockwise, shape ``(k,)``.
     """
 
@@ -144,7 +144,7 @@ def compute_turnings(trace: Trace) -> tuple[Turning, ...]:
 
 
 def build_reference_tracks(trace: Trace) -> tuple[Track, ...]:
-    """Return the free flights of each disc from impact to impact. The flights are exact for a trace without steps."""
+    """Return the free flights of each disc between impacts. The flights are exact if the method takes no steps."""
     discs = trace.scene.discs
     times = [[0.0] for _ in discs]
     places = [[np.array(disc.position_m, dtype=np.float64)] for disc in discs]
@@ -182,14 +182,14 @@ def _compute_knot_times(flight: Flight) -> list[float]:
 def build_observed_tracks(trace: Trace, extent_m: float) -> tuple[Track, ...]:
     """Return tracks through the recorded states.
 
-    If no states are recorded, or if the impacts explain all states, return tracks from the impacts.
+    Return tracks computed from the impacts if no states are recorded, or if these tracks pass through all states.
 
     If a method advances to the instants of impacts, discs change direction between two recorded states. Impacts then
     describe the paths better than states.
 
     Args:
         trace: The run.
-        extent_m: Size of the drawing. `SHARPNESS` is a fraction of this size.
+        extent_m: Size of the drawing. The largest error is `SHARPNESS` times this size.
     """
     impact_tracks = build_reference_tracks(trace)
     if (sampled := list_sampled_positions(trace)) is None:
@@ -207,7 +207,7 @@ def build_observed_tracks(trace: Trace, extent_m: float) -> tuple[Track, ...]:
 def list_sampled_positions(trace: Trace) -> tuple[Array, Array] | None:
     """Return the times and positions of a trace's samples and of its end; None if there are no samples.
 
-    The last step may end after the end of the scene, but the final state is the state at the end.
+    The last step may end after the scene. Such a sample is omitted, and the final state is used instead.
     """
     samples = trace.samples
     if samples is None or not len(samples.time_s):
@@ -231,7 +231,7 @@ def _has_states(track: Track, times: Array, places: Array, near: float) -> bool:
 
 
 def _thin_track(times: Array, places: Array, pull: Array, near: float) -> Track:
-    """Return a track through few of the states that passes all other states within the distance `near`."""
+    """Return a track through a few of the states. The other states are at most `near` away from the track."""
     finite = np.isfinite(places).all(axis=1)
     times, places = times[finite], places[finite]
     kept_rows, pending = [0], [(0, len(times) - 1)]

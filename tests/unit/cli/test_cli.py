@@ -350,7 +350,7 @@ def test_certify_prints_the_requested_digits() -> None:
     result = carom_command("certify", "classics/slanted-wall", "--digits", "30")
     assert result.exit_code == 0, result.output
     assert "0.6300000000000000" in result.output or "0.62999999999999" in result.output
-    assert "certified to 30 digits for 1 impact, to 1.5 s of 1.5 s" in result.output
+    assert "certified to 30 digits for 1 impact in the first 1.5 s of 1.5 s" in result.output
     assert "Certified to the end of the scene." in result.output
 
 

@@ -240,7 +240,7 @@ def test_jsonl_is_strict_and_complete(results: Results, folder: Path) -> None:
 _WHOLE = (ROOT / "tests" / "earlier_formats" / "results-3.jsonl").read_bytes().splitlines(keepends=True)
 AGAIN, ANOTHER = "; this Carom reads .* run the cross-check again", ".*give the folder of a report"
 NO_RESULTS = {
-    "empty": (b"", f"is no results.jsonl of a cross-check{ANOTHER}"),
+    "empty": (b"", f"is not the results.jsonl of a cross-check{ANOTHER}"),
     "earlier": (b'{"format": 1, "scene": "paper/late", "environment": {}}', f"is of format 1{AGAIN}"),
     "cut": (b"".join(_WHOLE[:2]), f"has 1 of 2 rows{AGAIN}"),
     "cut in a line": (b"".join(_WHOLE)[:-100], r"line 3: invalid JSON \(EOF while"),
@@ -252,8 +252,8 @@ NO_RESULTS = {
     "no object": (b"[]\n", f"line 1: not a JSON object{ANOTHER}"),
     "deep": (b"[" * 100_000, f"line 1: invalid JSON{ANOTHER}"),
     "digits": (b'{"a":' + b"9" * 5000 + b"}", f"line 1: invalid JSON{ANOTHER}"),
-    "large": (b" " * (2**20 + 1), f"is larger than 1 MiB{ANOTHER}"),
-    "many": (b"[]," * 2**17, f"or 131,072 values, the limit for results{ANOTHER}"),
+    "large": (b" " * (2**20 + 1), f"is larger than the limit for results: 1 MiB{ANOTHER}"),
+    "many": (b"[]," * 2**17, f"or 131,072 values{ANOTHER}"),
     "bytes": (b"\xff", f"can't be read{ANOTHER}"),
 }
 

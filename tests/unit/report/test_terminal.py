@@ -115,7 +115,7 @@ def test_repr_of_a_scene_shows_laws_and_bodies() -> None:
         "restitution 0.5, wall restitution 1, friction 0.3, gravity (0, -9.81) m/s²",
         "disc 0: at (0, 0) m, (1, 0) m/s, radius 0.5 m, 1 kg",
         "disc 2: at (9, 0) m, (0, 0) m/s, radius 0.25 m, immovable",
-        "wall 0: through (0, -2) m, free towards (0, 1)",
+        "wall 0: through (0, -2) m, normal (0, 1) towards discs",
     ):
         assert said in text
     assert repr(build_scene(40)).endswith("and 35 more")

@@ -129,7 +129,7 @@ def test_impact_reported_twice_is_not_attributed_to_errors(known: bool) -> None:
     rows = build_impact_rows(reference, doubled, compare(reference, doubled))
     (cause,) = (row["cause"] for row in rows if row["flag"] == "invented")
     assert "errors before" not in cause
-    assert cause.endswith("the bodies collide" if known else "not known")
+    assert cause.endswith("the bodies do collide" if known else "not known")
 
 
 def find_engines_line(scene: Scene) -> str:

@@ -13,14 +13,14 @@ from carom.catalogue.entry import CatalogueScene
 
 
 class Symptom(StrEnum):
-    """Symptoms of reported bugs, as documents describe them. Each symptom can be found in the results of a run."""
+    """Symptoms of reported bugs, with their text for reports. Each symptom can be found in the results of a run."""
 
     MISSES = "an impact is missed"
     INVENTS = "an impact is invented"
     WRONG_VELOCITY = "a velocity after an impact is wrong"
     GAINS_ENERGY = "energy is gained"
     LOSES_ENERGY = "energy is lost"
-    NEVER_RESTS = "a body moves that should have come to rest"
+    NEVER_RESTS = "a body that should have come to rest still moves"
     ESCAPES = "a body ends inside another or beyond a wall"
     NOT_FINITE = "the state is no longer a number"
     NEVER_ENDS = "the run does not end"

@@ -1,6 +1,6 @@
 """Bug reports about driven bodies, which move at given velocities.
 
-Balls pass through them, are pressed through walls, or bounce as if off walls at rest.
+Balls pass through driven bodies, are pressed through walls, or bounce as if the driven body were at rest.
 """
 
 from __future__ import annotations

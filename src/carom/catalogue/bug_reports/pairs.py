@@ -62,7 +62,7 @@ def pooltool_257() -> Staged:
 
 
 def pooltool_354() -> Staged:
-    """Two pairs of discs touch. One pair has equal velocities, and the other moves apart, so there is no impact."""
+    """Two pairs of discs touch. One pair moves at the same velocity, and the other separates: there is no impact."""
     places, velocities = (0, 0.5, 0 - 3j, 0.5 - 3j), (1 + 0.5j, 1 + 0.5j, -1, 0.5)
     discs = [build_disc(place, velocity, 0.25) for place, velocity in zip(places, velocities, strict=True)]
     scene = build_scene(discs, duration_s=1.0)

@@ -11,7 +11,10 @@ from carom.model.scene import Disc
 from carom.model.trace import Vector
 
 _SPHERE = 0.4
-_LAW = "Coulomb's law with the coefficient c of rolling resistance: a rolling disc slows down by v' = -c g/(1 + k)"
+_LAW = (
+    "Coulomb's law with the coefficient c of rolling resistance: a rolling disc of inertia factor k slows down by v' = "
+    "-c g/(1 + k)"
+)
 
 #: Time of the impacts with friction, in seconds.
 _HIT_S = 0.25
@@ -62,8 +65,8 @@ def _stage_on_floor(
 ) -> Staged:
     """Build a scene with a disc on the line y = 0. The disc's position, speed and rim speed at the end are known.
 
-    By default, the disc is at rest at the end. For a slope, the direction of gravity is tilted, and not the line.
-    `fall` is the tangent of the slope.
+    By default, the disc is at rest at the end. For a slope, gravity is tilted, and the line stays level. `fall` is the
+    tangent of the slope.
     """
     long = math.hypot(1.0, fall)
     fields = {f"wall_{law}": value for law, value in ({"restitution": 0.0} | of_wall).items()}
@@ -93,7 +96,10 @@ def rolls_out(along: float, resists: float, friction: float, fall: float = 0.0, 
 
 def cannon_293() -> Staged:
     """A sphere rolls down a slope and stops there: its rolling resistance exceeds gravity along the slope."""
-    source = "On a slope of angle a, v' = (g sin a - c g cos a)/(1 + k); a disc stays at rest if tan a is at most c"
+    source = (
+        "On a slope of angle a, a rolling disc has v' = (g sin a - c g cos a)/(1 + k); a disc stays at rest if tan a "
+        "is at most c"
+    )
     return rolls_out(1.0, 0.2, 0.8, fall=0.1, source=source)
 
 

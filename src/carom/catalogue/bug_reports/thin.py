@@ -14,7 +14,7 @@ _LAW = "Newton's law: an impact reverses the velocity along the normal"
 
 
 def _build_solid(*points: complex) -> Chain:
-    """Return a wall that is a polygon, solid inside."""
+    """Return a solid polygon as a wall."""
     return edges(*points, closed=True, solid=True)
 
 
@@ -36,7 +36,7 @@ def _stage_at_vertex(velocity: complex, radius: float, point: complex, normal: c
 
 
 def box2d_71() -> Staged:
-    """A fast ball meets a chain of lines where two of them meet at an angle."""
+    """A fast ball hits the corner of a chain of two lines."""
     return _stage_at_vertex(40 + 3j, 0.2, 0, unit(-5 + 0.5j), edges(1 - 3j, 0, 1 + 3j))
 
 

@@ -37,8 +37,8 @@ def _sorting() -> Staged:
         left = sum(ghost[k] + velocity[k] * time < crossing_x for k in range(n) if k not in (a, b))
         impacts.append(build_impact(time, left, left + 1, velocity[b], velocity[a]))
     source = (
-        "Equal masses on a line exchange velocities, so an impact occurs wherever the straight lines of two velocities "
-        "cross (D. W. Jepsen, J. Math. Phys. 6, 405, 1965)"
+        "Equal masses on a line exchange velocities, so impacts occur where points that keep these velocities would "
+        "meet (D. W. Jepsen, J. Math. Phys. 6, 405, 1965)"
     )
     return build_staged(scene, impacts, source)
 

@@ -32,9 +32,9 @@ def _one_into_two() -> Staged:
         build_impact(time, 0, 2, between - second_struck, second_struck),
     ]
     convention = (
-        "The striker hits both discs at one instant. The order of the impacts decides whether it leaves at (-1/8, "
-        "-sqrt(3)/8) m/s or at the mirror image. Impacts are applied to one pair at a time, with the lowest numbers of "
-        "discs first"
+        "The striker hits both discs at one instant. The order of the impacts decides whether the striker leaves at "
+        "(-1/8, -sqrt(3)/8) or at (-1/8, sqrt(3)/8) m/s. Impacts are applied to one pair at a time, with the lowest "
+        "numbers of discs first"
     )
     source = "Equal masses exchange their velocities along the normal; the normals are at +30 and then at -30 degrees"
     return build_staged(scene, impacts, source, convention)

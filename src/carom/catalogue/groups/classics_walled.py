@@ -11,9 +11,9 @@ from carom.catalogue.staging import build_disc, build_impact, build_scene, build
 from carom.model.scene import Chain, Wall
 from carom.model.trace import wall_body
 
-UNFOLDING = "Unfolding: if the box is mirrored at each impact instead of the path, the path is a straight line"
+UNFOLDING = "Unfolding: if each impact mirrors the box and not the path, the path is a straight line"
 _MOVING_BOX = (
-    "Galileo: relative to the box, walls are at rest; if the box is mirrored instead of the path, the path is a line"
+    "Galileo: relative to the box, walls are at rest; if impacts mirror the box and not the path, the path is a line"
 )
 
 #: A level floor at height 0.

@@ -20,8 +20,8 @@ from carom.model.trace import Vector, wall_body
 
 _RADIUS_M, _G = 0.5, 10.0
 _ROLLING = (
-    "Rolling resistance is a torque of at most c P R against the spin (P: contact force, R: radius), so u' = -c g/(1 + "
-    "k); Ai et al., Powder Technol. 206 (2011) 269, model A"
+    "Rolling resistance is a torque of at most c P R (P: contact force, R: radius), so u' = -c g/(1 + k) for a disc of "
+    "inertia factor k; Ai et al., Powder Technol. 206 (2011) 269, model A"
 )
 _COULOMB = (
     "Coulomb's law: friction is f times the contact force while a disc slips, and at most that while the disc rolls"
@@ -103,8 +103,8 @@ def _lands_sliding() -> Staged:
 def _between_thresholds() -> Staged:
     """A disc that bounces down a slope still slips when the bounces end, and rolls only after 3/8 s."""
     source = (
-        "A bouncing disc stops slipping on slopes up to f (1 + 1/k)(1 + e)/2 = 0.675, and a disc in lasting contact on "
-        "slopes up to f (1 + 1/k) = 0.9"
+        "Slip ends during bounces on slopes up to f (1 + 1/k)(1 + e)/2 = 0.675, and in lasting contact on slopes up to "
+        "f (1 + 1/k) = 0.9; this slope is 0.75"
     )
     rolled, rolling_s = 11 / 40 + 31 / 20 / 8 + 36 / 10 / 128, 1.0
     answer = (rolled + 2 * rolling_s + 4 * rolling_s**2 / 2, 2.0 + 4 * rolling_s, -2.0 - 4 * rolling_s)
@@ -166,7 +166,7 @@ def _rolling_resistance_holds() -> Staged:
 
 def _rolling_resistance_on_a_slope() -> Staged:
     """A disc rolls down a slope, and rolling resistance reduces its acceleration."""
-    source = f"{_ROLLING}: u' = (g sin - c g cos)/(1 + k)"
+    source = f"{_ROLLING}; on a slope of angle a, u' = (g sin a - c g cos a)/(1 + k)"
     return _stage_on_wall(source, (1.2, 2.4, -2.4), 1.0, fall=0.75, wall_friction=0.8, wall_rolling_resistance=0.3)
 
 

@@ -111,7 +111,7 @@ def _damped_slide() -> Staged:
     scene = build_scene(discs, walls=[FLOOR], duration_s=duration, **laws)
     after = complex(u_after * kept_fraction, v_after * kept_fraction)
     hit = build_impact(_to_clock_time(undamped_s, damping), 0, -1, after, None, spin_after * kept_fraction)
-    source = f"{_LAW}; Cross, Am. J. Phys. 70 (2002) 1093: sliding reduces v by f (1 + e) w_n"
+    source = f"{_LAW}; Cross, Am. J. Phys. 70 (2002) 1093: sliding reduces v by f (1 + e) times the normal speed"
     place = complex(u * undamped_s + u_after * (end - undamped_s), 1.0 + v_after * (end - undamped_s))
     final = [(place, complex(u_after * left, v_after * left))]
     return build_staged(scene, [hit], source, final=final, spins=(spin_after * left,))

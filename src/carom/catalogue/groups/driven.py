@@ -38,7 +38,7 @@ def _racket() -> Staged:
 
 
 def _swatter() -> Staged:
-    """A swatter without thickness hits a disc at rest at 50 m/s, and must not pass through it."""
+    """A swatter without thickness moves at 50 m/s, and must not pass through a disc at rest."""
     radius, speed = 0.125, 50.0
     swatter = edges(-10 - 1j, -10 + 1j, velocity_m_s=(speed, 0.0))
     scene = build_scene([build_disc(0.25j, 0, radius)], walls=[swatter], duration_s=0.5)

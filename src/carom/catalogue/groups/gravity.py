@@ -32,7 +32,7 @@ def _compute_hops(
     """Return time and speed after each bounce until `end_s`.
 
     The first bounce is at `first_s`, with the impact speed `speed`. A body that leaves at the speed u comes back after
-    2 u / pull. So bounce n + 1 is at first + 2 v (e + ... + e^n) / pull.
+    ``2 u / pull``. So the time of bounce n + 1 is ``first_s + 2 speed (e + ... + e^n) / pull``.
     """
     bounces: list[tuple[float, float]] = []
     n = 0
@@ -56,7 +56,8 @@ def _stage_bouncing(height: float, restitution: float, duration_s: float) -> Sta
     last, leaving = bounces[-1]
     final = compute_fall(complex(drift * last, radius), complex(drift, leaving), duration_s - last, FALL)
     source = (
-        "A body thrown up at u comes back after 2 u / g, so bounce n + 1 is 2 v (e + ... + e^n) / g after the first"
+        "A body thrown up at u comes back after 2 u / g. If the first bounce is at the speed v, bounce n + 1 is "
+        "2 v (e + ... + e^n) / g later"
     )
     return build_staged(scene, [build_impact(t, 0, -1, complex(drift, u)) for t, u in bounces], source, final=[final])
 

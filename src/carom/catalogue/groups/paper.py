@@ -15,8 +15,8 @@ from carom.catalogue.staging import build_disc, build_impact, build_scene, build
 _FILM_HZ = 24.0
 
 _BACKWARDS = (
-    "Computed backwards from the impact: normal and instant are chosen, the start follows from straight lines, and "
-    "the velocities follow from conservation of momentum and energy along the normal"
+    "Computed backwards from an impact with chosen normal and instant; conservation of momentum and energy gives the "
+    "velocities"
 )
 
 _seen = partial(stage_meeting, duration_s=1.0, frame_rate_hz=_FILM_HZ, source=_BACKWARDS)

@@ -18,11 +18,13 @@ from carom.model.scene import Disc, Wall
 from carom.model.trace import Vector
 
 _CROSS = (
-    "Cross, Am. J. Phys. 70 (2002) 1093: a disc that sticks leaves at v/(1 + k); a disc that slides loses f (1 + e) w_n"
+    "Cross, Am. J. Phys. 70 (2002) 1093: a disc that sticks leaves at v/(1 + k); a disc that slides loses f (1 + e) "
+    "w_n (k: inertia factor, w_n: speed along the normal)"
 )
 _ALCIATORE = "Alciatore, billiards TP A.14: tan(throw) is the smaller of f and k/(1 + k) tan(cut)/(1 + e)"
 _GARWIN = (
-    "Garwin, Am. J. Phys. 37 (1969) 88: a superball reverses its slip, (v, w) -> (v - 2 w, -4 v - w)/3 for k = 1/2"
+    "Garwin, Am. J. Phys. 37 (1969) 88: a superball reverses its slip: for k = 1/2, (v, w) becomes (v - 2 w, -4 v - "
+    "w)/3"
 )
 
 #: Time of the first impact of most scenes, in seconds. The time is not on a boundary between steps, because there
@@ -76,8 +78,8 @@ def _edge() -> Staged:
 
 
 _LEMBCKE = (
-    "S. Lembcke, Chipmunk forum, 24 October 2016, on a carom striker that can't turn: v decreases by f (1 + e) w_n "
-    "at most"
+    "S. Lembcke, Chipmunk forum, 24 October 2016, on a carom striker that can't turn: v decreases by at most f (1 + "
+    "e) w_n, where w_n is the speed along the normal"
 )
 
 
@@ -165,7 +167,7 @@ def _bounce_to_roll() -> Staged:
 
 
 def _compute_superball_states(states: int) -> list[tuple[float, float]]:
-    """Return (v, w) after each impact of a superball that is thrown under a table at 1 m/s."""
+    """Return speed and spin (v, w) after each impact of a superball that is thrown under a table at 1 m/s."""
     v, w = Fraction(1), Fraction(0)
     found = []
     for n in range(states):

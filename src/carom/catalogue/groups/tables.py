@@ -115,7 +115,7 @@ def _stage_in_wedge(degrees: float, start: complex, velocity: complex) -> Staged
     duration = hits[-1].time_s * 1.1
     scene = build_scene([build_disc(apex + start, velocity, radius)], walls=walls, duration_s=duration)
     source = (
-        "Unfolding: if the wedge is mirrored and not the path, the path is straight (Tabachnikov, Geometry and "
+        "Unfolding: if impacts mirror the wedge and not the path, the path is straight (Tabachnikov, Geometry and "
         "Billiards, 2005)"
     )
     return build_staged(scene, [build_impact(hit.time_s, 0, -1, hit.velocity) for hit in hits], source)
@@ -153,7 +153,7 @@ def _star() -> Staged:
 
 
 def _whispering_gallery() -> Staged:
-    """A disc meets a circular wall at an angle of 0.001 radians, so it has a hundred impacts within 12 degrees."""
+    """A disc meets a circular wall at an angle of 0.001 radians: a hundred impacts on 12 degrees of the circle."""
     rho, radius, delta, count = 1.0, 0.25, 1e-3, 100
     velocity, chord = cmath.exp(1j * (math.pi / 2.0 + delta)), 2.0 * rho * math.sin(delta)
     discs = [build_disc(rho, complex(-math.sin(delta), math.cos(delta)), radius)]
@@ -161,7 +161,7 @@ def _whispering_gallery() -> Staged:
     # There are six frames between two impacts.
     scene = build_scene(discs, walls=walls, duration_s=duration, frame_rate_hz=3000.0)
     impacts = [build_impact(k * chord, 0, -1, velocity * cmath.exp(2j * delta * k)) for k in range(1, count + 1)]
-    return build_staged(scene, impacts, f"{_CHORDS}: each chord is 2 rho sin(delta) long")
+    return build_staged(scene, impacts, f"{_CHORDS}; a chord at the angle a to a circle of radius r is 2 r sin(a) long")
 
 
 def _stadium_across() -> Staged:

@@ -38,7 +38,8 @@ def bench(
     grow: Annotated[
         bool,
         typer.Option(
-            "--grow", help="Instead of errors, measure how run time and memory grow with the number of discs. No scene."
+            "--grow",
+            help="Instead of errors, measure how run time and memory grow with the number of discs. Takes no scenes.",
         ),
     ] = False,
     discs: Annotated[list[str] | None, build_typer_option(GrowthOptions, "sizes")] = None,

@@ -36,9 +36,9 @@ def certify(
 ) -> None:
     """Compute impacts with proven digits, by ball arithmetic.
 
-    A run ends at the end of its scene, at a limit, or at an event whose outcome can't be proven. The command prints the
-    event that ended a run. Sliding, rolling and resting on straight walls are supported. Needs python-flint: `pip
-    install 'carom[certify]'`. Exit code 1: a run ended at an event whose outcome can't be proven.
+    A run ends at the end of its scene, at a limit, or at an event whose outcome can't be proven. The command prints why
+    each run ended. Sliding, rolling and resting on straight walls are supported. Needs python-flint: `pip install
+    'carom[certify]'`. Exit code 1: a run ended early, but not because of --max-impacts.
 
     Examples: `carom certify classics/gas`, `carom certify my-scene.toml --digits 30 --max-impacts 100`,
     `carom certify my-scene.toml --time-budget 10 --json`.

@@ -27,9 +27,7 @@ def import_file(
     ] = 10.0,
     pixels_per_metre: Annotated[
         float,
-        typer.Option(
-            "--pixels-per-metre", show_default=False, help="Number of the file's length units in a metre (default: 1)."
-        ),
+        typer.Option("--pixels-per-metre", show_default=False, help="Length units of the file per metre (default: 1)."),
     ] = 1.0,
 ) -> None:
     """Convert a pymunk space, an MJCF model or a Planck dump to a scene, and list the parts that are left out."""

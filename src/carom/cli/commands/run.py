@@ -123,7 +123,7 @@ def _carry_out_plan(
 
 
 def _print_settings(results: Results, scene: str) -> None:
-    """Print the ``carom engines`` command that prints the settings of the most accurate method as code."""
+    """For the most accurate method, print the ``carom engines`` command that shows its settings as code."""
     from carom.engines.registry import format_engine_argument
     from carom.studies.cross_check.grid import build_grid, rank_methods
     from carom.support.formatting import format_step_option

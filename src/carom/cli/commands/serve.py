@@ -18,12 +18,12 @@ def serve(
     path: Annotated[
         Path | None,
         typer.Option(
-            "--path", help="Folder to import packages from first, such as a folder with another release of the engine."
+            "--path", help="Folder that is searched first for packages, such as another release of the engine."
         ),
     ] = None,
     manifest: Annotated[
         str | None,
-        typer.Option("--manifest", metavar="NAME", help="Print an engine.toml with the given name, and exit."),
+        typer.Option("--manifest", metavar="NAME", help="Print an engine.toml for an engine of this name, and exit."),
     ] = None,
 ) -> None:
     """Serve a Python adapter over standard input/output using the engine protocol.

@@ -32,8 +32,8 @@ def tune(
 ) -> None:
     """Find the most accurate settings of an engine, and print them as a profile.
 
-    The best settings have the fewest scenes that are graded "wrong" or not run. Settings with equally many such scenes
-    are ordered by the number of scenes graded "exact" or "close", then by the error, and then by the run time.
+    The best settings have the fewest scenes that are graded "wrong" or do not run. Settings with equally many such
+    scenes are ordered by the number of scenes graded "exact" or "close", then by the error, and then by the run time.
 
     Examples: `carom tune pymunk`, `carom tune box2d classics paper --trials 300`, `carom tune pymunk --resume --trials
     300`.

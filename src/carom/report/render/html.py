@@ -109,7 +109,7 @@ def build_content_policy(script: str) -> str:
 
 
 def _pack_rows(table: Table) -> str:
-    """Return a table's packed data for `rows.js`. A cell becomes a text, or an object if the cell has other fields."""
+    """Return a table's packed data for `rows.js`. A cell becomes a text, or an object if it has more fields."""
     columns, rows = table.select_for(Media.PAGE)
     heads = [[column.line, column.number] for column in columns]
     return pack_data({"columns": heads, "rows": [[_pack_cell(cell) for cell in row] for row in rows]})

@@ -80,7 +80,7 @@ def _split_table(table: Table, medium: Media, width: int) -> Iterator[RichTable]
 
 
 class _Fitted(NamedTuple):
-    """A column to print, with two widths: `least` suffices for every word, and `most` for every line of text."""
+    """A column to print. `least` is the width of its longest word, and `most` the width of its longest line."""
 
     head: RichText
     cells: list[RichText]
@@ -130,7 +130,7 @@ def _render_cell(cell: Cell) -> RichText:
 
 
 def _render_bar(shares: Sequence[Share]) -> RichText:
-    """Return a bar that consists of the symbols of its parts, so that it is readable without colours.
+    """Return a bar made of the symbols of its parts, which is readable without colours.
 
     Every part has at least one symbol.
     """

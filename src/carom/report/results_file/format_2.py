@@ -16,7 +16,7 @@ _FIELDS = {"parted_s": "diverged_s", "pit_parted_s": "pit_diverged_s"}
 
 
 def convert_line(line: Mapping[str, Any]) -> dict[str, Any]:
-    """Replace earlier words and field names in a line by those of today.
+    """Replace the words and field names of format 2 in a line by the present ones.
 
     Other texts, such as names of scenes, are unchanged.
     """

@@ -117,9 +117,9 @@ def _replace_named_parts(schema: Any, parts: dict[str, Any]) -> Any:
 
 
 class _Described(GenerateJsonSchema):
-    """Generator of a JSON Schema without titles that only repeat a name.
+    """JSON Schema generator that gives fields no title, because a title would only repeat the field's name.
 
-    Fields with a default are required in the schema, because they are always written.
+    Fields with a default are also required, except those that a line may omit (`OF_SPINS` and `_LATER`).
     """
 
     def field_title_should_be_set(self, schema: Any) -> bool:  # noqa: ARG002 - pydantic's signature
@@ -142,7 +142,7 @@ def _build_type_adapter(kind: type[Any]) -> TypeAdapter[Any]:
 
 
 def _build_file_type(hint: Any) -> Any:
-    """Return the type of the JSON value for a type in Python."""
+    """Convert a Python type to the type of its value in JSON."""
     origin, parts = get_origin(hint), get_args(hint)
     if hint is float:
         return _NUMBER
@@ -195,7 +195,7 @@ def _build_enum_type(kind: type[Enum]) -> Any:
 
 @dataclass(frozen=True)
 class _Fields:
-    """Schema of a dataclass in which each field has the type of its JSON value."""
+    """Pydantic schema of a dataclass. Each field has the type of its value in JSON."""
 
     def __get_pydantic_core_schema__(self, kind: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         hints = get_type_hints(kind, include_extras=True)
@@ -215,7 +215,7 @@ class _Fields:
 
 
 def _add_default(field: dataclasses.Field[Any], hint: Any, schema: CoreSchema) -> CoreSchema:
-    """Add a default to the schema of a field that files of earlier versions lack."""
+    """Add a default to the schema of a field that a line may lack."""
     if field.default_factory is not dataclasses.MISSING:
         return core_schema.with_default_schema(schema, default_factory=field.default_factory)
     if type(None) in get_args(hint):

@@ -42,7 +42,7 @@ class Summary:
             other verdicts.
         scenes: Values of each scene by name.
         sampling: PIT's errors for each scene and step size. All runs with this scene and step size are compared with
-            PIT's errors.
+            these errors.
     """
 
     format: int
@@ -65,7 +65,7 @@ class VerdictLine:
 
 @dataclass(frozen=True, slots=True)
 class OutcomeComparison:
-    """Comparison of a run with the possible outcomes of simultaneous impacts that have no unique result."""
+    """Possible outcomes of simultaneous impacts, and the outcome that is nearest to the run."""
 
     admissible: tuple[str, ...]
     nearest: int | None
@@ -77,17 +77,17 @@ class OutcomeComparison:
 class RowLine:
     """A line of the file after the first one: the result for a scene, a method and a step size.
 
-    If there was no run, all values of a run are null.
+    If the job did not run, fields that describe its result are null or empty.
 
     Attributes:
-        tried: Settings by which the user replaced settings of the profile.
+        tried: Settings of the profile that the user changed, with the user's values.
         reason: Reason why there is no score; empty if the run has a score.
         matched: Number of impacts that the run found. (`missed`, `spurious` and `undecided` contain indices of impacts
             instead.)
         price_paid: Velocity error divided by PIT's velocity error; "inf" if PIT has no error.
-        local: Median and largest value of each kind of error of single impacts, measured from the run's own state
-            before the impact.
-        counts: Amounts of work that the method reports, by name.
+        local: Median and largest error over all impacts, for each kind of error. An impact is compared with the exact
+            impact that follows from the run's own state before it.
+        counts: Numbers of operations that the method reports, by name, such as steps.
     """
 
     scene: str

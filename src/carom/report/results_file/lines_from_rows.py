@@ -88,7 +88,7 @@ def build_line(row: Row) -> RowLine:
 
 
 def list_reasons(line: RowLine, verdicts: Mapping[str, str] = _VERDICTS) -> tuple[str, ...]:
-    """Return a sentence without full stop for every verdict, or the reason why there is no verdict.
+    """Return one sentence for every verdict, without a full stop, or the reason why there is no verdict.
 
     Args:
         line: The line of a run.

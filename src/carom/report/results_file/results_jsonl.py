@@ -54,7 +54,7 @@ def stream_records(path: Path) -> tuple[Summary, Iterator[RowLine]]:
     The iterator checks whether the number of lines is as stated in the first line.
 
     Raises:
-        InputError: The function or its iterator finds a fault that `read_records` lists.
+        InputError: The file has a fault that `read_records` lists. The iterator raises this error, too.
     """
     texts = _read_lines(path)
     head, is_earlier = _parse_head(path, next(texts, b"{}"))
@@ -79,14 +79,14 @@ _READS = (
     f"; this Carom reads complete files of formats {format_2.FORMAT} and {_WANTED}: run the cross-check again, or use "
     "the version that wrote the file"
 )
-_ASK = f"give the folder of a report, or a results.jsonl by `carom run --out` (format {_WANTED})"
+_ASK = f"give the folder of a report, or a results.jsonl that `carom run --out` wrote (format {_WANTED})"
 
 
 def _parse_head(path: Path, text: bytes) -> tuple[dict[str, Any], bool]:
     """Return the first line in the present format, and whether the file has an earlier format."""
     head = _parse_object(path, 1, text)
     if (found := head.get("format")) is None:
-        raise InputError(f"{path} is no results.jsonl of a cross-check", hints=[_ASK])
+        raise InputError(f"{path} is not the results.jsonl of a cross-check", hints=[_ASK])
     if found == format_2.FORMAT:
         return format_2.convert_line(head), True
     if found != _WANTED:
@@ -130,19 +130,17 @@ def _read_lines(path: Path) -> Iterator[bytes]:
                 ):
                     if bytes_ > MOST_BYTES[kind] or count > MOST_VALUES[kind]:
                         limit = f"{MOST_BYTES[kind] >> 20} MiB, or {MOST_VALUES[kind]:,} values"
-                        raise InputError(f"{source} is larger than {limit}, the limit for results", hints=[_ASK])
+                        raise InputError(f"{source} is larger than the limit for results: {limit}", hints=[_ASK])
                 yield line.removesuffix(b"\n")
     except OSError as error:
         raise InputError(f"{path} can't be read: {error.strerror or error}", hints=[_ASK]) from None
 
 
 def _summarise_local_errors(score: Score) -> dict[str, int | float]:
-    """Return the median and the largest value of each kind of error of single impacts.
+    """Return the median and the largest error over all impacts, for each kind of error.
 
-    Lines with all errors would be too long.
-
-    If no impact has an error of some kind, this kind is omitted. For example, there are no spin errors if no disc
-    spins.
+    A line with the errors of all impacts would be too long. A kind without any known error is omitted, for example
+    spin errors if no disc spins.
     """
     local = score.local
     sampled = ("sampling_velocity", "solver_velocity", "sampling_spin", "solver_spin")
