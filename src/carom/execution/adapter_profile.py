@@ -56,6 +56,6 @@ def prepare_settings(
         raise AdapterError(f"profile {profile!r} of {adapter.name} fails: {describe_exception(error)}") from error
     plain = to_plain_settings(settings, f"of profile {profile!r} of {adapter.name}")
     if plain.get("dt_s") != dt_s:
-        mistake = f"dt_s among the settings of profile {profile!r} of {adapter.name} must be the step size, {dt_s:g}"
+        mistake = f"profile {profile!r} of {adapter.name} must set dt_s to the step size, {dt_s:g}"
         raise build_adapter_error(f"{mistake}, got {plain.get('dt_s', 'none')}")
     return {**plain, **dict(overrides)}

@@ -25,9 +25,9 @@ class JobKey:
         scene_sha256: Hash of the whole scene, including its name.
         method: Engine and profile.
         dt_s: Step size, in seconds.
-        phase: Fraction of a step, 0 to 1, by which the scene begins earlier.
+        phase: Fraction of a step, 0 to 1, by which the scene's start is moved to an earlier time.
         versions: Name and version of every distribution that affects the result, sorted by name.
-        form: What the task does in addition to the run, such as "drawn" or "timed"; may be empty.
+        form: Name of the task's extra work, such as "drawn" or "timed"; empty for a plain run.
     """
 
     scene: str

@@ -1,6 +1,6 @@
 """Methods of a study: the requested engines with their requested profiles.
 
-Profiles with equal settings are one method.
+Profiles with equal settings count as one method.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ class Methods(NamedTuple):
     Attributes:
         by_engine_and_step: Methods to run, by engine and step size. Only the last of several profiles with the same
             settings is included.
-        refusals: Reasons why available engines can run no scene, by method and step size.
+        refusals: Reasons why methods of available engines can't run any scene, by method and step size.
         infos: Descriptions of the engines, by name.
     """
 
@@ -83,7 +83,7 @@ class Methods(NamedTuple):
     infos: Mapping[str, EngineInfo]
 
     def find_refusal(self, method: Method, dt_s: float) -> Answer[Any] | None:
-        """Return why a method can run no scene with a step size; None if no reason is known."""
+        """Return why a method can't run any scene with a step size; None if no reason is known."""
         info = self.infos.get(method.engine)
         if info is not None and info.unavailable:
             return Answer(Status.UNAVAILABLE, info.unavailable)

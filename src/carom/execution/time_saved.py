@@ -1,4 +1,4 @@
-"""Measures the run time that PIC and PIT save by not testing bodies that can't touch."""
+"""Measures how much run time PIC and PIT save by skipping bodies that can't touch."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ MOST_TESTS = 20_000_000
 
 
 class SkippedTime(NamedTuple):
-    """Median seconds of runs that skip needless tests, and median ratio of the run times without and with skipping."""
+    """Median run time with skipping, and median ratio of the run time without skipping to that with skipping."""
 
     with_skipping_s: float
     ratio: float
 
 
 class SceneSkips(NamedTuple):
-    """Run times that PIC and PIT save in a scene. A value is None if the run without skipping would take too long."""
+    """Time that PIC and PIT save in a scene. A value is None if the run without skipping would take too long."""
 
     pic: SkippedTime | None
     pit: SkippedTime | None

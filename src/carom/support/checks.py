@@ -72,7 +72,7 @@ def check_count(name: str, value: Any) -> int:
 
 
 def check_times(name: str, values: Any) -> list[float]:
-    """Return an argument as a list of finite times of at least 0 in ascending order.
+    """Return an argument as a list of times in ascending order. Each time is finite and at least 0.
 
     Raises:
         InputError: The value is not a list of finite numbers of at least 0 in ascending order.

@@ -118,7 +118,7 @@ class CuttableWorld(World, Protocol):
         """Set the size of the next steps, in seconds. Contact times are still measured from the start of the run."""
 
     def touching(self) -> frozenset[tuple[int, int]]:
-        """Return the pairs of bodies that now touch by the engine's own contact test.
+        """Return the pairs of bodies that touch at this time, according to the engine's own contact test.
 
         Bodies are numbered as in `Contact`.
 
