@@ -7,8 +7,8 @@ and b the distance at which the centres would pass each other without an impact.
 velocity of a body with the mass m_i by ``(1 + e) mu / m_i w cos(a)``. Here mu is the reduced mass of both bodies, and a
 is the angle between the normal and the relative velocity, with ``sin(a) = b / R``. So the velocity error is at most
 ``(1 + e) mu / m_i w sin(a - a')``, where ``sin(a') = b / (R + m)``. Bodies whose surfaces would pass each other at a
-distance below m may also collide. The errors of time and velocity grow with m. So the exact solution with bodies
-thicker by m has the greatest allowed errors, both at the first impact and later.
+distance below m may also collide. The errors of time and velocity grow with m. So the greatest allowed errors are those
+of the exact solution in which all bodies collide at the distance m.
 """
 
 from __future__ import annotations

@@ -35,7 +35,7 @@ def load_supported_adapter(job: Job) -> Adapter:
 
 
 def capabilities_of(adapter: Adapter, profile: str) -> Capabilities:
-    """Return the capabilities that a profile declares, or by default the adapter's capabilities."""
+    """Return the capabilities of a profile. If the profile declares none, return the adapter's."""
     known = adapter.profiles.get(profile)
     return known.capabilities if known is not None and known.capabilities is not None else adapter.capabilities
 

@@ -99,11 +99,12 @@ class ClusterPool(Pool):
     def map_unordered(
         self, items: Iterable[tuple[str, Item]], work: Callable[[Item, TaskRunner], Iterable[T]]
     ) -> Iterator[list[T]]:
-        """Process the items on the cluster, and yield the list of results of each item when the item is finished.
+        """Process the items on the cluster. When an item is finished, yield the list of its results.
 
         Raises:
             ClusterError: Some items lost their workers repeatedly, the scheduler is gone, or the cluster had no worker
-                for `WORKERLESS_S` seconds. The error about lost workers is raised after all other results.
+                for `WORKERLESS_S` seconds. The error about lost workers is raised after all other results have been
+                yielded.
         """
         distributed: Any = importlib.import_module("distributed")
         submitted = {

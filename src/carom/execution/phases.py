@@ -53,7 +53,7 @@ class PhaseSpread:
 
 
 def generate_phases(count: int, seed: int = 0) -> tuple[float, ...]:
-    """Return quasi-random phases from 0 to 1: multiples of the golden ratio plus an offset that depends on the seed."""
+    """Return quasi-random phases: multiples of the golden ratio, plus an offset that depends on the seed, modulo 1."""
     if not count:  # return early, since loading numpy.random takes longer than a short run
         return ()
     start = float(np.random.default_rng(seed).random())

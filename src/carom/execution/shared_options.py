@@ -71,7 +71,7 @@ def declare_phases(default: int) -> Any:
 
 
 def declare_seed() -> Any:
-    """Declare the option for the number that selects the phases."""
+    """Declare the option ``--seed``, which selects the phases."""
     return declare_option(0, build_whole_number_kind(0, MOST_SEED), "Number that selects the phases.", "--seed")
 
 

@@ -86,7 +86,7 @@ def _run_event_driven(scene: Scene) -> Trace:
 
 
 def measure_pit_saving(scene: Scene, dt_s: float) -> SkippedTime | None:
-    """Measure the time that PIT saves by skipping frames and pairs that can't touch.
+    """Measure the time that PIT saves by skipping pairs that can't touch, and frames in which no bodies can touch.
 
     Return None if the run without skipping would take too long.
     """

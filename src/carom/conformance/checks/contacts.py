@@ -76,7 +76,7 @@ def contacts_are_stamped(subject: Subject, profile: str) -> None:
             found = f"{format_number(contact.time_s, 9)} s"
             require(sound, problem, f"{format_number(begin, 9)} to {format_number(end, 9)} s", found, setup)
             declared = {Stamp.START: begin, Stamp.END: end}.get(stamp, contact.time_s)
-            problem = f"a contact of disc {contact.first} in step {step} is not stamped with {stamp.value}, as declared"
+            problem = f"the time of a contact of disc {contact.first} in step {step} is not {stamp.value}, as declared"
             sound = abs(contact.time_s - declared) <= rounding_s
             require(sound, problem, f"{format_number(declared, 9)} s", found, setup)
 

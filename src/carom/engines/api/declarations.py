@@ -76,8 +76,8 @@ class Capabilities:
             `docs/theory/contact.md`.
         table_friction: Whether a table can slow down all discs at a constant rate until they stop.
         restitution: Smallest and largest coefficient of restitution that is simulated exactly.
-        restitution_combine: Rule by which the engine computes a pair's restitution from a restitution of each body; see
-            `carom.engines.api.checks.COMBINE_RULES`. With "pair", each pair has its own restitution.
+        restitution_combine: Rule by which the engine computes a pair's restitution from the restitutions of the two
+            bodies; see `carom.engines.api.checks.COMBINE_RULES`. With "pair", each pair has its own restitution.
         restitution_threshold_m_s: Closing speed up to which the engine makes contacts inelastic.
         spin: Whether discs can spin, with the initial spins and moments of inertia of the scene.
         min_inertia_factor: Smallest inertia factor (moment of inertia divided by mass times radius squared) of a disc

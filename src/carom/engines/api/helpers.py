@@ -100,12 +100,12 @@ def _factor(pair: float, wall: float) -> tuple[float, float]:
 
 
 def reach(scene: Scene, dt_s: float) -> tuple[Vector, float]:
-    """Return the middle of a scene, and an upper bound for a disc's distance from the middle, in metres.
+    """Return the middle of a scene, and the largest distance from it that any disc can reach, in metres.
 
-    The distance is measured to the farthest point of the disc. In engines without half-planes, walls must extend to
-    this distance. The bound follows from the scene's energy, including the energy of spins and of falling. Only impacts
-    on driven bodies add energy. The bound allows for `DRIVEN_IMPACTS` impacts on driven bodies, each of which can add
-    twice the speed of the driven body.
+    The distance is an upper bound, measured to the farthest point of a disc. In engines without half-planes, walls must
+    extend to this distance. The bound follows from the scene's energy, including the energy of spins and of falling.
+    Only impacts on driven bodies add energy. The bound allows for `DRIVEN_IMPACTS` impacts on driven bodies, each of
+    which can add twice the speed of the driven body.
     """
     x, y = zip(*(disc.position_m for disc in scene.discs), strict=True)
     centre = (min(x) / 2 + max(x) / 2, min(y) / 2 + max(y) / 2)

@@ -128,7 +128,7 @@ class Manifest(_Table):
     @model_validator(mode="before")
     @classmethod
     def _complete_capabilities(cls, data: Any) -> Any:
-        """Complete the capabilities of each profile with the capabilities of the engine."""
+        """Add the engine's capabilities to the capabilities of each profile."""
         match data:
             case {"capabilities": dict(shared), "profiles": dict(profiles)}:
                 completed = {

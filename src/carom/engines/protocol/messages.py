@@ -101,7 +101,7 @@ class Close(_WorldRequest):
 
 
 class Failure(_Message):
-    """Reason why a request was refused as invalid, or why the request failed."""
+    """Why a request failed, or was refused as invalid."""
 
     kind: Literal["refused", "failed"] = "failed"
     message: str

@@ -71,7 +71,7 @@ def compute_pair_time(
     const Py_ssize_t[:] first,
     const Py_ssize_t[:] second,
 ):
-    """Return the seconds until the discs of any pair are nearer than the sum of their reaches; infinity if never."""
+    """Return the seconds until two discs are nearer to each other than the sum of their reaches; infinity if never."""
     cdef double earliest = INFINITY
     cdef Py_ssize_t k, i, j
     for k in range(first.shape[0]):

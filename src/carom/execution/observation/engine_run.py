@@ -72,7 +72,7 @@ def observe_job(job: Job, runner: TaskRunner, *, samples: bool = False) -> Answe
 
 
 def check_own_scene(job: Job, answer: Answer[Trace]) -> Answer[Trace]:
-    """Return the answer with the scene object of the job. If the trace is of another scene, return a failed answer."""
+    """Replace the trace's scene by the equal scene object of the job. If the scenes differ, return a failed answer."""
     if answer.value is None:
         return answer
     if answer.value.scene != job.scene:

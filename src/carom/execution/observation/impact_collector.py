@@ -102,7 +102,7 @@ class ImpactCollector:
         self._last, self._last_s = observation, time_s
 
     def finish(self) -> tuple[NDArray[np.void], NDArray[np.float64], NDArray[np.void], NDArray[np.void] | None]:
-        """Return the impacts, sorted by reported time, with their effective times, the states before, and the spins.
+        """Return the impacts, sorted by reported time, with effective times, the states before them, and spins.
 
         The effective time of an impact is the instant at which the paths of the bodies turn. In a scene without spins,
         the spins are None.

@@ -44,7 +44,7 @@ class OpenContact:
         after: Velocities and spins after the contact's last step so far.
         end_s: Time at the end of the contact's last step so far, in seconds.
         end: State at the end of the contact's last step so far.
-        is_isolated: Whether neither body had another contact in any step of this contact.
+        is_isolated: Whether the two bodies had no other contacts during the steps of this contact.
         steps: Number of the contact's steps so far.
         impulse: Sum of the impulses of all steps. If no impulses are reported, sum of the changes of relative velocity.
         impulse_vector: Sum over all steps of the impulse times the normal vector.

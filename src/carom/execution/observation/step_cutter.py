@@ -19,7 +19,7 @@ MOST_PIECES = 10_000
 
 
 class Cutter:
-    """Advances a world by steps, each divided into pieces that end when bodies begin to touch.
+    """Advances a world step by step. Each step is divided into pieces, which end when bodies begin to touch.
 
     Attributes:
         world: The world, initially at time 0.
