@@ -154,7 +154,7 @@ def list_known_reasons(
         path: The file.
 
     Raises:
-        InputError: Two entries that apply contain the same case, or an entry depends on an unknown version.
+        InputError: The same case is in two entries that apply, or an entry depends on an unknown version.
     """
     found: dict[str, str] = {}
     for number, entry in enumerate(entries, start=1):

@@ -1,4 +1,4 @@
-"""Pytest plug-in that runs the suite. Without ``--carom-engine`` it only adds its options.
+"""Pytest plug-in that runs the suite. Without ``--carom-engine``, the plug-in only adds its options.
 
 With ``--carom-engine`` the plug-in adds the suite's cases to the collected tests. The repository of the adapter needs
 no test file.
@@ -27,7 +27,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         action="append",
         default=[],
         metavar="PROFILE",
-        help="profile to test, or 'all'; repeatable; by default: default, tuned and, if there is one, located; "
+        help="profile to test, or 'all'; repeatable; if not given: default, tuned and, if it exists, located; "
         "tests that do not depend on a profile always run",
     )
     group.addoption(
@@ -35,7 +35,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         type=Path,
         metavar="FILE",
         help="file of known failures with their reasons (default: carom-known-failures.toml in the rootdir); write the "
-        "option with the sign =, because pytest determines its rootdir from separate arguments such as FILE",
+        "option with =, because a separate argument FILE can change pytest's rootdir",
     )
     group.addoption(
         "--write-known-failures",

@@ -135,7 +135,7 @@ def select_engines(engine_names: Sequence[str], pool: Pool) -> list[EngineInfo]:
         if not selected:
             known = ", ".join(f"{name} ({distribution_of(name)})" for name in sorted(points))
             raise UnknownNameError(
-                f"no adapter, and no distribution or package with one, is named {value!r}; there are: {known}. "
+                f"{value!r} is not the name of an adapter, or of its distribution or package; there are: {known}. "
                 f"If you have added an entry point to {ENTRY_POINT_GROUP!r}, install its package again"
             )
         chosen |= dict.fromkeys(selected)

@@ -162,8 +162,8 @@ def list_adapter_points() -> Mapping[str, AdapterPoint]:
 def _list_points(distribution: metadata.Distribution) -> list[AdapterPoint]:
     """Return the adapters of a distribution.
 
-    If the distribution's entry points can't be read, return one adapter with the distribution's location as name, and
-    with the reason in `unreadable`.
+    If the distribution's entry points can't be read, return one adapter. Its name is the distribution's location, and
+    `unreadable` contains the reason.
     """
     try:
         # parse the file only if it can contain adapters, since parsing the files of all distributions takes long
@@ -219,7 +219,7 @@ def resolve_engine(word: str) -> str:
 
 
 def format_engine_argument(name: str) -> str:
-    """Return a value for ``--engine`` that works in any process: the manifest's path or, without manifest, the name."""
+    """Return a value for ``--engine`` that works in any process: the path of a manifest if there is one, or a name."""
     point = list_adapter_points().get(name)
     return point.value if point is not None and point.manifest else name
 

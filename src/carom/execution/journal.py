@@ -56,7 +56,7 @@ class JournalEntry(Generic[K, T]):
     def cut_off(self) -> bool:
         """Whether the engine or its adapter failed, so that a second attempt may succeed.
 
-        If the value was computed by several tasks, its own attribute `cut_off` is true if one of these tasks failed.
+        A value that needed several tasks has its own attribute `cut_off`: whether one of these tasks failed.
         """
         return self.answer.status.is_failure or bool(getattr(self.answer.value, "cut_off", False))
 
@@ -211,7 +211,7 @@ def _lock(file: int, path: Path) -> None:
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)  # the system releases the lock however the process ends
     except OSError:
-        problem = "is being written by another process; end that one first, or name another folder"
+        problem = "is being written by another process; end that process first, or name another folder"
         raise InputError(f"{path} {problem}") from None
 
 

@@ -147,7 +147,7 @@ def list_methods(
 def _extract_settings(
     info: EngineInfo, answer: Answer[_Settings] | None, step: int
 ) -> Mapping[str, Setting] | Answer[Any]:
-    """Return the settings of a profile for step size number `step`, or why a method with this profile can't be run."""
+    """Return the settings of a profile for step size number `step`, or the reason why this profile can't be run."""
     if answer is not None and answer.value is not None and isinstance(settings := answer.value[step], Mapping):
         # The settings are needed even if the engine is not installed, because profiles with equal settings are one
         # method.

@@ -91,7 +91,8 @@ def needs_certification(scene: Scene, is_requested: bool | None) -> bool:
 def build_reference(trace: Trace, is_requested: bool | None, time_budget_s: float = CERTIFY_SECONDS) -> Reference:
     """Build the reference of a scene.
 
-    After its horizon, PIC is not reliable; without a certified run, this time is estimated.
+    The reference's horizon is the time after which PIC is not reliable. Without a certified run, the horizon is
+    estimated.
 
     Args:
         trace: The PIC trace of the scene.
@@ -117,7 +118,7 @@ def build_reference(trace: Trace, is_requested: bool | None, time_budget_s: floa
 def _certify_reference(trace: Trace, is_requested: bool | None, time_budget_s: float) -> Reference:
     scene = trace.scene
     if is_requested is None and len(scene.discs) > MOST_DISCS:
-        return Reference(trace, f"not certified: more than {MOST_DISCS} discs; use --certify to certify it")
+        return Reference(trace, f"not certified: more than {MOST_DISCS} discs; --certify certifies it nevertheless")
     try:
         certified = certify(scene, time_budget_s=time_budget_s)
     except (MissingExtraError, InputError) as error:

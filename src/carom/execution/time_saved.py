@@ -63,9 +63,8 @@ def is_closed_form(reference: Trace) -> bool:
 def measure_pic_saving(scene: Scene, reference: Trace) -> SkippedTime | None:
     """Measure the time that PIC saves.
 
-    PIC solves two discs on straight paths by a formula. In other scenes, PIC computes new impact times after an
-    impact only for the discs of this impact, which saves time. Return None if the run without skipping would take
-    too long.
+    PIC solves two discs on straight paths by a formula. In other scenes, PIC saves time: after an impact, it computes
+    new impact times only for the discs of this impact. Return None if the run without skipping would take too long.
     """
     if len(reference.impacts) * count_tests_per_frame(scene) > MOST_TESTS:
         return None
@@ -99,7 +98,7 @@ def measure_pit_saving(scene: Scene, dt_s: float) -> SkippedTime | None:
 
 
 def _measure(prepare: Callable[[bool], Callable[[], object]]) -> SkippedTime:
-    """Time runs with and without skipping alternately. Preparation is not timed."""
+    """Measure the run times with and without skipping, alternately. Preparation is not timed."""
 
     def measure_seconds(skipping: bool) -> float:
         run = prepare(skipping)

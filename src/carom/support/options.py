@@ -28,8 +28,8 @@ class ValueKind(NamedTuple):
     Attributes:
         requirement: Text after "must be" in error messages, such as "a positive number".
         word: Word for the type in `--help`, such as NUMBER; empty for a flag.
-        convert: Converts a value from Python or `parse` to the form that a study uses. Raises TypeError, ValueError or
-            OverflowError for an invalid value.
+        convert: Converts a value, from Python or from `parse`, to the form that a study uses. Raises TypeError,
+            ValueError or OverflowError for an invalid value.
         parse: Converts a text of the command line to a value for `convert`. If the text contains several items of a
             list, the result is a tuple.
         gather: Converts all texts of a repeated command-line option to one value.

@@ -37,7 +37,7 @@ def restitution_as_declared(subject: Subject, share: float, wall_share: float) -
     low, high = capabilities.restitution
     e, wall_e = low + share * (high - low), low + wall_share * (high - low)
     if low == high and (share, wall_share) != (1.0, 1.0):
-        raise NotApplicable(f"restitution is declared to be {low:g} only")
+        raise NotApplicable(f"only the restitution {low:g} is declared")
     if not capabilities.walls and wall_share != share:
         raise NotApplicable("walls are not declared, so there is no second coefficient")
     setup = require_supported(subject, scenes.build_bounce_and_pair(e, wall_e, wall=capabilities.walls))
@@ -97,7 +97,7 @@ def rolls_as_declared(subject: Subject) -> None:
     expected, found = 1.0 - rate * scene.duration_s, float(end.velocity_m_s[0, 0])
     promise = subject.adapter.profiles[setup.profile].accuracy.velocity
     right = abs(found - expected) <= rate * setup.dt_s + subject.rounding + promise
-    wrong = "a rolling disc does not decelerate by c g/(1 + k)"
+    wrong = "a rolling disc does not decelerate by c g/(1 + k) (c: rolling resistance, k: inertia factor)"
     expected_text = f"{format_number(expected, 6)} m/s to within {format_number(rate * setup.dt_s + promise)}"
     require(right, wrong, expected_text, f"{format_number(found, 6)} m/s", setup)
 
@@ -131,7 +131,7 @@ def _require_transfer_at(subject: Subject, speed: float) -> None:
 def fast_as_declared(subject: Subject) -> None:
     """An impact of two discs is correct at the greatest declared speed.
 
-    The step size decreases with the speed, so that the disc moves equally far in each step at any speed.
+    The step size is inversely proportional to the speed, so a fast disc moves as far in a step as a slow disc.
     """
     _require_transfer_at(subject, min(subject.capabilities().max_speed_m_s, FAST_M_S))
 
@@ -300,8 +300,8 @@ def refuses(subject: Subject, refusal: str) -> None:
     scene = None if value is True else needing_more(capabilities)
     declared = f"{field} = {value if isinstance(value, bool | tuple | str) else format(value, 'g')}"
     if scene is None:
-        raise NotApplicable(f"{declared} is declared, so no scene must be refused")
-    setup, beyond = Setup(scene), f"a scene beyond the declaration ({refusal})"
+        raise NotApplicable(f"{declared} is declared, so there is no scene to refuse")
+    setup, beyond = Setup(scene), f"a scene beyond the declared capabilities ({refusal})"
     expected = f"prepare() to raise an AdapterError, because the adapter declares {declared}"
     answer = subject.try_to_watch(setup)
     if not isinstance(answer, AdapterFailure):

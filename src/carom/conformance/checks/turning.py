@@ -102,7 +102,7 @@ def friction_is_limited(subject: Subject, profile: str) -> None:
 def _require_friction(subject: Subject, profile: str = "tuned") -> Capabilities:
     capabilities = subject.capabilities(profile)
     if capabilities.friction[1] == 0:
-        raise NotApplicable("friction is declared to be 0 only")
+        raise NotApplicable("only the friction 0 is declared")
     return capabilities
 
 

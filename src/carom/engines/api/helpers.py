@@ -154,8 +154,8 @@ def oriented_contact(
 ) -> Contact:
     """Return the contact of two bodies, given in any order. `normal` points from `a` to `b`.
 
-    The tangential impulse acts on `b`. An exchange of the bodies reverses the normal, the tangent and the impulse, so
-    `tangential_impulse_n_s` keeps its sign.
+    The tangential impulse acts on `b`. If the bodies are exchanged, the normal, the tangent and the impulse are all
+    reversed, so `tangential_impulse_n_s` keeps its sign.
     """
     first, second = pair_of(a, b)
     nx, ny = normal

@@ -88,7 +88,7 @@ class World(Protocol):
 
 @runtime_checkable
 class TimedWorld(World, Protocol):
-    """A world that measures the run time of its steps itself, so that communication with a program is not included."""
+    """A world that measures the run time of its own steps, so that communication with a program does not count."""
 
     @property
     def seconds(self) -> float:

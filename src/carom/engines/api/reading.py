@@ -13,7 +13,7 @@ Point = tuple[float, float]
 def wall_towards(discs: Sequence[Disc], faces: Iterable[tuple[Point, Point]]) -> Wall | None:
     """Return a wall that replaces one of a body's faces.
 
-    All discs must be in front of this face; None if there is none.
+    All discs are in front of this face. If no face has all discs in front of it, return None.
 
     A face is given by a point and a normal. If several faces are possible, the face farthest from the discs is chosen.
     """

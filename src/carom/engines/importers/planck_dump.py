@@ -180,7 +180,7 @@ def _list_face_groups(body: _Body, shape: Any) -> Iterator[list[tuple[Point, Poi
 
 
 def _find_face(a: Point, b: Point) -> Iterator[tuple[Point, Point]]:
-    """Yield the face on the right side of the line from a to b: a point, and the unit normal to the right.
+    """Yield the face on the right side of the line from a to b: a point, and the unit normal that points right.
 
     Yield nothing for a line without length.
     """

@@ -73,7 +73,7 @@ class Cut(_WorldRequest):
 
 
 class Touching(_WorldRequest):
-    """Return the pairs of bodies that now touch by the engine's own contact test.
+    """Return the pairs of bodies that touch at this time, according to the engine's own contact test.
 
     The request must not change the state.
     """

@@ -66,8 +66,8 @@ class LastStep:
         """Return how fast the velocities and spins of all discs change between the scene's end and the step's end.
 
         For a disc in flight, return the acceleration of gravity. For a resting disc, return the mean rates of the last
-        step. A disc counts as resting if its mean acceleration in the last step is small, because a wall balances more
-        than half of gravity.
+        step. A disc counts as resting if its mean acceleration in the last step differs from gravity by more than half
+        of gravity, and is at most `RESTING_STEPS` times gravity.
         """
         falls = float(np.hypot(*self.scene.gravity_m_s2))
         if not falls:

@@ -130,7 +130,7 @@ class FreeFlight:
     def compute_pair_wait(self, p: Array, v: Array, left_s: float) -> float:
         """Return the seconds until two discs come near each other.
 
-        If the result is after the scene's end, it is only a lower bound.
+        A result after the scene's end is only a lower bound.
         """
         if self._few_pairs is not None:
             return approach.compute_pair_time(p, v, self._margin, *self._few_pairs)

@@ -133,8 +133,8 @@ class ImpactCollector:
     def _has_effect(self, contact: Contact, before: Observation, after: Observation, step_s: float) -> bool:
         """Whether a reported contact changed a velocity or spin. Engines also report contacts in which no force acts.
 
-        A contact of two immovable bodies has no effect. If no impulse is reported, a contact has an effect if a
-        velocity or spin changed by more than damping or a table explains.
+        A contact of two immovable bodies has no effect. If no impulse is reported, a contact has an effect unless
+        damping or a table explains all changes of velocity and spin.
         """
         if not self._list_movable((contact.first, contact.second)):
             return False

@@ -137,9 +137,9 @@ class OpenContact:
         and u1 be the relative position and velocity at the time t1, in the first state after the contact. The paths are
         the lines d0 + u0 (t - t0) and d1 + u1 (t - t1). The difference of the paths is a linear function of t with
         slope u0 - u1. The difference is also linear under gravity, where both paths are parabolas of the same
-        curvature. With damping, the paths are lines if the time is replaced by undamped time, in which an undamped disc
-        moves equally far. On a table that slows discs, the paths have different curvatures. The nearest instant is
-        found by least squares.
+        curvature. With damping, the paths are lines in undamped time: the time that an undamped disc needs for the same
+        distance. On a table that slows discs, the paths have different curvatures. The nearest instant is found by
+        least squares.
 
         Args:
             gravity: Acceleration of each disc, from `compute_gravity`.
