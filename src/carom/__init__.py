@@ -140,7 +140,7 @@ _VIEWS |= dict.fromkeys(("html_of", "plot"), "carom.report.notebook")
 def _find_view(name: str) -> Callable[..., Any]:
     """Import and return a function that shows a result.
 
-    Modules of results call this function, since they must not import `carom.report`.
+    Result classes use this function, because their modules must not import `carom.report`.
     """
     view: Callable[..., Any] = getattr(importlib.import_module(_VIEWS[name]), name)
     return view
@@ -149,7 +149,7 @@ def _find_view(name: str) -> Callable[..., Any]:
 class _Moved(ModuleType):
     """A module at an import path of an earlier version.
 
-    The module imports its replacement at the first use of a name.
+    When one of its names is first used, the module imports its replacement.
     """
 
     def __getattr__(self, name: str) -> Any:
@@ -165,7 +165,7 @@ class _Moved(ModuleType):
 
 
 class _Engines(ModuleType):
-    """The package `carom.engines`. A call of the package runs the public function `carom.engines`."""
+    """The package `carom.engines`. Calling the package calls the public function `carom.engines`."""
 
     def __call__(self, *args: Any, **options: Any) -> list[EngineInfo]:
         from carom.execution.describe_engines import engines

@@ -26,7 +26,7 @@ CAME: list[signal.Signals] = []
 class Ended(KeyboardInterrupt):
     """A signal has arrived. The argument is the signal's number.
 
-    Carom does not raise a plain `KeyboardInterrupt`. If a `KeyboardInterrupt` leaves a call of `exec`, which
+    Carom raises this class instead of a plain `KeyboardInterrupt`. If a plain one leaves a call of `exec`, which
     dataclasses use, Python ignores the command's exit code. See `_Py_UnhandledKeyboardInterrupt` in Python's
     pythonrun.c.
     """

@@ -81,7 +81,7 @@ class SceneError(InputError):
     Attributes:
         problems: All problems of the scene, or the first problem of each kind.
         source: The scene's file, if there is a file.
-        more: Whether the scene has further problems, whose number is not known.
+        more: Whether the scene has an unknown number of further problems.
 
     Examples:
         >>> carom.Disc(position_m=(0.0, 0.0), radius_m=-1.0)

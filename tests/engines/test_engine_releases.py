@@ -411,5 +411,5 @@ def test_history_does_not_run_pymunk_before_5_7(release_cache: ReleaseCache) -> 
     """Pymunk 5.6 reports no contacts to the adapter, so it is not run, since it is older than 5.7."""
     plain = [entry.scene for entry in find_scenes(["classics/box"])]
     found = run_history("pymunk", plain, release_cache, HistoryOptions(versions=["5.6.0", "5.7.0"], jobs=1))
-    assert found.releases[0].not_run == "older than 5.7, the oldest release that its adapter drives"
+    assert found.releases[0].not_run == "older than 5.7, the oldest release that its adapter supports"
     assert found.completed == found.releases[1:]

@@ -236,7 +236,7 @@ def test_false_declarations_fail_with_values_and_scene(fresh_python: Path, tmp_p
     # What is not declared must be refused, not left out in silence.
     for (name, what), declared in NOT_DECLARED.items():
         said = failures[f"{name}::refuses[{what.replace(' ', '-')}]"]
-        assert f"a scene beyond the declaration ({what}) is run" in said
+        assert f"a scene beyond the declared capabilities ({what}) is run" in said
         assert f"because the adapter declares {declared}" in said
 
 

@@ -158,7 +158,8 @@ class _Reading:
             return
         wall = wall_towards([disc for _, disc in self.discs], _list_faces(shape))
         if wall is None:
-            self.dropped.append(f"{label}: a disc is inside it or behind each of its faces, and a wall is a half-plane")
+            reason = "no half-plane can replace it: a disc is inside it or behind each of its faces"
+            self.dropped.append(f"{label}: {reason}")
             return
         self.walls.append((shape, wall))
         self.dropped.append(f"{label}: only its face towards the discs is kept, without its ends")

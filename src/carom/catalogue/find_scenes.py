@@ -84,7 +84,7 @@ def resolve_scenes(scenes: Iterable[Scene | CatalogueScene | str]) -> tuple[tupl
         InputError: The list of scenes is empty, or two scenes have the same name.
     """
     if isinstance(scenes, Scene | CatalogueScene | str) or not isinstance(scenes, Iterable):
-        raise InputError(f"scenes must be a list, even of one item, got {type(scenes).__name__}")
+        raise InputError(f"scenes must be a list, even for a single item, got {type(scenes).__name__}")
     entries: list[Scene | CatalogueScene] = []
     for scene in scenes:
         entries += find_scenes([scene]) if isinstance(scene, str) else [scene]

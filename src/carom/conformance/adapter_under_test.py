@@ -40,8 +40,8 @@ class CatalogueRun(NamedTuple):
         trace: Trace of the run.
         score: Comparison of the run with the known answer.
         pit: Comparison of a run of PIT with the known answer. PIT has the same step size.
-        margin: Comparison of a run of PIC, with bodies thicker by the profile's contact margin, with the known answer.
-            Engines with a contact margin may have these errors. None if the profile declares no margin.
+        margin: Errors of PIC if bodies already collide at the profile's contact margin. The engine may also have these
+            errors. None if the profile declares no margin.
     """
 
     setup: Setup
@@ -90,7 +90,7 @@ class Subject(Closeable):
 
     @property
     def rounding(self) -> float:
-        """Rounding error that the suite allows, as a fraction of a value. 32-bit floats have larger rounding errors."""
+        """Rounding error that the suite allows, as a fraction of a value. The fraction is larger for 32-bit floats."""
         return THRESHOLDS.rounding_of(self.adapter.capabilities.float_bits)
 
     def capabilities(self, profile: str = "tuned") -> Capabilities:
@@ -110,7 +110,7 @@ class Subject(Closeable):
         """Run a scene and return every observation."""
         answer = self.try_to_watch(setup, observations=observations)
         if isinstance(answer, AdapterFailure):
-            problem = f"{answer.where}() raises an error for a scene that the adapter declares to support"
+            problem = f"{answer.where}() raises an error for a scene that the declared capabilities allow"
             raise Violation(problem, "a run to the end of the scene", answer.cause, setup)
         return answer
 
@@ -134,11 +134,11 @@ class Subject(Closeable):
 
         Args:
             setup: The run.
-            extra_settings: Settings that are added to those of the profile.
+            extra_settings: Settings in addition to the settings of the profile.
             observations: Number of observations after each step. With 0, the world makes all steps in one call, and
                 only the end is observed.
             cut: Whether to call the world's method `cut` before each step.
-            disturbed: Whether to make and undo another step before each step, and to query contacts.
+            disturbed: Whether to take a longer step before each step and undo it, and to query which bodies touch.
         """
         settings = {**self.settings(setup.profile, setup.dt_s), **extra_settings}
         steps = setup.scene.step_count(setup.dt_s)
@@ -186,7 +186,7 @@ STEPS_A_FRAME = 4
 
 @cache
 def _compute_pit_score(name: str) -> tuple[Trace, Trace, Score]:
-    """Return the known answer of a catalogue scene as a trace, PIT's trace, and PIT's score."""
+    """Return three results for a catalogue scene: the known answer as a trace, PIT's trace, and PIT's score."""
     setup = build_catalogue_setup(name, "tuned")
     reference = build_known_trace(setup.scene, all_scenes()[name].known)
     pit = observe_run(load_adapter("pit"), setup.scene, setup.profile, setup.dt_s)
@@ -211,5 +211,5 @@ def find_greatest_speed(scene: Scene) -> float:
 
 
 def list_masses(scene: Scene) -> list[float]:
-    """Return the masses of the discs, in kilograms; 0 for an immovable disc, which is left out of sums of momentum."""
+    """Return the masses of the discs, in kilograms. Immovable discs get 0, so that they add nothing to the momentum."""
     return [0.0 if disc.immovable else disc.mass_kg for disc in scene.discs]

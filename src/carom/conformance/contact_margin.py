@@ -1,13 +1,14 @@
 """Computes the errors that a contact margin allows: the errors of PIC in a scene with thicker bodies.
 
-An engine with a margin m lets bodies collide as if their surfaces were up to m nearer to each other. Let R be the
-distance of the centres when bodies touch. The engine's impact occurs at a distance between R and R + m. Let w be the
-relative speed, and b the distance at which the centres would pass each other without an impact. Then the impact is
-early by at most ``(sqrt((R + m)^2 - b^2) - sqrt(R^2 - b^2)) / w``. Without friction, an impact changes a velocity by
-``(1 + e) mu / m_i w cos(a)`` along a normal at the angle a, with ``sin(a) = b / R``. So the velocity error is at most
+An engine with a margin m lets bodies collide when their surfaces are still up to m apart. Let R be the distance of the
+centres when bodies touch. The engine's impact occurs at a distance between R and R + m. Let w be the relative speed,
+and b the distance at which the centres would pass each other without an impact. Then the impact is early by at most
+``(sqrt((R + m)^2 - b^2) - sqrt(R^2 - b^2)) / w``. Without friction, an impact with the restitution e changes the
+velocity of a body with the mass m_i by ``(1 + e) mu / m_i w cos(a)``. Here mu is the reduced mass of both bodies, and a
+is the angle between the normal and the relative velocity, with ``sin(a) = b / R``. So the velocity error is at most
 ``(1 + e) mu / m_i w sin(a - a')``, where ``sin(a') = b / (R + m)``. Bodies whose surfaces would pass each other at a
-distance below m may also collide. The errors of time and velocity grow with m. So the exact solution with bodies
-thicker by m has the greatest allowed errors, both at the first impact and later.
+distance below m may also collide. The errors of time and velocity grow with m. So the greatest allowed errors are those
+of the exact solution in which all bodies collide at the distance m.
 """
 
 from __future__ import annotations

@@ -154,7 +154,7 @@ def list_known_reasons(
         path: The file.
 
     Raises:
-        InputError: Two entries that apply contain the same case, or an entry depends on an unknown version.
+        InputError: The same case is in two entries that apply, or an entry depends on an unknown version.
     """
     found: dict[str, str] = {}
     for number, entry in enumerate(entries, start=1):
@@ -184,8 +184,8 @@ def check_names(
     Args:
         entries: Entries of the file.
         known: Names of the cases whose entries apply to the tested releases and this platform.
-        names: Full names of all cases of the tested engines. If the declared capabilities exclude a case, its value is
-            the reason, and otherwise an empty text.
+        names: For each case of the tested engines, by its full name: the reason why the declared capabilities exclude
+            the case. The reason is empty if they allow the case.
         installed: Names of all installed engines. Cases of engines that are not tested are ignored.
         path: The file.
 
@@ -230,7 +230,7 @@ def write_known_failures(
     Args:
         path: The file, which may not exist yet.
         entries: Entries of the file.
-        failed: Failed cases that the file does not list for this release and platform: names with messages.
+        failed: Messages of failed cases that the file does not list for this release and platform, by the case's name.
         passed: Names of the listed cases that passed.
         versions: Version of each tested engine, by adapter name.
         platform: This platform.

@@ -1,4 +1,4 @@
-"""Pytest plug-in that runs the suite. Without ``--carom-engine`` it only adds its options.
+"""Pytest plug-in that runs the suite. Without ``--carom-engine``, the plug-in only adds its options.
 
 With ``--carom-engine`` the plug-in adds the suite's cases to the collected tests. The repository of the adapter needs
 no test file.
@@ -20,22 +20,22 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         "--carom-engine",
         action="append",
         metavar="NAME",
-        help="adapter to test: its name, its distribution or package (tests all adapters in it), or 'all'; repeatable",
+        help="adapter to test, by name; or a distribution or package, to test all adapters in it; or 'all'; repeatable",
     )
     group.addoption(
         "--carom-profile",
         action="append",
         default=[],
         metavar="PROFILE",
-        help="profile to test, or 'all'; repeatable (default: default, tuned, and located if there is one); "
+        help="profile to test, or 'all'; repeatable; if not given: default, tuned and, if it exists, located; "
         "tests that do not depend on a profile always run",
     )
     group.addoption(
         "--carom-known-failures",
         type=Path,
         metavar="FILE",
-        help="file of known failures with their reasons (default: carom-known-failures.toml in the rootdir); write it "
-        "as --carom-known-failures=FILE, because pytest determines its rootdir from separate arguments",
+        help="file of known failures with their reasons (default: carom-known-failures.toml in the rootdir); write the "
+        "option with =, because a separate argument FILE can change pytest's rootdir",
     )
     group.addoption(
         "--write-known-failures",

@@ -141,8 +141,8 @@ class Watch(_Probe):
         observations: Number of observations after each step. With 0, the world makes all steps in one call, and only
             the end is observed.
         cut_s: Length to which each step is shortened, in seconds; None for whole steps.
-        disturbed: Whether to make and undo a step of three times this length before each step, and to call `touching`
-            after both.
+        disturbed: Whether to take a step of the length ``3 * cut_s`` before each step and undo it, and to call
+            `touching` after each of these steps.
     """
 
     steps: int
@@ -180,7 +180,7 @@ class Watch(_Probe):
     def _cut(self, world: World, length_s: float) -> None:
         with _catch_adapter_errors("prepare"):
             if not isinstance(world, CuttableWorld):
-                raise AdapterError(f"{type(world).__name__} lacks one of cut, touching, save and restore")
+                raise AdapterError(f"{type(world).__name__} lacks at least one of cut, touching, save and restore")
         with _catch_adapter_errors("cut"):
             if self.disturbed:
                 state = world.save()
@@ -234,7 +234,7 @@ class Make(_Probe):
 def _measure_memory() -> int | None:
     """Return the resident memory of this process and its children; None if the system does not report this memory.
 
-    Before the measurement, the C library returns unused memory to the system. This can be 20 MB.
+    Before the measurement, the C library returns unused memory, such as 20 MB, to the system.
     """
     give_back = getattr(ctypes.CDLL(None), "malloc_trim", None)
     if give_back is not None:

@@ -82,8 +82,8 @@ def make_suite(
         profiles: Values of ``--carom-profile``: names of profiles, or ``all``. The default is
             `carom.execution.methods.DEFAULT_PROFILES`.
         known_file: The file of known failures; None to use the first such file in `folders`.
-        folders: pytest's root directory, and the working directory. The two folders differ, for example, if the value
-            of an option is the name of a folder: pytest then uses this folder as its root.
+        folders: pytest's root directory, and the working directory. The two can differ: if the value of an option is
+            the name of a folder, pytest uses this folder as its root.
         limits: Limits of the engines' processes.
 
     Raises:
@@ -118,7 +118,8 @@ def select_engines(engine_names: Sequence[str], pool: Pool) -> list[EngineInfo]:
     """Return the adapters that the values of ``--carom-engine`` select, without duplicates.
 
     Args:
-        engine_names: Names of adapters, distributions, or packages with entry points; manifests; or ``all``.
+        engine_names: Names of adapters, or of distributions or packages that contain adapters; paths of manifests; or
+            ``all``.
         pool: Pool that queries the adapters; the caller closes it.
 
     Raises:
@@ -134,8 +135,8 @@ def select_engines(engine_names: Sequence[str], pool: Pool) -> list[EngineInfo]:
         if not selected:
             known = ", ".join(f"{name} ({distribution_of(name)})" for name in sorted(points))
             raise UnknownNameError(
-                f"no adapter, and no distribution or package with one, is named {value!r}; there are: {known}. "
-                f"A new entry point in {ENTRY_POINT_GROUP!r} needs its package to be installed again"
+                f"{value!r} is not the name of an adapter, or of its distribution or package; there are: {known}. "
+                f"If you have added an entry point to {ENTRY_POINT_GROUP!r}, install its package again"
             )
         chosen |= dict.fromkeys(selected)
     infos = {info.name: info for info in describe_engines([*chosen], pool)}

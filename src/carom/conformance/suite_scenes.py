@@ -62,7 +62,7 @@ def build_spinning_disc(spin_rad_s: float) -> Scene:
 
 
 def build_bullet(phase: float) -> Scene:
-    """Return a fast disc that meets a disc at rest head-on. In 1/60 s it moves by more than both diameters."""
+    """Return a fast disc that meets a disc at rest head-on. In 1/60 s it moves farther than both diameters together."""
     start_m = -0.3 - 100 / 60 * (2 + phase)
     return _build_scene(f"bullet-{phase:g}", [build_disc(start_m, 100, 0.05), build_disc(0, 0, 0.25, 3)], 6 / 60)
 

@@ -41,7 +41,7 @@ class EngineInfo:
         profiles: Descriptions of the profiles, by name.
         distribution: The distribution that contains the adapter.
         located: Names of the profiles for which Carom shortens steps.
-        own: Capabilities that single profiles declare instead of `capabilities`, by the profile's name.
+        own: Capabilities of the profiles that differ from `capabilities`, by the profile's name.
         knobs: Settings that ``carom tune`` may change, with their ranges, by name.
         install: Command that installs the engine; empty if no command is needed.
         code: Whether the adapter can write settings as code of the engine.
@@ -154,7 +154,7 @@ def list_adapter_points() -> Mapping[str, AdapterPoint]:
             raise AdapterError(f"{MANIFESTS} must contain absolute paths, got {location!r}")
         name = _read_manifest_name(path)
         if name in points:
-            raise AdapterError(f"{path} names its engine {name!r}, like {points[name].value}")
+            raise AdapterError(f"{path} names its engine {name!r}, but {points[name].value} already has this name")
         points[name] = AdapterPoint(name, str(path), manifest=True)
     return points
 
@@ -162,8 +162,8 @@ def list_adapter_points() -> Mapping[str, AdapterPoint]:
 def _list_points(distribution: metadata.Distribution) -> list[AdapterPoint]:
     """Return the adapters of a distribution.
 
-    If the distribution's entry points can't be read, return one adapter with the distribution's location as name, and
-    with the reason in `unreadable`.
+    If the distribution's entry points can't be read, return one adapter. Its name is the distribution's location, and
+    `unreadable` contains the reason.
     """
     try:
         # parse the file only if it can contain adapters, since parsing the files of all distributions takes long
@@ -219,7 +219,7 @@ def resolve_engine(word: str) -> str:
 
 
 def format_engine_argument(name: str) -> str:
-    """Return a value for ``--engine`` that works in any process: the manifest's path, or the name without manifest."""
+    """Return a value for ``--engine`` that works in any process: the path of a manifest if there is one, or a name."""
     point = list_adapter_points().get(name)
     return point.value if point is not None and point.manifest else name
 
@@ -307,7 +307,9 @@ def explain_unavailable_engine(engine: Engine) -> str:
         installed = find_installed_release(engine.distribution) if engine.oldest else ""
         if not is_older(installed, engine.oldest):
             return ""
-        reason = f"{engine.name} {installed} is older than {engine.oldest}, the oldest release that its adapter drives"
+        reason = (
+            f"{engine.name} {installed} is older than {engine.oldest}, the oldest release that its adapter supports"
+        )
     else:
         reason, version = f"{engine.module} is not installed", sys.version_info[:2]
         if engine.no_wheel_from and version >= engine.no_wheel_from:
@@ -338,8 +340,8 @@ def explain_unavailable_adapter(adapter: Adapter) -> str:
 def find_version(adapter: Adapter, adapter_distribution: str) -> str:
     """Return the version of an engine, from its adapter or its distribution.
 
-    An adapter may have a method ``version()`` if its engine is not a Python distribution. Without the method
-    ``version()``, an engine that has no module is part of its adapter and has the adapter's version.
+    An adapter may have a method ``version()`` if its engine is not a Python distribution. Without this method, an
+    engine that has no module and no distribution gets the adapter's version.
     """
     method = getattr(adapter, "version", None)
     if callable(method):

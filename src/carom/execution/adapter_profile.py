@@ -35,7 +35,7 @@ def load_supported_adapter(job: Job) -> Adapter:
 
 
 def capabilities_of(adapter: Adapter, profile: str) -> Capabilities:
-    """Return the capabilities that a profile declares, or by default the adapter's capabilities."""
+    """Return the capabilities of a profile. If the profile declares none, return the adapter's."""
     known = adapter.profiles.get(profile)
     return known.capabilities if known is not None and known.capabilities is not None else adapter.capabilities
 
@@ -56,6 +56,6 @@ def prepare_settings(
         raise AdapterError(f"profile {profile!r} of {adapter.name} fails: {describe_exception(error)}") from error
     plain = to_plain_settings(settings, f"of profile {profile!r} of {adapter.name}")
     if plain.get("dt_s") != dt_s:
-        mistake = f"dt_s among the settings of profile {profile!r} of {adapter.name} must be the step size, {dt_s:g}"
+        mistake = f"profile {profile!r} of {adapter.name} must set dt_s to the step size, {dt_s:g}"
         raise build_adapter_error(f"{mistake}, got {plain.get('dt_s', 'none')}")
     return {**plain, **dict(overrides)}

@@ -25,9 +25,9 @@ class JobKey:
         scene_sha256: Hash of the whole scene, including its name.
         method: Engine and profile.
         dt_s: Step size, in seconds.
-        phase: Fraction of a step, 0 to 1, by which the scene begins earlier.
+        phase: Fraction of a step, 0 to 1, by which the scene's start is moved to an earlier time.
         versions: Name and version of every distribution that affects the result, sorted by name.
-        form: What the task does in addition to the run, such as "drawn" or "timed"; may be empty.
+        form: Name of the task's extra work, such as "drawn" or "timed"; empty for a plain run.
     """
 
     scene: str
@@ -41,14 +41,17 @@ class JobKey:
 
 @lru_cache(maxsize=64)
 def compute_scene_hash(scene: Scene) -> str:
-    """Return the SHA-256 of all fields of a scene except the description. Every bit of each float counts."""
+    """Return the SHA-256 of all fields of a scene except the description.
+
+    Floats that differ in any bit count as different.
+    """
     # Pydantic writes each float as the shortest text that reads back as the same float.
     return hashlib.sha256(scene.model_dump_json(exclude={"description"}).encode()).hexdigest()
 
 
 @cache
 def find_versions(engine: str) -> tuple[tuple[str, str], ...]:
-    """Return name and version of every distribution that affects an engine's results; empty for an unknown engine."""
+    """Return names and versions of Python and of all distributions that affect an engine's results."""
     versions = [
         ("carom", find_installed_release("carom")),
         ("numpy", find_installed_release("numpy")),

@@ -1,8 +1,8 @@
-"""Runs tasks on a Dask cluster, in the same kind of worker processes as on this machine, with the same results.
+"""Runs tasks on a Dask cluster. The results are the same as on this machine.
 
-`ClusterPool.map_unordered` submits each item as a task to Dask. Engines run in processes of their own, as on this
+`ClusterPool.map_unordered` submits each item as a task to Dask. Each engine runs in its own process, as on this
 machine. So an engine that aborts affects neither Dask's worker nor other items. If a Dask worker is lost, Dask's
-scheduler sends its items to another worker.
+scheduler sends that worker's items to another worker.
 """
 
 from __future__ import annotations
@@ -99,11 +99,12 @@ class ClusterPool(Pool):
     def map_unordered(
         self, items: Iterable[tuple[str, Item]], work: Callable[[Item, TaskRunner], Iterable[T]]
     ) -> Iterator[list[T]]:
-        """Process the items on the cluster, and yield the list of results of each item when the item is finished.
+        """Process the items on the cluster. When an item is finished, yield the list of its results.
 
         Raises:
-            ClusterError: The workers of some items were lost repeatedly, the scheduler is gone, or the cluster had no
-                worker for `WORKERLESS_S`. The error about lost workers is raised after all other results.
+            ClusterError: Some items lost their workers repeatedly, the scheduler is gone, or the cluster had no worker
+                for `WORKERLESS_S` seconds. The error about lost workers is raised after all other results have been
+                yielded.
         """
         distributed: Any = importlib.import_module("distributed")
         submitted = {
@@ -125,12 +126,12 @@ class ClusterPool(Pool):
                     yield results
                 future.release()
         if lost_tasks:
-            problem = f"tasks lost because workers of the cluster at {self._address} ended"
-            raise ClusterError(f"{problem}: {len(lost_tasks)}, first {lost_tasks[0]}", hints=[_CONTINUE])
+            problem = f"workers of the cluster at {self._address} ended; tasks lost"
+            raise ClusterError(f"{problem}: {len(lost_tasks)}; the first is {lost_tasks[0]}", hints=[_CONTINUE])
 
     @contextmanager
     def _watch_workers(self, submitted: Mapping[Any, str]) -> Iterator[list[str]]:
-        """Cancel the submitted items when the context ends, or when the cluster has had no worker for `WORKERLESS_S`.
+        """Cancel the submitted items when the context ends, or when no worker has existed for `WORKERLESS_S` seconds.
 
         Yield a list that is empty at first. If the cluster lacks workers, the reason is appended to the list.
         """
@@ -165,7 +166,7 @@ class ClusterPool(Pool):
             for engine in sorted(local_versions.keys() | its_versions.keys()):
                 if local_versions.get(engine) != its_versions.get(engine):
                     there, here = (_format_versions(one.get(engine)) for one in (its_versions, local_versions))
-                    problem = f"{engine} on the cluster's worker {worker} is {there}, and here {here}"
+                    problem = f"{engine} is {there} on the cluster's worker {worker}, but {here} on this machine"
                     hints = ["install the same versions on both"]
                     raise InputError(f"{problem}: results would not be the same", hints=hints)
 

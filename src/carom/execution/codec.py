@@ -55,7 +55,10 @@ class Codec(Generic[T]):
 
 
 def _build_type(write: Callable[[Any], Any], read: Callable[[Any], Any]) -> Any:
-    """Return a type that pydantic converts with two functions. `read` can raise any exception for invalid data."""
+    """Return a type for pydantic, which converts with `write` and `read`.
+
+    `read` may raise any exception for invalid data.
+    """
 
     def validate(data: Any) -> Any:
         try:
@@ -71,7 +74,7 @@ def _build_type(write: Callable[[Any], Any], read: Callable[[Any], Any]) -> Any:
 
 
 def _build_array_type(dtype: DTypeLike) -> Any:
-    """Return a type for arrays that pydantic can convert. Callers may add ``| None`` to the type."""
+    """Return a type with which pydantic converts arrays to JSON and back. Callers may add ``| None`` to the type."""
 
     def pack(array: NDArray[Any]) -> Any:
         return [list(array.shape), base64.b64encode(np.asarray(array, dtype).tobytes()).decode()]
@@ -89,7 +92,7 @@ SCENES_KEPT = 64
 
 @lru_cache(maxsize=SCENES_KEPT)
 def _read_scene(text: str) -> Scene:
-    """Return the scene of a JSON text. Traces with equal texts share the scene, because checking a scene takes long."""
+    """Return the scene of a JSON text. Equal texts give the same object, because checking a scene takes long."""
     return Scene.model_validate_json(text)
 
 
@@ -97,7 +100,7 @@ _CarriedScene = _build_type(Scene.model_dump_json, _read_scene)
 
 
 def _build_field_type(hint: Any, carried: Any) -> Any:
-    """Return a type that pydantic can convert, for a field of a dataclass.
+    """Return a type with which pydantic converts a field of a dataclass to JSON and back.
 
     Args:
         hint: The field's declared type.
@@ -113,10 +116,10 @@ def _build_field_type(hint: Any, carried: Any) -> Any:
 
 
 def build_dataclass_type(kind: type[Any], **carried: Any) -> Any:
-    """Return a type that pydantic can convert, for a dataclass. A value is written as a string that contains JSON.
+    """Return a type with which pydantic converts a dataclass. A value is written as a string that contains JSON.
 
-    In this inner JSON, NaN and infinities are written without quotes, because the string "NaN" could be a setting.
-    `carried` maps a field's name to the argument `carried` of `_build_field_type`.
+    In this inner JSON, NaN and infinities are written without quotes, because the string "NaN" could be a setting. For
+    each field, `_build_field_type` gets the argument `carried[name]`, where `name` is the field's name.
     """
     known = {"Scene": Scene, "LocalTruth": LocalTruth, "States": States, "np": np, "NDArray": NDArray}
     hints = get_type_hints(kind, localns=known)

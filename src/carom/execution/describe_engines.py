@@ -92,7 +92,7 @@ def engines(names: Sequence[str] | None = None) -> EngineList:
         ['pic', 'pit']
     """
     if isinstance(names, str) or not (names is None or isinstance(names, Iterable)):
-        raise InputError(f"names must be a list, even of one item, got {format_value(names)}")
+        raise InputError(f"names must be a list, even for a single item, got {format_value(names)}")
     with LocalPool() as pool:
         return describe_engines(names, pool)
 
@@ -156,5 +156,5 @@ def _describe(names: Sequence[str], runner: TaskRunner) -> Iterator[EngineInfo]:
         if answer.value is not None and answer.value.name == name:
             yield answer.value
             continue
-        reason = answer.reason if answer.status is Status.FAILED else f"query of its declarations: {answer.problem}"
+        reason = answer.reason if answer.status is Status.FAILED else f"reading its declarations: {answer.problem}"
         yield EngineInfo(name, name, "", reason, None, {}, distribution_of(name))

@@ -57,7 +57,7 @@ class Method:
 
     @property
     def is_own(self) -> bool:
-        """Whether this is PIC or PIT, Carom's own methods, with which engines are compared."""
+        """Whether this is PIC or PIT, the methods of Carom with which engines are compared."""
         return self.engine in {"pic", "pit"}
 
     @property

@@ -1,9 +1,9 @@
 """Journals: append-only files with one line of JSON per result. An interrupted study resumes from its journal.
 
 Each append writes complete lines at once, and returns when the lines are on the disk. A process that is killed during a
-write can leave an incomplete last line. The next opening of the journal removes this line. The first line identifies
-the study. A float is written as the shortest text that reads back as the same float. NaN and infinities are written as
-strings. Control characters are escaped, so that a line contains no line break.
+write can leave an incomplete last line. This line is removed when the journal is opened again. The first line
+identifies the study. A float is written as the shortest text that reads back as the same float. NaN and infinities are
+written as strings. Control characters are escaped, so that a line contains no line break.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class JournalEntry(Generic[K, T]):
     def cut_off(self) -> bool:
         """Whether the engine or its adapter failed, so that a second attempt may succeed.
 
-        A value that several tasks compute has an attribute `cut_off`, which is true if one of these tasks failed.
+        A value that needed several tasks has its own attribute `cut_off`: whether one of these tasks failed.
         """
         return self.answer.status.is_failure or bool(getattr(self.answer.value, "cut_off", False))
 
@@ -147,7 +147,7 @@ class Journal(MemoryJournal[K, T], Closeable):
         head = next(lines, b"")
         stored = _parse_line(head)
         if head and stored != stamp:
-            problem = "its first line does not name its content"
+            problem = "its first line does not state what the file contains"
             problem = _describe_difference(stored, stamp) if isinstance(stored, dict) else problem
             raise InputError(f"{self.path} is not a journal of this work: {problem}", hints=["name another folder"])
         found = []
@@ -211,7 +211,7 @@ def _lock(file: int, path: Path) -> None:
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)  # the system releases the lock however the process ends
     except OSError:
-        problem = "is being written by another process; end that one first, or name another folder"
+        problem = "is being written by another process; end that process first, or name another folder"
         raise InputError(f"{path} {problem}") from None
 
 
@@ -233,7 +233,8 @@ def _find_end_of_lines(file: int) -> int:
 def _read_lines(file: int, end: int) -> Iterator[bytes]:
     """Yield the lines up to `end` without line feeds.
 
-    If a line is too long, only its beginning is yielded, which is also longer than `LONGEST_LINE`.
+    If a line is longer than `LONGEST_LINE`, only its beginning is yielded. This beginning is also longer than
+    `LONGEST_LINE`, so callers can detect it.
     """
     with open(file, "rb", closefd=False) as stream:
         stream.seek(0)

@@ -1,6 +1,6 @@
 """Methods of a study: the requested engines with their requested profiles.
 
-Profiles with equal settings are one method.
+Profiles with equal settings count as one method.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ class Methods(NamedTuple):
     Attributes:
         by_engine_and_step: Methods to run, by engine and step size. Only the last of several profiles with the same
             settings is included.
-        refusals: Reasons why available engines can run no scene, by method and step size.
+        refusals: Reasons why methods of available engines can't run any scene, by method and step size.
         infos: Descriptions of the engines, by name.
     """
 
@@ -83,7 +83,7 @@ class Methods(NamedTuple):
     infos: Mapping[str, EngineInfo]
 
     def find_refusal(self, method: Method, dt_s: float) -> Answer[Any] | None:
-        """Return why a method can run no scene with a step size; None if no reason is known."""
+        """Return why a method can't run any scene with a step size; None if no reason is known."""
         info = self.infos.get(method.engine)
         if info is not None and info.unavailable:
             return Answer(Status.UNAVAILABLE, info.unavailable)
@@ -147,7 +147,7 @@ def list_methods(
 def _extract_settings(
     info: EngineInfo, answer: Answer[_Settings] | None, step: int
 ) -> Mapping[str, Setting] | Answer[Any]:
-    """Return the settings of a profile for step size number `step`, or why a method with this profile can't be run."""
+    """Return the settings of a profile for step size number `step`, or the reason why this profile can't be run."""
     if answer is not None and answer.value is not None and isinstance(settings := answer.value[step], Mapping):
         # The settings are needed even if the engine is not installed, because profiles with equal settings are one
         # method.

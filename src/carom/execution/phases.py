@@ -28,10 +28,10 @@ class PhaseSpread:
         phases: Number of phases that ran.
         wrong: Number of phases in which the engine misses or invents an impact.
         missed: Number of phases with a missed impact.
-        velocity_median: Median over phases of a run's largest velocity error, divided by the scene's speed; NaN if no
-            velocity error is known.
+        velocity_median: Median of the phases' largest velocity errors, divided by the scene's speed; NaN if no velocity
+            error is known.
         velocity_worst: Largest velocity error over all phases, divided by the scene's speed.
-        time_median_s: Median over phases of a run's largest error of an impact's time, in seconds, without sign.
+        time_median_s: Median of the phases' largest errors of an impact's time, in seconds, without sign.
         time_worst_s: Largest error of an impact's time over all phases, in seconds, without sign.
         pit_miss_probability: Fraction of all possible phases in which PIT misses the impact. The fraction is computed
             by a formula for two discs that meet on straight paths, and is NaN for other scenes.
@@ -48,12 +48,12 @@ class PhaseSpread:
 
     @property
     def miss_probability(self) -> float:
-        """Fraction of the phases that ran in which an impact was missed."""
+        """Number of phases with a missed impact, divided by the number of phases that ran."""
         return self.missed / self.phases if self.phases else math.nan
 
 
 def generate_phases(count: int, seed: int = 0) -> tuple[float, ...]:
-    """Return quasi-random phases from 0 to 1: multiples of the golden ratio plus an offset that depends on the seed."""
+    """Return quasi-random phases: multiples of the golden ratio, plus an offset that depends on the seed, modulo 1."""
     if not count:  # return early, since loading numpy.random takes longer than a short run
         return ()
     start = float(np.random.default_rng(seed).random())
@@ -63,9 +63,10 @@ def generate_phases(count: int, seed: int = 0) -> tuple[float, ...]:
 def compute_pit_miss_probability(scene: Scene, dt_s: float) -> float:
     """Return the fraction of all possible phases in which PIT misses the impact of two discs; NaN if they don't meet.
 
-    PIT detects the impact if a check falls into the time T in which the discs overlap and approach. For straight paths
-    and constant speeds, ``T = sqrt(R^2 - b^2) / u``. R is the sum of the radii, b is the smallest distance of the
-    centres, and u is the relative speed. PIT finds the impact with the probability ``min(1, T / dt_s)``.
+    PIT detects the impact if one of its checks happens while the discs overlap and approach. This lasts for a time T.
+    For straight paths and constant speeds, ``T = sqrt(R^2 - b^2) / u``. R is the sum of the radii, b is the smallest
+    distance of the centres, and u is the relative speed. PIT finds the impact with the probability
+    ``min(1, T / dt_s)``.
     """
     if len(scene.discs) != 2 or scene.walls or scene.damping_per_s or scene.table_deceleration_m_s2:
         return math.nan
@@ -90,7 +91,7 @@ def compute_pit_miss_probability(scene: Scene, dt_s: float) -> float:
 
 
 def compute_spread(scores: Sequence[Score], scene: Scene, dt_s: float) -> PhaseSpread:
-    """Return the distribution over phases of `scores`, which belong to one scene, method and step size."""
+    """Return the distribution of scores at many phases. All scores belong to one scene, method and step size."""
     velocities = [s.total.velocity for s in scores if not math.isnan(s.total.velocity)]
     times = [abs(s.total.time_s) for s in scores if not math.isnan(s.total.time_s)]
     return PhaseSpread(

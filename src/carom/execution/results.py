@@ -69,13 +69,14 @@ class Results(Tabular):
         environment: Machine and versions.
         command: The command that repeats this cross-check; empty if the cross-check was called from Python.
         elapsed_s: Wall-clock seconds of the whole cross-check.
-        certified: By the scene's name, the comparison of PIC with a certified run (a run with proven error bounds), or
-            the reason why no run was certified. Scenes of one or two discs are included on request only.
+        certified: Comparison of PIC with a certified run (a run with proven error bounds) for each scene, by the
+            scene's name. If no run was certified, the value is the reason. Scenes of one or two discs are included on
+            request only.
         horizons: Time up to which runs are compared with the reference, in seconds, by the scene's name. After this
             time the reference is not reliable, or lasting contact has begun. Scenes that are not listed are compared up
             to their end.
         phases: Number of phases at which each job was run, in addition to the run without a shift.
-        skipped: Run times that PIC and PIT save by not testing bodies that can't touch, by the scene's name. PIT runs
+        skipped: How much run time PIC and PIT save by skipping bodies that can't touch, by the scene's name. PIT runs
             at the largest step size. Empty if no run was timed, or no report is drawn.
 
     Examples:

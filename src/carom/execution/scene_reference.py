@@ -54,7 +54,7 @@ def solve_reference(scene: Scene) -> Trace | str:
     if trace.outcome is Outcome.MAX_IMPACTS:
         limit = f"{MOST_IMPACTS} impacts happen before {format_instant(trace.end_time_s)}"
         lasts = f"the scene lasts {scene.duration_s:g} s"
-        return f"{limit}, but {lasts}; a cross-check computes no more impacts, so shorten duration_s"
+        return f"{limit}, but {lasts}; a cross-check stops at this number of impacts, so shorten duration_s"
     if broken := find_non_finite(trace):
         return f"PIC's own result is not a number: {broken}"
     return trace
@@ -89,13 +89,16 @@ def needs_certification(scene: Scene, is_requested: bool | None) -> bool:
 
 
 def build_reference(trace: Trace, is_requested: bool | None, time_budget_s: float = CERTIFY_SECONDS) -> Reference:
-    """Build the reference of a scene. The horizon, after which PIC is not reliable, is certified or else estimated.
+    """Build the reference of a scene.
+
+    The reference's horizon is the time after which PIC is not reliable. Without a certified run, the horizon is
+    estimated.
 
     Args:
         trace: The PIC trace of the scene.
         is_requested: If true, compute a certified run and use it as the reference. If None, use PIC as the reference.
-            In this case, a certified run only computes the horizon, for scenes of three or more discs and if
-            python-flint is installed. If false, compute no certified run.
+            In this case, a certified run is used only to find the horizon. It needs three or more discs, and
+            python-flint. If false, compute no certified run.
         time_budget_s: Seconds for the certified run.
 
     Raises:
@@ -115,7 +118,7 @@ def build_reference(trace: Trace, is_requested: bool | None, time_budget_s: floa
 def _certify_reference(trace: Trace, is_requested: bool | None, time_budget_s: float) -> Reference:
     scene = trace.scene
     if is_requested is None and len(scene.discs) > MOST_DISCS:
-        return Reference(trace, f"not certified: more than {MOST_DISCS} discs; use --certify to certify it")
+        return Reference(trace, f"not certified: more than {MOST_DISCS} discs; --certify certifies it nevertheless")
     try:
         certified = certify(scene, time_budget_s=time_budget_s)
     except (MissingExtraError, InputError) as error:

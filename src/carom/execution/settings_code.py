@@ -127,7 +127,7 @@ def find_step_code(engine: str, profile: str, scene: Scene, dt_s: float, pool: P
 def find_changed_code(
     engine: str, profile: str, overrides: SettingOverrides, scene: Scene, dt_s: float, pool: Pool
 ) -> str:
-    """Return the lines of an engine's code that change if `overrides` replaces some of the profile's settings.
+    """Return the lines of an engine's code that change if the settings in `overrides` replace the profile's settings.
 
     Args:
         engine: Name of the adapter.

@@ -71,7 +71,7 @@ def declare_phases(default: int) -> Any:
 
 
 def declare_seed() -> Any:
-    """Declare the option for the number that selects the phases."""
+    """Declare the option ``--seed``, which selects the phases."""
     return declare_option(0, build_whole_number_kind(0, MOST_SEED), "Number that selects the phases.", "--seed")
 
 
@@ -151,7 +151,7 @@ class LimitOptions(DeclaredOptions):
 
 
 def _prepare_workers() -> None:
-    """Compute codecs, and whether the extension is up to date. Forked workers inherit these results."""
+    """Create codecs, and find out whether the extension is up to date. Forked workers inherit these results."""
     from carom.core.extension import find_extension_notes
     from carom.engines.registry import find_installed_release
     from carom.execution.describe_engines import DescribeTask

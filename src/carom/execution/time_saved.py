@@ -1,4 +1,4 @@
-"""Measures the run time that PIC and PIT save by not testing bodies that can't touch."""
+"""Measures how much run time PIC and PIT save by skipping bodies that can't touch."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ MOST_TESTS = 20_000_000
 
 
 class SkippedTime(NamedTuple):
-    """Median seconds of runs that skip needless tests, and median ratio of the run times without and with skipping."""
+    """Median run time with skipping, and median ratio of the run time without skipping to that with skipping."""
 
     with_skipping_s: float
     ratio: float
 
 
 class SceneSkips(NamedTuple):
-    """Run times that PIC and PIT save in a scene. A value is None if the run without skipping would take too long."""
+    """Time that PIC and PIT save in a scene. A value is None if the run without skipping would take too long."""
 
     pic: SkippedTime | None
     pit: SkippedTime | None
@@ -63,9 +63,8 @@ def is_closed_form(reference: Trace) -> bool:
 def measure_pic_saving(scene: Scene, reference: Trace) -> SkippedTime | None:
     """Measure the time that PIC saves.
 
-    PIC solves two discs on straight paths by a formula. In other scenes, PIC computes new impact times after an
-    impact only for the discs of this impact, which saves time. Return None if the run without skipping would take
-    too long.
+    PIC solves two discs on straight paths by a formula. In other scenes, PIC saves time: after an impact, it computes
+    new impact times only for the discs of this impact. Return None if the run without skipping would take too long.
     """
     if len(reference.impacts) * count_tests_per_frame(scene) > MOST_TESTS:
         return None
@@ -86,7 +85,7 @@ def _run_event_driven(scene: Scene) -> Trace:
 
 
 def measure_pit_saving(scene: Scene, dt_s: float) -> SkippedTime | None:
-    """Measure the time that PIT saves by skipping frames and pairs that can't touch.
+    """Measure the time that PIT saves by skipping pairs that can't touch, and frames in which no bodies can touch.
 
     Return None if the run without skipping would take too long.
     """
@@ -99,7 +98,7 @@ def measure_pit_saving(scene: Scene, dt_s: float) -> SkippedTime | None:
 
 
 def _measure(prepare: Callable[[bool], Callable[[], object]]) -> SkippedTime:
-    """Time runs with and without skipping alternately. Preparation is not timed."""
+    """Measure the run times with and without skipping, alternately. Preparation is not timed."""
 
     def measure_seconds(skipping: bool) -> float:
         run = prepare(skipping)

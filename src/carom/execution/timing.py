@@ -78,7 +78,7 @@ def time_run(
     call: bool = False,
     zero: bool = False,
 ) -> Timing:
-    """Time the steps of a run, repeatedly, each time in a new world.
+    """Measure the run time of a run's steps repeatedly, each time in a new world.
 
     Args:
         adapter: The adapter.
@@ -86,11 +86,12 @@ def time_run(
         profile: Name of the profile.
         dt_s: The step size, in seconds.
         overrides: Settings that are used instead of the profile's settings.
-        steps: Number of steps; by default the whole scene.
+        steps: Number of steps; by default the steps of the whole scene.
         runs: Largest number of runs, 1 or more.
         enough_s: Stop when the total of the timed seconds reaches this value.
         agreed: Stop after two consecutive times that differ by less than this fraction.
-        call: Whether to also time a call that takes no steps. The call is made before the steps and timed separately.
+        call: Whether to also measure a call that takes no steps. The call is made before the steps and timed
+            separately.
         zero: Whether to accept a time of 0, for very short runs that measure only overhead.
 
     Raises:
@@ -153,7 +154,7 @@ def _read_own_clock(world: TimedWorld, before_s: float) -> float:
     found = world.seconds
     numbers = isinstance(before_s, int | float) and isinstance(found, int | float)
     if not (numbers and -sys.float_info.max <= before_s <= found <= sys.float_info.max):
-        problem = f"a finite number that never falls, got {found!r} after {before_s!r}"
+        problem = f"a finite number that never decreases, got {found!r} after {before_s!r}"
         raise build_adapter_error(f"seconds of a world must be {problem}")
     return float(found) - before_s
 

@@ -72,7 +72,7 @@ def check_count(name: str, value: Any) -> int:
 
 
 def check_times(name: str, values: Any) -> list[float]:
-    """Return an argument as a list of finite times of at least 0 in ascending order.
+    """Return an argument as a list of times in ascending order. Each time is finite and at least 0.
 
     Raises:
         InputError: The value is not a list of finite numbers of at least 0 in ascending order.
@@ -86,7 +86,7 @@ def check_times(name: str, values: Any) -> list[float]:
     times = [check_number(f"{name}[{k}]", value, least=0.0) for k, value in enumerate(items)]
     for k in range(1, len(times)):
         if times[k] < times[k - 1]:
-            raise InputError(f"{name} must ascend, got {times[k]} after {times[k - 1]} ({name}[{k}])")
+            raise InputError(f"{name} must be in ascending order, got {times[k]} after {times[k - 1]} ({name}[{k}])")
     return times
 
 

@@ -18,7 +18,7 @@ _view: Callable[[str], Callable[..., Any]]
 
 
 def set_view_finder(view: Callable[[str], Callable[..., Any]]) -> None:
-    """Register a function that returns a display function by its name, such as ``summary`` or ``plot``."""
+    """Register `view`, which returns a display function for a name such as ``summary`` or ``plot``."""
     global _view  # noqa: PLW0603 - set once, when the package is imported
     _view = view
 

@@ -4,9 +4,9 @@ A marker file in each folder states the folder's purpose. Carom writes only into
 for the same purpose.
 
 All files of a result are replaced together. New files are first written into a temporary folder and synchronised to the
-disk. Carom then renames the temporary folder, which marks the files as complete, and moves the files to their places.
-If a kill or a power cut interrupts the move, the next command completes the move. So users find either all old files or
-all new files.
+disk. Carom then renames the temporary folder, to mark the files as complete, and moves the files to their places. If a
+kill or a power cut interrupts the move, the next command completes the move. So users find either all old files or all
+new files.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ def claim(folder: Path, purpose: str, option: str = "") -> None:
     except OSError as error:
         raise InputError(f"{error.filename or folder}: {error.strerror or error}", hints=[hint]) from None
     if found != purpose:
-        raise InputError(f"{folder} contains another command's files ({found}, not {purpose})", hints=[hint])
+        raise InputError(f"{folder} contains files of another command ({found} instead of {purpose})", hints=[hint])
     _complete_write(folder)
 
 

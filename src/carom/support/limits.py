@@ -2,8 +2,8 @@
 
 - A physical quantity is at most `LARGEST` in magnitude, so that its square does not overflow. A radius, edge, mass,
   duration or rate is at least `SMALLEST`.
-- If all quantities are between ``1 / ORDINARY`` and `ORDINARY`, solvers compute in SI units. Terms of the formulas are
-  at most of the fourth degree, so neither the terms nor their rounding errors under- or overflow.
+- If all quantities are between ``1 / ORDINARY`` and `ORDINARY`, solvers compute in SI units. Each term of their
+  formulas multiplies at most four quantities. So neither the terms nor their rounding errors overflow or underflow.
 - PIC raises an error if an impact is so far from the origin that floats can't represent the distance of the centres;
   see `carom.core.resolution`.
 - The ratio of a scene's largest quantity to its smallest is at most `SPAN` (`carom.model.sizes`). So a change of units
@@ -76,7 +76,7 @@ MOST_MB = 1e9
 
 
 def format_limits(lower: float, upper: float) -> str:
-    """Return text for a message that states between which limits a number must be."""
+    """Return the part of a message that states the limits of a number."""
     if lower > 0.0:
         span = f"between {format_number(lower, 3)} and {format_number(upper, 3)}"
     else:

@@ -28,8 +28,8 @@ class ValueKind(NamedTuple):
     Attributes:
         requirement: Text after "must be" in error messages, such as "a positive number".
         word: Word for the type in `--help`, such as NUMBER; empty for a flag.
-        convert: Converts a value from Python or `parse` to the form that a study uses. Raises TypeError, ValueError or
-            OverflowError for an invalid value.
+        convert: Converts a value, from Python or from `parse`, to the form that a study uses. Raises TypeError,
+            ValueError or OverflowError for an invalid value.
         parse: Converts a text of the command line to a value for `convert`. If the text contains several items of a
             list, the result is a tuple.
         gather: Converts all texts of a repeated command-line option to one value.
@@ -155,7 +155,7 @@ def _check_option(option: Option, name: str, value: Any) -> Any:
     if not option.many:
         return check_value(option.kind, name, value)
     if isinstance(value, str) or not isinstance(value, Iterable):
-        raise InputError(f"{name} must be a list, even of one item, got {format_value(value)}")
+        raise InputError(f"{name} must be a list, even for a single item, got {format_value(value)}")
     return tuple(check_value(option.kind, f"{name}[{k}]", item) for k, item in enumerate(value))
 
 
@@ -237,11 +237,10 @@ def build_megabytes_kind() -> ValueKind:
 def build_step_kind(parse: Callable[[str], Any] | None = None, also: str = "") -> ValueKind:
     """Return the `ValueKind` of step sizes.
 
-    `parse` parses a text of the command line. `also` is added to the description, and names other texts that `parse`
-    accepts.
+    `parse` parses a text of the command line. If `parse` accepts other texts, `also` names them in the description.
     """
-    limits = f"above 0: from {format_number(SMALLEST, 3)} to {format_number(LARGEST, 3)}"
-    description, lower = f"a number of seconds such as 1/240 or 0.004{also}, {limits}", math.nextafter(SMALLEST, 0.0)
+    limits = f"{format_number(SMALLEST, 3)} to {format_number(LARGEST, 3)}"
+    description, lower = f"a number of seconds such as 1/240 or 0.004 ({limits}){also}", math.nextafter(SMALLEST, 0.0)
     return build_measure_kind(description, "SECONDS", lower, LARGEST, parse=parse or parse_fraction, span="above 0")
 
 

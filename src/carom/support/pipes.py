@@ -1,4 +1,4 @@
-"""Pipes to a child process that answers in lines."""
+"""Pipes to a child process that writes each answer as a line."""
 
 from __future__ import annotations
 

@@ -139,7 +139,7 @@ def test_release_older_than_the_oldest_supported_is_unavailable(
     write_distribution(tmp_path, name, {}, version=installed)
     monkeypatch.syspath_prepend(tmp_path)
     engine = Engine("Nonesuch", module="json", distribution=name, install="pip install nonesuch", oldest=oldest)
-    reason = f"Nonesuch {installed} is older than {oldest}, the oldest release that its adapter drives"
+    reason = f"Nonesuch {installed} is older than {oldest}, the oldest release that its adapter supports"
     assert explain_unavailable_engine(engine) == (f"{reason}; pip install nonesuch" if refused else "")
 
 

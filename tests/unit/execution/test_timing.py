@@ -76,7 +76,7 @@ def test_clock_that_shows_no_time_is_too_coarse() -> None:
 )
 def test_invalid_clock_value_is_refused(begun: Any, shown: Any) -> None:
     """A clock that is infinite, NaN, falling or no number raises an AdapterError, before or after a step."""
-    with pytest.raises(AdapterError, match="seconds of a world must be a finite number that never falls, got"):
+    with pytest.raises(AdapterError, match="seconds of a world must be a finite number that never decreases, got"):
         time_run(Adapter(begun, shown), SCENE, "tuned", DT_S)
 
 

@@ -38,7 +38,7 @@ def test_folder_with_other_files_is_refused_unchanged(tmp_path: Path) -> None:
 def test_folder_of_another_command_is_refused(tmp_path: Path) -> None:
     """A bench does not overwrite a cross-check, whose files have the same names."""
     write_files(tmp_path / "out", "cross-check", OLD)
-    with pytest.raises(InputError, match=r"another command's files \(cross-check, not bench\)"):
+    with pytest.raises(InputError, match=r"files of another command \(cross-check instead of bench\)"):
         write_files(tmp_path / "out", "bench", NEW)
     assert read_files(tmp_path / "out") == encode_files(OLD)
 

@@ -2,9 +2,9 @@
 
 PIT runs the same scene with the same step size. All of PIT's errors arise because it checks for overlap only once per
 step. An adapter's errors may be as large as PIT's errors plus the errors that the profile declares in `Accuracy`. The
-profile `located` finds the instant of contact, so only rounding and the declared errors are allowed. If a profile
-declares a contact margin (engines then let bodies collide before they touch), errors may also be as large as
-`carom.conformance.contact_margin` computes.
+profile `located` finds the instant of contact, so only rounding and the declared errors are allowed. With a contact
+margin, an engine lets bodies collide before they touch. If a profile declares such a margin, errors may also be as
+large as `carom.conformance.contact_margin` computes.
 """
 
 from __future__ import annotations
@@ -48,8 +48,8 @@ def finds_impacts(subject: Subject, profile: str, name: str) -> None:
 def times_are_right(subject: Subject, profile: str, name: str) -> None:
     """No impact is earlier than PIT's, or later than PIT's by more than the declared delay.
 
-    If PIT's impact is less than one step late, an impact may still be one step late. If the profile declares a contact
-    margin, an impact may also be as early or late as the impact of bodies that are thicker by the margin.
+    Unless Carom shortens the steps, a delay of one step is always allowed. If the profile declares a contact margin, an
+    impact may also be as early or late as if bodies collided at this margin.
     """
     run, described = subject.score(profile, name), subject.adapter.profiles[profile]
     dt_s, promise_s = run.setup.dt_s, described.accuracy.late_steps * run.setup.dt_s
@@ -78,13 +78,15 @@ def times_are_right(subject: Subject, profile: str, name: str) -> None:
 
 
 class _Allowed:
-    """Allowed errors of velocities or spins (`kind`) for each cause, as fractions of the scene's speed.
+    """Allowed errors of velocities or spins by cause, as fractions of the scene's speed.
+
+    `kind` selects velocities or spins.
 
     Attributes:
         sampled: PIT's largest error after an impact.
         promise: The error that the profile declares.
-        margin: The errors after impacts that the declared contact margin explains.
-        end: The allowed error at the end.
+        margin: The errors that the declared contact margin explains, by the number of the impact.
+        end: The allowed error at the end of the run, from all causes.
     """
 
     def __init__(self, subject: Subject, run: CatalogueRun, kind: str) -> None:
@@ -116,14 +118,14 @@ def velocities_are_right(subject: Subject, profile: str, name: str) -> None:
         require(
             error.velocity <= max_error,
             f"the impact of {_format_impact(run.reference.impacts[error.reference])} leaves wrong velocities",
-            f"{_format_vectors(known_velocities)} m/s to {format_number(max_error * speed, 3)} m/s ({why})",
+            f"{_format_vectors(known_velocities)} m/s to within {format_number(max_error * speed, 3)} m/s ({why})",
             f"{_format_vectors(got)} m/s, off by {format_number(error.velocity * speed, 3)} m/s",
             run.setup,
         )
     if run.misses_impacts:
         return  # after a missed impact the paths differ, so the final velocities can't be compared
     worst, limit = run.score.total.final_velocity, format_number(allowed.end * speed, 3)
-    expected = f"{_format_vectors(run.known.final_velocity_m_s or ())} m/s to {limit} m/s"
+    expected = f"{_format_vectors(run.known.final_velocity_m_s or ())} m/s to within {limit} m/s"
     found = f"{_format_vectors(trace.final_velocity_m_s.tolist())} m/s"
     found += f", off by up to {format_number(worst * speed, 3)} m/s"
     require(worst <= allowed.end, "discs end with wrong velocities", expected, found, run.setup)
@@ -141,7 +143,8 @@ def spins_are_right(subject: Subject, profile: str, name: str) -> None:
         require(
             error.spin <= max_error,  # false for NaN
             f"the impact of {_format_impact(run.reference.impacts[error.reference])} leaves wrong spins",
-            f"{format_vector(known_spins)} rad/s, rim speeds to {format_number(max_error * speed, 3)} m/s ({why})",
+            f"{format_vector(known_spins)} rad/s, rim speeds to within {format_number(max_error * speed, 3)} m/s"
+            f" ({why})",
             f"{format_vector(got)} rad/s, rim speeds off by {format_number(error.spin * speed, 3)} m/s",
             run.setup,
         )
@@ -149,7 +152,7 @@ def spins_are_right(subject: Subject, profile: str, name: str) -> None:
         return
     found = [] if trace.final_spin_rad_s is None else trace.final_spin_rad_s.tolist()
     limit = format_number(allowed.end * speed, 3)
-    expected = f"{format_vector(run.known.final_spin_rad_s or ())} rad/s, rim speeds to {limit} m/s"
+    expected = f"{format_vector(run.known.final_spin_rad_s or ())} rad/s, rim speeds to within {limit} m/s"
     right = run.score.total.final_spin <= allowed.end
     require(right, "discs end with wrong spins", expected, f"{format_vector(found)} rad/s", run.setup)
 

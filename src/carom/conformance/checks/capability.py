@@ -37,7 +37,7 @@ def restitution_as_declared(subject: Subject, share: float, wall_share: float) -
     low, high = capabilities.restitution
     e, wall_e = low + share * (high - low), low + wall_share * (high - low)
     if low == high and (share, wall_share) != (1.0, 1.0):
-        raise NotApplicable(f"restitution is declared to be {low:g} only")
+        raise NotApplicable(f"only the restitution {low:g} is declared")
     if not capabilities.walls and wall_share != share:
         raise NotApplicable("walls are not declared, so there is no second coefficient")
     setup = require_supported(subject, scenes.build_bounce_and_pair(e, wall_e, wall=capabilities.walls))
@@ -97,25 +97,28 @@ def rolls_as_declared(subject: Subject) -> None:
     expected, found = 1.0 - rate * scene.duration_s, float(end.velocity_m_s[0, 0])
     promise = subject.adapter.profiles[setup.profile].accuracy.velocity
     right = abs(found - expected) <= rate * setup.dt_s + subject.rounding + promise
-    wrong = "a rolling disc does not decelerate by c g/(1 + k)"
-    expected_text = f"{format_number(expected, 6)} m/s to {format_number(rate * setup.dt_s + promise)}"
+    wrong = "a rolling disc does not decelerate by c g/(1 + k) (c: rolling resistance, k: inertia factor)"
+    expected_text = f"{format_number(expected, 6)} m/s to within {format_number(rate * setup.dt_s + promise)}"
     require(right, wrong, expected_text, f"{format_number(found, 6)} m/s", setup)
 
 
 def slows_on_a_table_as_declared(subject: Subject) -> None:
-    """A disc on a table slows down by the table's deceleration. The final speed may be wrong by one step's change."""
+    """A disc on a table slows down at the table's deceleration.
+
+    The final speed may be wrong by the change in one step.
+    """
     setup = require_supported(subject, scenes.build_sliding_disc())
     scene, (u, v) = setup.scene, subject.watch(setup).states[-1].velocity_m_s[0].tolist()
     left = 1.0 - scene.table_deceleration_m_s2 * scene.duration_s
     expected = tuple(left * part for part in scene.discs[0].velocity_m_s)
     allowed = scene.table_deceleration_m_s2 * setup.dt_s + subject.rounding
-    wrong = "a disc on a table does not slow by the table's deceleration"
-    expected_text = f"{format_vector(expected)} m/s to {format_number(allowed)}"
+    wrong = "a disc on a table does not slow down at the table's deceleration"
+    expected_text = f"{format_vector(expected)} m/s to within {format_number(allowed)}"
     require(math.dist((u, v), expected) <= allowed, wrong, expected_text, f"{format_vector((u, v))} m/s", setup)
 
 
 def _require_velocity_transfer(subject: Subject, scene: Scene, label: str, dt_s: float = scenes.DT_S) -> None:
-    """Check that a disc that hits an equal disc at rest head-on stops, and that the other disc gets its velocity."""
+    """Check a head-on impact on an equal disc at rest: disc 0 must stop, and disc 1 must get the velocity of disc 0."""
     speed = scene.discs[0].velocity_m_s[0]
     end_with_velocities(subject, Setup(scene, dt_s=dt_s), [(0.0, 0.0), (speed, 0.0)], label)
 
@@ -126,7 +129,10 @@ def _require_transfer_at(subject: Subject, speed: float) -> None:
 
 
 def fast_as_declared(subject: Subject) -> None:
-    """An impact of two discs is correct at the greatest declared speed, with the same distance per step."""
+    """An impact of two discs is correct at the greatest declared speed.
+
+    The step size is inversely proportional to the speed, so a fast disc moves as far in a step as a slow disc.
+    """
     _require_transfer_at(subject, min(subject.capabilities().max_speed_m_s, FAST_M_S))
 
 
@@ -169,7 +175,7 @@ def large_as_declared(subject: Subject) -> None:
 
 
 def slow_as_declared(subject: Subject) -> None:
-    """An impact is elastic at twice the declared speed below which the engine makes impacts inelastic."""
+    """An impact is elastic if its speed is twice the declared `restitution_threshold_m_s`."""
     _require_transfer_at(subject, 2 * subject.capabilities().restitution_threshold_m_s or SLOW_M_S)
 
 
@@ -185,9 +191,9 @@ def detects_continuously(subject: Subject) -> None:
 
 
 def _build_disc_beyond(limit_field: str, disc_field: str, capabilities: Capabilities) -> Scene | None:
-    """Return a scene with a disc beyond a declared limit: twice the greatest or half of the smallest declared value.
+    """Return a scene with a disc at twice a declared greatest value, or at half of a declared smallest value.
 
-    Return None if the value is 0, or so large that its square overflows.
+    Return None if the result is 0, or so large that its square overflows.
     """
     limit = getattr(capabilities, limit_field)
     value = limit / 2 if limit_field.startswith("min") else 2 * limit
@@ -202,7 +208,7 @@ def _build_fast_scene(capabilities: Capabilities) -> Scene | None:
 
 
 def _build_spinning_scene(field: str, capabilities: Capabilities) -> Scene | None:
-    """Return a scene with a disc whose spin exceeds the limit `field`, but no other limit of the engine."""
+    """Return a scene with a disc whose spin exceeds the limit `field` and no other limit of the engine."""
     limits = {"max_spin_rad_s": capabilities.max_spin_rad_s, "max_turn_rad": capabilities.max_turn_rad / scenes.DT_S}
     spin, other = 2 * limits.pop(field), min(*limits.values(), LARGEST)
     return scenes.build_spinning_disc(spin) if capabilities.spin and spin < other else None
@@ -294,8 +300,8 @@ def refuses(subject: Subject, refusal: str) -> None:
     scene = None if value is True else needing_more(capabilities)
     declared = f"{field} = {value if isinstance(value, bool | tuple | str) else format(value, 'g')}"
     if scene is None:
-        raise NotApplicable(f"{declared} is declared, so no scene must be refused")
-    setup, beyond = Setup(scene), f"a scene beyond the declaration ({refusal})"
+        raise NotApplicable(f"{declared} is declared, so there is no scene to refuse")
+    setup, beyond = Setup(scene), f"a scene beyond the declared capabilities ({refusal})"
     expected = f"prepare() to raise an AdapterError, because the adapter declares {declared}"
     answer = subject.try_to_watch(setup)
     if not isinstance(answer, AdapterFailure):

@@ -53,7 +53,7 @@ def end_with_velocities(
         error = math.dist(velocity, found)
         found_text = f"{format_vector(found)} m/s, off by {format_number(error, 3)}"
         wrong, expected_text = f"{label}: disc {i} ends with a wrong velocity", f"{format_vector(velocity)} m/s"
-        require(error <= allowed, wrong, f"{expected_text} to {format_number(allowed)}", found_text, setup)
+        require(error <= allowed, wrong, f"{expected_text} to within {format_number(allowed)}", found_text, setup)
     return end
 
 

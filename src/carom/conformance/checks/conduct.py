@@ -52,7 +52,7 @@ def steps_singly_or_together(subject: Subject, profile: str) -> None:
     watched, at_once = subject.watch_cached(setup).states[-1], subject.watch(setup, observations=0).states[-1]
     for field in ("position_m", "velocity_m_s"):
         expected, found = getattr(watched, field), getattr(at_once, field)
-        problem = "advance(n) ends in another state than n times advance(1) and observe()"
+        problem = "advance(n) gives another state than n calls of advance(1) and observe()"
         is_same = expected.tobytes() == found.tobytes()
         require(is_same, problem, f"{field} {expected.tolist()}", found.tolist(), setup)
 
@@ -115,7 +115,7 @@ def lets_go_of_worlds(subject: Subject) -> None:
         least_growth = min(least_growth, grown)
         if least_growth < LEAK_BYTES:
             return
-    expected = f"less than {LEAK_BYTES / 1e6:g} MB left by {WORLDS - 10} worlds, in at least one of {ROUNDS} rounds"
+    expected = f"{WORLDS - 10} worlds to leave less than {LEAK_BYTES / 1e6:g} MB in at least one of {ROUNDS} rounds"
     problem = "close() does not release the engine's memory"
     raise Violation(problem, expected, f"at least {format_number(least_growth / 1e6, 3)} MB in every round", setup)
 

@@ -49,7 +49,7 @@ def contacts_are_well_formed(subject: Subject, profile: str) -> None:
             first, second = contact.first, contact.second
             sound = 0 <= first < discs and (first < second < discs or -walls <= second < 0)
             problem = f"a contact in step {step} has impossible bodies"
-            require(sound, problem, f"first < second < {discs}, or a wall from -1 to {-walls}", (first, second), setup)
+            require(sound, problem, f"first < second < {discs}, or a wall, {-walls} to -1", (first, second), setup)
             length = math.hypot(*contact.normal)
             problem = f"the normal of a contact in step {step} is not a unit vector"
             require(abs(length - 1) <= subject.rounding, problem, 1, f"length {length!r}", setup)
@@ -63,7 +63,7 @@ def contacts_are_well_formed(subject: Subject, profile: str) -> None:
 
 
 def contacts_are_stamped(subject: Subject, profile: str) -> None:
-    """A contact's time is within the step that reports the contact, and at the start or end if so declared."""
+    """A contact's time is within the step that reports the contact: at its start or end, if the adapter declares so."""
     if subject.capabilities(profile).contact_times is ContactTimes.NONE:
         raise NotApplicable(f"contact times are declared to be {ContactTimes.NONE.value}")
     setup, stamp = _build_setup(subject, profile), subject.capabilities(profile).stamp
@@ -76,7 +76,7 @@ def contacts_are_stamped(subject: Subject, profile: str) -> None:
             found = f"{format_number(contact.time_s, 9)} s"
             require(sound, problem, f"{format_number(begin, 9)} to {format_number(end, 9)} s", found, setup)
             declared = {Stamp.START: begin, Stamp.END: end}.get(stamp, contact.time_s)
-            problem = f"a contact of disc {contact.first} in step {step} is not stamped with {stamp.value}, as declared"
+            problem = f"the time of a contact of disc {contact.first} in step {step} is not {stamp.value}, as declared"
             sound = abs(contact.time_s - declared) <= rounding_s
             require(sound, problem, f"{format_number(declared, 9)} s", found, setup)
 
@@ -116,7 +116,7 @@ def require_explained(setup: Setup, change: Array, acting: list[Contact], allowe
                 reported[body] += sign * impulse / mass[body]
     for body, (expected_change, found) in enumerate(zip(change.tolist(), reported.tolist(), strict=True)):
         problem = f"the impulses of step {step} do not explain the velocity change of disc {body}"
-        expected = f"{format_vector(expected_change)} m/s to {format_number(allowed)}"
+        expected = f"{format_vector(expected_change)} m/s to within {format_number(allowed)}"
         worth = f"impulses for {format_vector(found)} m/s"
         require(math.dist(expected_change, found) <= allowed, problem, expected, worth, setup)
 

@@ -31,7 +31,7 @@ def momentum_is_kept(subject: Subject, profile: str) -> None:
     allowed = subject.rounding * sum(masses) * find_greatest_speed(setup.scene)
     for step, found in enumerate(momenta):
         problem = f"momentum is not conserved in step {step}"
-        expected = f"{format_vector(start)} kg m/s to {format_number(allowed)}"
+        expected = f"{format_vector(start)} kg m/s to within {format_number(allowed)}"
         require(math.dist(start, found) <= allowed, problem, expected, f"{format_vector(found)} kg m/s", setup)
     _require_something_happened(setup, observations[0], observations[-1])
 
@@ -47,7 +47,7 @@ def energy_is_kept(subject: Subject, profile: str) -> None:
     allowed = max(ENERGY, subject.adapter.profiles[profile].accuracy.energy)
     problem = "energy is gained" if found > start else "energy is lost"
     found_text = f"{format_number(found, 10)} J, a relative change of {format_number((found - start) / start, 3)}"
-    expected = f"{format_number(start, 10)} J to {format_number(allowed)} of it"
+    expected = f"{format_number(start, 10)} J, changed by at most this fraction: {format_number(allowed)}"
     require(abs(found - start) <= allowed * start, problem, expected, found_text, setup)
     _require_something_happened(setup, observations[0], last)
 

@@ -1,4 +1,4 @@
-"""Checks of settings and of the initial state: a world uses the requested settings, and starts as the scene does."""
+"""Checks of settings and of the initial state: a world uses the requested settings, and starts in the scene's state."""
 
 from __future__ import annotations
 

@@ -71,7 +71,7 @@ def spins_as_declared(subject: Subject) -> None:
 def friction_is_limited(subject: Subject, profile: str) -> None:
     """Friction is at most the coefficient times the normal impulse, and impulses explain all changes of motion.
 
-    The distance of friction from a disc's centre may be the radius, or less by at most the overlap of the bodies.
+    Friction may act at a disc's rim, or nearer to its centre by at most the overlap of the bodies.
     """
     capabilities = _require_friction(subject, profile)
     friction = _choose_friction(capabilities, "sliding")
@@ -102,7 +102,7 @@ def friction_is_limited(subject: Subject, profile: str) -> None:
 def _require_friction(subject: Subject, profile: str = "tuned") -> Capabilities:
     capabilities = subject.capabilities(profile)
     if capabilities.friction[1] == 0:
-        raise NotApplicable("friction is declared to be 0 only")
+        raise NotApplicable("only the friction 0 is declared")
     return capabilities
 
 
@@ -135,7 +135,7 @@ def _end_by_the_law(subject: Subject, scene: Scene, label: str) -> None:
     for i, ((_, spin), found) in enumerate(zip(expected_motions, _read_spins(end, setup), strict=True)):
         found_text = f"{format_number(found, 10)} rad/s, off by {format_number(abs(found - spin), 3)}"
         wrong = f"{label}: disc {i} ends with a wrong spin"
-        expected = f"{format_number(spin, 10)} rad/s to {format_number(allowed)}"
+        expected = f"{format_number(spin, 10)} rad/s to within {format_number(allowed)}"
         require(abs(found - spin) <= allowed, wrong, expected, found_text, setup)
 
 
@@ -174,7 +174,7 @@ def _require_cone(setup: Setup, acting: list[Contact], friction: float, allowed:
         tangential, limit = abs(contact.tangential_impulse_n_s), friction * contact.impulse_n_s
         problem = f"friction between bodies {contact.first} and {contact.second} in step {step} is too large"
         is_within = tangential <= limit * (1 + allowed) + allowed
-        expected = f"at most {friction:g} of the normal impulse, {format_number(limit, 6)} N s"
+        expected = f"at most {friction:g} times the normal impulse, {format_number(limit, 6)} N s"
         require(is_within, problem, expected, f"{format_number(tangential, 6)} N s", setup)
 
 
@@ -195,7 +195,7 @@ def _require_spin_explained(
     spun = np.array(_read_spins(after, setup)) - np.array(_read_spins(before, setup))
     for body, (spin_change, found, allowed_error) in enumerate(zip(spun, explained, arm_short, strict=True)):
         problem = f"the tangential impulses of step {step} do not explain the spin change of disc {body}"
-        expected = f"{format_number(spin_change, 6)} rad/s to {format_number(allowed_error)}"
+        expected = f"{format_number(spin_change, 6)} rad/s to within {format_number(allowed_error)}"
         worth = f"impulses for {format_number(found, 6)} rad/s"
         require(abs(spin_change - found) <= allowed_error, problem, expected, worth, setup)
 

@@ -60,7 +60,7 @@ def legs_as_declared(subject: Subject) -> None:
 
 
 def belts_as_declared(subject: Subject) -> None:
-    """A disc that hits a conveyor and slips on it gains f (1 + e) times the closing speed, along the conveyor."""
+    """A disc that slips on a conveyor gains f (1 + e) times the closing speed (f: friction, e: restitution)."""
     scene = scenes.build_belt(require_declared(subject, "belts"))
     e = scene.wall_restitution
     _end_with(subject, scene, [(3 * e, 3 * (1 + e) * scene.wall_friction)], "a belt")

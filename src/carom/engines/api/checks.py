@@ -242,15 +242,16 @@ def supports(capabilities: Capabilities, need: Need) -> bool:
 
 
 def _list_combination_problems(rule: str, coefficients: Sequence[tuple[str, float]], max_value: float) -> Iterator[str]:
-    """Yield reasons why one scene can't have these coefficients of discs and walls in the engine."""
+    """Yield reasons why the engine's rule of combination can't produce these coefficients of discs and walls."""
     if len(coefficients) < 2 or coefficients[0][0].startswith("wall"):
         return
     (name, pair), *of_walls = coefficients
     least, greatest = COMBINE_RULES[rule](pair, max_value)
     for wall_name, wall in of_walls:
         if not least <= wall <= greatest:
-            rule_text = f"this method combines coefficients by {rule!r}, which allows only {least:g} to {greatest:g}"
-            yield f"{wall_name} is {wall:g} with a {name} of {pair:g}, and {rule_text}"
+            rule_text = f"this method combines coefficients by {rule!r}"
+            required = f"{wall_name} must be {least:g} to {greatest:g}"
+            yield f"{wall_name} is {wall:g} with a {name} of {pair:g}; {rule_text}, so {required}"
 
 
 def _compute_greatest_speed(body: Disc | Wall | Chain | Ring) -> float:
@@ -265,8 +266,8 @@ def _can_turn(disc: Disc) -> bool:
 def require_supported(engine: str, scene: Scene, capabilities: Capabilities, dt_s: float) -> None:
     """Refuse a scene that the declared capabilities exclude.
 
-    Carom makes the same check before a run, and also checks the closing speed up to which contacts are inelastic. This
-    closing speed depends on the profile, which `prepare` does not receive.
+    Carom makes the same check before a run. In addition, Carom checks `restitution_threshold_m_s`. This function
+    ignores that limit, because it depends on the profile, which `prepare` does not receive.
 
     Args:
         engine: Name of the engine in messages.

@@ -21,7 +21,7 @@ class ContactTimes(Enum):
 
 
 class Stamp(Enum):
-    """Instant of the step that an engine reports as a contact's time. Each member's value is a phrase for display."""
+    """Which instant of a step an engine reports as a contact's time. Each member's value is a phrase for display."""
 
     START = "the start of the step in which the engine resolved the contact"
     END = "the end of the step in which the engine resolved the contact"
@@ -76,8 +76,8 @@ class Capabilities:
             `docs/theory/contact.md`.
         table_friction: Whether a table can slow down all discs at a constant rate until they stop.
         restitution: Smallest and largest coefficient of restitution that is simulated exactly.
-        restitution_combine: Rule by which the engine computes a pair's restitution from a restitution of each body; see
-            `carom.engines.api.checks.COMBINE_RULES`. With "pair", each pair has its own restitution.
+        restitution_combine: Rule by which the engine computes a pair's restitution from the restitutions of the two
+            bodies; see `carom.engines.api.checks.COMBINE_RULES`. With "pair", each pair has its own restitution.
         restitution_threshold_m_s: Closing speed up to which the engine makes contacts inelastic.
         spin: Whether discs can spin, with the initial spins and moments of inertia of the scene.
         min_inertia_factor: Smallest inertia factor (moment of inertia divided by mass times radius squared) of a disc
@@ -88,7 +88,7 @@ class Capabilities:
         max_turn_rad: Largest angle by which the engine turns a disc in one step, even if the disc spins faster.
         max_spin_rad_s: Largest spin that is simulated exactly.
         contact_times: How precise a reported contact time is.
-        stamp: Instant of the step that is reported as the contact time.
+        stamp: Which instant of a step is reported as the contact time.
         continuous_detection: Whether the engine can prevent a body from passing through another body within one step.
         max_speed_m_s: Largest speed that is simulated exactly.
         max_coordinate_m: Largest distance of a disc from the origin that is simulated exactly.
@@ -144,19 +144,21 @@ class Capabilities:
 
 @dataclass(frozen=True)
 class Accuracy:
-    """Limits of a profile's errors in addition to PIT's errors. The conformance suite tests these limits.
+    """Limits of the errors that a profile may have in addition to PIT's errors.
+
+    The conformance suite tests these limits.
 
     The defaults are for a method that has only PIT's errors.
 
     Attributes:
         late_steps: Largest number of steps by which an impact may be later than PIT's impact with the same step size.
-        velocity: Largest error of a velocity after an impact in addition to PIT's error, as a fraction of the scene's
-            largest speed.
+        velocity: Largest amount by which a velocity error after an impact may exceed PIT's, as a fraction of the
+            scene's largest speed.
         energy: Largest fraction of the kinetic energy that elastic impacts gain or lose. A fraction below a millionth
             is ignored.
-        margin_m: Largest distance at which bodies already collide, in metres. The margin is above 0 for engines with
-            speculative contacts, which begin before bodies touch. The suite also accepts results of bodies that are
-            thicker by this distance; see `carom.conformance.contact_margin`.
+        margin_m: Largest distance of two surfaces at which bodies already collide, in metres. The margin is above 0 for
+            engines with speculative contacts, which begin before bodies touch. The suite also accepts the results of
+            bodies that collide at exactly this distance; see `carom.conformance.contact_margin`.
     """
 
     late_steps: float = 0.0
@@ -214,11 +216,11 @@ class Knob:
             return
         low, high = self.low, self.high
         if low is None or high is None or type(low) is not type(high) or not -math.inf < low < high < math.inf:
-            raise InputError(f"a Knob needs choices, or low below high, both of one type, got {low} and {high}")
+            raise InputError(f"a Knob needs choices, or low < high of the same type, got low={low} and high={high}")
         if self.log and not low > 0:
             raise InputError(f"low of a Knob with a logarithmic scale must be above 0, got {low}")
 
     @property
     def example(self) -> Setting:
-        """One possible value, of the setting's type."""
+        """One of the possible values."""
         return self.choices[0] if self.low is None else self.low

@@ -100,12 +100,12 @@ def _factor(pair: float, wall: float) -> tuple[float, float]:
 
 
 def reach(scene: Scene, dt_s: float) -> tuple[Vector, float]:
-    """Return the middle of a scene, and an upper bound for a disc's distance from the middle, in metres.
+    """Return the middle of a scene, and the largest distance from it that any disc can reach, in metres.
 
-    The distance is measured to the farthest point of the disc. In engines without half-planes, walls must extend to
-    this distance. The bound follows from the scene's energy, including the energy of spins and of falling. Only impacts
-    on driven bodies add energy. The bound allows for `DRIVEN_IMPACTS` impacts on driven bodies, each of which can add
-    twice the speed of the driven body.
+    The distance is an upper bound, measured to the farthest point of a disc. In engines without half-planes, walls must
+    extend to this distance. The bound follows from the scene's energy, including the energy of spins and of falling.
+    Only impacts on driven bodies add energy. The bound allows for `DRIVEN_IMPACTS` impacts on driven bodies, each of
+    which can add twice the speed of the driven body.
     """
     x, y = zip(*(disc.position_m for disc in scene.discs), strict=True)
     centre = (min(x) / 2 + max(x) / 2, min(y) / 2 + max(y) / 2)
@@ -154,8 +154,8 @@ def oriented_contact(
 ) -> Contact:
     """Return the contact of two bodies, given in any order. `normal` points from `a` to `b`.
 
-    The tangential impulse acts on `b`. An exchange of the bodies reverses the normal, the tangent and the impulse, so
-    `tangential_impulse_n_s` keeps its sign.
+    The tangential impulse acts on `b`. If the bodies are exchanged, the normal, the tangent and the impulse are all
+    reversed, so `tangential_impulse_n_s` keeps its sign.
     """
     first, second = pair_of(a, b)
     nx, ny = normal

@@ -88,7 +88,7 @@ class World(Protocol):
 
 @runtime_checkable
 class TimedWorld(World, Protocol):
-    """A world that measures the run time of its steps itself, so that communication with a program is not included."""
+    """A world that measures the run time of its own steps, so that communication with a program does not count."""
 
     @property
     def seconds(self) -> float:
@@ -118,7 +118,7 @@ class CuttableWorld(World, Protocol):
         """Set the size of the next steps, in seconds. Contact times are still measured from the start of the run."""
 
     def touching(self) -> frozenset[tuple[int, int]]:
-        """Return the pairs of bodies that now touch by the engine's own contact test.
+        """Return the pairs of bodies that touch at this time, according to the engine's own contact test.
 
         Bodies are numbered as in `Contact`.
 

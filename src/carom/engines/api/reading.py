@@ -11,10 +11,11 @@ Point = tuple[float, float]
 
 
 def wall_towards(discs: Sequence[Disc], faces: Iterable[tuple[Point, Point]]) -> Wall | None:
-    """Return a wall that replaces a face of a body; None if no face has all discs in front.
+    """Return a wall that replaces one of a body's faces.
 
-    A face is given by a point and a normal. If several faces have all discs in front, the face farthest from the discs
-    is chosen.
+    All discs are in front of this face. If no face has all discs in front of it, return None.
+
+    A face is given by a point and a normal. If several faces are possible, the face farthest from the discs is chosen.
     """
     faces_ahead = [
         (gap, point, normal) for point, normal in faces if (gap := _compute_gap(discs, point, normal)) >= 0.0

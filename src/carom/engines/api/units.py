@@ -40,7 +40,9 @@ def scaled(scene: Scene, *, length: float = 1.0, time: float = 1.0) -> Scene:
 
 
 def convert_bodies(scene: Scene, length: Unit, speed: Unit, time: Unit) -> dict[str, Any]:
-    """Return the fields `discs` and `walls` of a scene in other units. Each of the functions converts one number.
+    """Return the fields `discs` and `walls` of a scene in other units.
+
+    `length`, `speed` and `time` each convert one number.
 
     The bodies are not checked again.
     """

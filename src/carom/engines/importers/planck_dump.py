@@ -135,7 +135,7 @@ class _Reading:
                 has_wall = True
                 self.walls.append((fixture, wall))
             else:
-                reason = "a disc is inside it or behind each of its faces, and a wall is a half-plane"
+                reason = "no half-plane can replace it: a disc is inside it or behind each of its faces"
                 self.dropped.append(f"{label}: {reason}")
         if has_wall:
             self.dropped.append(f"{label}: only its face towards the discs is kept, without its ends and its skin")
@@ -180,7 +180,7 @@ def _list_face_groups(body: _Body, shape: Any) -> Iterator[list[tuple[Point, Poi
 
 
 def _find_face(a: Point, b: Point) -> Iterator[tuple[Point, Point]]:
-    """Yield the face on the right side of the line from a to b: a point, and the unit normal to the right.
+    """Yield the face on the right side of the line from a to b: a point, and the unit normal that points right.
 
     Yield nothing for a line without length.
     """

@@ -63,7 +63,7 @@ class ProgramWorld:
         self._program.send_request(messages.Cut(world=self._number, dt_s=dt_s), messages.Done)
 
     def touching(self) -> frozenset[tuple[int, int]]:
-        """Return the pairs of bodies that now touch by the engine's own contact test."""
+        """Return the pairs of bodies that touch at this time, according to the engine's own contact test."""
         return frozenset(self._program.send_request(messages.Touching(world=self._number), messages.Touched).pairs)
 
     def save(self) -> object:

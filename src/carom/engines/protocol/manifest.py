@@ -109,8 +109,7 @@ class Manifest(_Table):
             like paths in `command`.
         capabilities: Capabilities of the engine.
         profiles: Profiles by name: at least ``default`` and ``tuned``.
-        knobs: Settings that ``carom tune`` may change, with their ranges, by name. Profiles need not contain these
-            settings.
+        knobs: Settings that ``carom tune`` may change, with their ranges, by name. Profiles may omit these settings.
     """
 
     protocol: int = PROTOCOL
@@ -129,7 +128,7 @@ class Manifest(_Table):
     @model_validator(mode="before")
     @classmethod
     def _complete_capabilities(cls, data: Any) -> Any:
-        """Complete the capabilities of each profile with the capabilities of the engine."""
+        """Add the engine's capabilities to the capabilities of each profile."""
         match data:
             case {"capabilities": dict(shared), "profiles": dict(profiles)}:
                 completed = {
@@ -165,7 +164,7 @@ class Manifest(_Table):
             reason = f"{file.parent.name} is not installed"
         elif self.oldest and is_older(version := self.find_version(folder), self.oldest):
             name = self.engine or self.name
-            reason = f"{name} {version} is older than {self.oldest}, the oldest release that its adapter drives"
+            reason = f"{name} {version} is older than {self.oldest}, the oldest release that its adapter supports"
         else:
             return ""
         install = " ".join(_resolve_argument(folder, argument) for argument in self.install.split(" "))

@@ -73,7 +73,7 @@ class Cut(_WorldRequest):
 
 
 class Touching(_WorldRequest):
-    """Return the pairs of bodies that now touch by the engine's own contact test.
+    """Return the pairs of bodies that touch at this time, according to the engine's own contact test.
 
     The request must not change the state.
     """
@@ -101,7 +101,7 @@ class Close(_WorldRequest):
 
 
 class Failure(_Message):
-    """Reason why a request was refused as invalid, or why the request failed."""
+    """Why a request failed, or was refused as invalid."""
 
     kind: Literal["refused", "failed"] = "failed"
     message: str

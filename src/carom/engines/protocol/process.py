@@ -121,7 +121,7 @@ class Program:
         self.end()
         code = self._popen.returncode
         if self._has_answered_too_much:
-            how = f"it answered more than {MOST_ANSWER_BYTES >> 20} MiB in a line"
+            how = f"it answered with a line of more than {MOST_ANSWER_BYTES >> 20} MiB"
         elif by_itself and code:
             how = f"its program was ended by signal {-code}" if code < 0 else f"its program ended with exit code {code}"
         else:

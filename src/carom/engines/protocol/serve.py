@@ -146,7 +146,7 @@ def _observe(world: World) -> dict[str, Any]:
 
 def _build_contact_fields(contact: Contact) -> dict[str, Any]:
     if contact.velocities is not None:
-        raise AdapterError("its contacts have velocities before and after, which the protocol does not support")
+        raise AdapterError("its contacts contain velocities, which the protocol does not support")
     values = ((name, getattr(contact, name)) for name in messages.ToldContact.model_fields)
     return {name: _to_json(value) for name, value in values if value is not None}
 

@@ -1,7 +1,7 @@
 """Tests for free flight: whether discs move straight, overlap, or come near each other or near walls.
 
-The formulas in this module are much faster than the computation of an impact's time. Bodies count as near long before
-they touch, so the rounding of the computed times does not matter.
+The formulas in this module are much faster than the computation of an impact's time. Two bodies count as near while
+they are still far from touching. So rounding errors of the computed times do not matter.
 """
 
 from libc.math cimport INFINITY, fabs, hypot, isfinite, sqrt
@@ -35,8 +35,8 @@ def has_moved_straight(
 ):
     """Whether every disc has moved by its velocity times the step's duration, except for rounding.
 
-    The largest allowed rounding error is `roundings` times a length: the largest coordinate, or a longer path until the
-    step's end `end_s`.
+    The largest allowed rounding error is `roundings` times a length. This length is the largest coordinate or, if
+    longer, the path of the fastest disc from time 0 to the step's end `end_s`.
     """
     cdef double farthest = 0.0, fastest = 0.0
     cdef Py_ssize_t i, axis
@@ -71,7 +71,7 @@ def compute_pair_time(
     const Py_ssize_t[:] first,
     const Py_ssize_t[:] second,
 ):
-    """Return the seconds until the discs of any pair are nearer than the sum of their reaches; infinity if never."""
+    """Return the seconds until two discs are nearer to each other than the sum of their reaches; infinity if never."""
     cdef double earliest = INFINITY
     cdef Py_ssize_t k, i, j
     for k in range(first.shape[0]):

@@ -72,7 +72,7 @@ def observe_job(job: Job, runner: TaskRunner, *, samples: bool = False) -> Answe
 
 
 def check_own_scene(job: Job, answer: Answer[Trace]) -> Answer[Trace]:
-    """Return the answer with the scene object of the job. If the trace is of another scene, return a failed answer."""
+    """Replace the trace's scene by the equal scene object of the job. If the scenes differ, return a failed answer."""
     if answer.value is None:
         return answer
     if answer.value.scene != job.scene:
@@ -92,8 +92,8 @@ def observe_run(
 ) -> Trace:
     """Run a scene, observe it after each step, and return the trace.
 
-    The final state is the state after the last step, advanced along free paths to the end of the scene. The run stops
-    early when no further impact is possible.
+    The run stops early when no further impact is possible. The final state is computed from the state after the last
+    step: the discs move on without impacts until the end of the scene.
 
     Args:
         adapter: Adapter of the engine.
@@ -102,7 +102,8 @@ def observe_run(
         dt_s: Step size, in seconds.
         overrides: Settings that are used instead of the profile's settings.
         samples: Whether to keep positions for drawing.
-        stepwise: Whether to compare each step with a step of PIC from the same state, for `local_truth` of the trace.
+        stepwise: Whether to compare each step with a step of PIC from the same state. The trace contains the comparison
+            as `local_truth`.
 
     Raises:
         UnknownNameError: The adapter has no such profile.
@@ -183,11 +184,11 @@ class _Run:
 
     @property
     def state(self) -> Observation:
-        """The present state, with the contacts of the last step."""
+        """The current state, with the contacts of the last step."""
         return self.rows.observation(self.row, self.contacts)
 
     def find_last_state(self, before_row: int) -> tuple[float, Observation]:
-        """Return time and state of the last row before another row that is not after the scene's end."""
+        """Return time and state of the last row that is before `before_row` and not after the scene's end."""
         rows_within = np.flatnonzero(self.rows.time_s[:before_row] <= self.scene.duration_s)
         if not len(rows_within):
             return self.before_block
@@ -219,9 +220,9 @@ class _Run:
                 return
 
     def _take_quiet_steps(self, world: QuietWorld, flight: FreeFlight | None) -> Observation | None:
-        """Take steps without contacts in one call, until a step has contacts or a warning, or free flight is possible.
+        """Take many steps in one call. Stop after a step with contacts or a warning, or when free flight is possible.
 
-        Return the observation after the last step, and add the states after all earlier steps. If only one step may be
+        Return the observation after the last step. Store the states after all earlier steps. If only one step may be
         taken, take no step and return None. Call this method only while no contact continues from the last step.
         """
         if self.row + 1 == len(self.rows.time_s):
@@ -254,7 +255,7 @@ class _Run:
         return world.observe() if are_reliable else rows.observation(begin + steps_taken - 1)
 
     def _keep_states(self, steps: range, row: int) -> None:
-        """Keep some of the states after successive steps for the trace. `row` is the row of the first state."""
+        """Store some of the states after `steps` for the trace. Row number `row` contains the first of these states."""
         rows, shift = self.rows, row - steps.start
         if self.stored_states is not None:
             stored = (step for step in steps if step in self.stored_steps)
@@ -296,7 +297,7 @@ class _Run:
         self.row = 0
 
     def _pass_on_states(self) -> None:
-        """Pass the block's states to the step-by-step comparison, except the first state, which was passed before."""
+        """Pass the block's states to the step-by-step comparison. Omit the first state, which was already passed."""
         if self.watch is not None:
             self.watch.add(self.rows.states(slice(1, self.row + 1)))
 
@@ -363,7 +364,7 @@ def _take_step_in_pieces(world: World, cutter: Cutter | None, step: int, dt_s: f
 
 
 def _classify_end(warning: str) -> tuple[Outcome, tuple[str, ...]]:
-    """Return outcome and notes of a run that ended early: by an engine's warning, or by a state that is not finite."""
+    """Return outcome and notes of a run that ended early, because of a warning or a state that is not finite."""
     if not warning:
         return Outcome.NON_FINITE, ()
     if warning == Outcome.STANDSTILL.value:  # not a fault: the state is valid

@@ -65,9 +65,9 @@ class LastStep:
     def _compute_rates_of_change(self) -> tuple[Array, Array | None]:
         """Return how fast the velocities and spins of all discs change between the scene's end and the step's end.
 
-        A disc in flight has the acceleration of gravity. A disc counts as resting if a wall balances more than half of
-        gravity, so that the disc's mean acceleration in the last step is small. For a resting disc, return the mean
-        rates of the last step.
+        For a disc in flight, return the acceleration of gravity. For a resting disc, return the mean rates of the last
+        step. A disc counts as resting if its mean acceleration in the last step differs from gravity by more than half
+        of gravity, and is at most `RESTING_STEPS` times gravity.
         """
         falls = float(np.hypot(*self.scene.gravity_m_s2))
         if not falls:
@@ -89,7 +89,9 @@ class LastStep:
         turned_s: Array,
         spins: NDArray[np.void] | None,
     ) -> LastStep:
-        """Return this step, ended at `until_s`. Impacts of the discs `discs` that are missing in `impacts` are undone.
+        """Return a copy of this step that ends at `until_s`.
+
+        If an impact of one of `discs` is not in `impacts`, undo it.
 
         Each of the discs flies freely after its last impact, or after the start of the step if it has no impact.
 

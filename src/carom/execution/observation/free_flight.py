@@ -47,17 +47,17 @@ _ROUNDINGS = 4
 class FreeFlight:
     """Determines after each step whether another impact is possible.
 
-    The decision uses only the engine's own states. The rest of a run is free flight if two conditions hold:
+    The decision uses only the engine's own states. From a step on, a run is free flight if two conditions hold:
 
-    - On their present straight paths, no two bodies overlap or come near each other before the scene's end.
-    - The last two steps left every bit of every velocity unchanged, and moved every disc by its velocity, apart from
-      the rounding of the engine's floats. So the engine does not damp discs, push them or move them in any other way.
+    - If all bodies continue on straight paths, no two overlap or come near each other before the scene's end.
+    - The last two steps left every bit of every velocity unchanged. They moved every disc by its velocity times the
+      step size, except for rounding. So the engine does not damp discs, push them or move them in any other way.
 
-    In free flight, the final state is at the end of the straight paths.
+    Then the final state is at the ends of the straight paths.
 
     Attributes:
-        next_check_s: Earliest time at which the rest of the run can be free flight, unless a contact comes first.
-            Before this time, `has_begun` need not be called after steps without contacts.
+        next_check_s: Time before which free flight can't begin. Until this time, `has_begun` needs to be called only
+            after steps with contacts.
 
     Args:
         scene: The scene.
@@ -86,9 +86,9 @@ class FreeFlight:
         self._last_states.append((time_s, state))
 
     def has_begun(self, time_s: float, state: Observation) -> bool:
-        """Whether the rest of the run is free flight.
+        """Add the state, and return whether the run is free flight from this state on.
 
-        `next_check_s` determines after which steps this method must be called. The method also adds the state.
+        See `next_check_s` for the steps after which this method must be called.
         """
         self.add_state(time_s, state)
         if state.contacts:
@@ -103,7 +103,7 @@ class FreeFlight:
         return earliest_s > self._scene.duration_s + _AHEAD_STEPS * self._dt_s
 
     def _is_quiet(self) -> bool:
-        """Whether the last steps left every velocity and spin unchanged, and moved every disc by its velocity."""
+        """Whether the last steps left all velocities and spins unchanged, and moved all discs straight."""
         states = [state for _, state in self._last_states]
         spins = [state.spin_rad_s for state in states if state.spin_rad_s is not None] if self._turns else []
         if len({state.velocity_m_s.tobytes() for state in states}) != 1 or len({spin.tobytes() for spin in spins}) > 1:
@@ -130,7 +130,7 @@ class FreeFlight:
     def compute_pair_wait(self, p: Array, v: Array, left_s: float) -> float:
         """Return the seconds until two discs come near each other.
 
-        After the scene's end, the result is only a lower bound.
+        A result after the scene's end is only a lower bound.
         """
         if self._few_pairs is not None:
             return approach.compute_pair_time(p, v, self._margin, *self._few_pairs)
@@ -146,7 +146,7 @@ class FreeFlight:
             within_s = min(_WIDENED * within_s, end_s)
 
     def _find_pairs(self, p: Array, reach: Array) -> Iterable[Pairs]:
-        """Return blocks of pairs that contain all pairs within reach. In scenes of few discs, return all pairs."""
+        """Return blocks of pairs that contain all pairs within reach. In scenes with few discs, return all pairs."""
         return find_near_pairs(p, reach, self._movable) if self._few_pairs is None else (self._few_pairs,)
 
     def _compute_outline_wait(self, outline: Outline, p: Array, v: Array) -> float:

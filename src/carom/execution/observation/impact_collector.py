@@ -1,8 +1,8 @@
 """Builds impacts from the states and contacts that an engine reports after each step.
 
-A contact that lasts several steps becomes one impact. The velocities before and after the impact are the velocities at
-the start of the contact's first step and at the end of its last step. Velocities that an engine reports with a contact
-are used instead.
+A contact that lasts several steps becomes one impact. The velocities before the impact are those at the start of the
+contact's first step. The velocities after the impact are those at the end of its last step. If an engine reports
+velocities with a contact, these are used instead.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ class ImpactCollector:
         self._numbers = count(1)
 
     def skip_to(self, time_s: float, observation: Observation) -> None:
-        """Use the state at `time_s` as the last state. The steps since the previous state must have no contacts."""
+        """Store the state at `time_s` as the last state. The steps since the previous one must have no contacts."""
         self._last, self._last_s = observation, time_s
 
     def add(self, time_s: float, observation: Observation) -> None:
@@ -102,7 +102,7 @@ class ImpactCollector:
         self._last, self._last_s = observation, time_s
 
     def finish(self) -> tuple[NDArray[np.void], NDArray[np.float64], NDArray[np.void], NDArray[np.void] | None]:
-        """Return the impacts, sorted by reported time, with their effective times, the states before, and the spins.
+        """Return the impacts, sorted by reported time, with effective times, the states before them, and spins.
 
         The effective time of an impact is the instant at which the paths of the bodies turn. In a scene without spins,
         the spins are None.
@@ -133,8 +133,8 @@ class ImpactCollector:
     def _has_effect(self, contact: Contact, before: Observation, after: Observation, step_s: float) -> bool:
         """Whether a reported contact changed a velocity or spin. Engines also report contacts in which no force acts.
 
-        A contact of two immovable bodies has no effect. Without reported impulses, a contact has an effect if a
-        velocity or spin changed, and not only by damping or by a table.
+        A contact of two immovable bodies has no effect. If no impulse is reported, a contact has an effect unless
+        damping or a table explains all changes of velocity and spin.
         """
         if not self._list_movable((contact.first, contact.second)):
             return False
@@ -199,7 +199,7 @@ class ImpactCollector:
             known.at_rest = replace(known)
 
     def _has_all_impulses(self, contact: Contact) -> bool:
-        """Whether the engine reports all impulses of a contact; with friction, also the tangential impulse."""
+        """Whether the engine reports the normal impulse and, for bodies with friction, the tangential impulse."""
         has_friction = self._has_wall_friction if contact.second < 0 else self._has_disc_friction
         return contact.impulse_n_s is not None and (not has_friction or contact.tangential_impulse_n_s is not None)
 
@@ -262,8 +262,8 @@ class ImpactCollector:
     def _correct_for_slowing(self, effective_s: float, contact: OpenContact) -> tuple[_Velocities, _Spins]:
         """Return velocities and spins of damped or braked discs at an impact, given velocities and spins at step ends.
 
-        If the instant can't be computed, the reported instant is used. The instant is limited to the contact's
-        duration, extended by the same duration on both sides.
+        If the instant can't be computed, the reported instant is used. The instant may be before the contact's start or
+        after its end by at most the contact's duration.
         """
         duration_s = contact.end_s - contact.start_s
         at_s = effective_s if math.isfinite(effective_s) else contact.reported.time_s

@@ -44,9 +44,9 @@ class OpenContact:
         after: Velocities and spins after the contact's last step so far.
         end_s: Time at the end of the contact's last step so far, in seconds.
         end: State at the end of the contact's last step so far.
-        is_isolated: Whether neither body had another contact in any step of this contact.
+        is_isolated: Whether the two bodies had no other contacts during the steps of this contact.
         steps: Number of the contact's steps so far.
-        impulse: Sum of the impulses of all steps or, if no impulses are reported, of the changes of relative velocity.
+        impulse: Sum of the impulses of all steps. If no impulses are reported, sum of the changes of relative velocity.
         impulse_vector: Sum over all steps of the impulse times the normal vector.
         weighted_length: Sum over all steps of the impulse times the length of the normal vector.
         at_rest: Copy of the contact at the end of the step in which the pair came to rest; None if the pair does not
@@ -89,7 +89,7 @@ class OpenContact:
         self.weighted_length += impulse * math.hypot(*normal)
 
     def compute_durations(self, time_s: float) -> tuple[float, float, float, float]:
-        """Return the seconds from the two motions before and the two motions after the contact until a time."""
+        """Return the seconds until `time_s` from each of four motions: of both bodies, before and after the contact."""
         return (time_s - self.start_s, time_s - self.start_s, time_s - self.end_s, time_s - self.end_s)
 
     def compute_normal(self) -> Vector:
@@ -104,11 +104,11 @@ class OpenContact:
         return (length * self.impulse_vector[0] / size, length * self.impulse_vector[1] / size)
 
     def compute_landing_time(self, gravity: Array, leg: Course) -> float:
-        """Return the instant at which a pair that comes to rest lands.
+        """Return the instant at which two bodies meet, for a pair that comes to rest.
 
         `compute_turn_time` needs a free path after the impact, but resting bodies do not separate. At the returned
-        instant, the free path before the impact reaches the distance of the resting bodies. The distance of resting
-        bodies changes at their normal speed at the end of the contact. The free path is a parabola, or a line if
+        instant, the bodies on their free paths reach the distance that they have while they rest. This distance changes
+        at the normal speed that the bodies have at the end of the contact. The free path is a parabola, or a line if
         gravity accelerates both bodies equally.
 
         Args:
@@ -137,8 +137,9 @@ class OpenContact:
         and u1 be the relative position and velocity at the time t1, in the first state after the contact. The paths are
         the lines d0 + u0 (t - t0) and d1 + u1 (t - t1). The difference of the paths is a linear function of t with
         slope u0 - u1. The difference is also linear under gravity, where both paths are parabolas of the same
-        curvature. With damping, the paths are lines in undamped time (the time in which an undamped disc moves as far).
-        On a table that slows discs, the paths have different curvatures. The nearest instant is found by least squares.
+        curvature. With damping, the paths are lines in undamped time: the time that an undamped disc needs for the same
+        distance. On a table that slows discs, the paths have different curvatures. The nearest instant is found by
+        least squares.
 
         Args:
             gravity: Acceleration of each disc, from `compute_gravity`.
@@ -163,7 +164,7 @@ class OpenContact:
         return turn_s if math.isfinite(turn_s) else math.nan
 
     def _compute_gap_on_table(self, slowing: Slowing, leg: Course, time_s: float) -> tuple[Array, Array]:
-        """Return the difference of the free paths before and after the contact, and its rate of change."""
+        """Return how far the free paths before and after the contact differ, and how fast this difference changes."""
         motions = []
         for state, since_s in ((self.start, self.start_s), (self.end, self.end_s)):
             speed, elapsed_s = np.hypot(*state.velocity_m_s.T), np.array(time_s - since_s)

@@ -27,7 +27,7 @@ class StateRows:
         self.spin_rad_s = self.numbers[:, 4 * discs :]
 
     def describe_column(self, number: int) -> str:
-        """Return a description of the array that contains column `number` of a row, for messages."""
+        """Return the name of the array that contains column `number` of a row, for messages."""
         names = ("position_m", "position_m", "velocity_m_s", "velocity_m_s", "spin_rad_s")
         return f"{names[5 * number // self.numbers.shape[1]]} of an Observation"
 

@@ -19,7 +19,7 @@ MOST_PIECES = 10_000
 
 
 class Cutter:
-    """Advances a world by steps, each divided into pieces that end when bodies begin to touch.
+    """Advances a world step by step. Each step is divided into pieces, which end when bodies begin to touch.
 
     Attributes:
         world: The world, initially at time 0.
@@ -30,9 +30,9 @@ class Cutter:
 
     def __init__(self, world: World) -> None:
         if not isinstance(world, CuttableWorld):
-            needs = "a located profile needs a world with cut, touching, save and restore"
+            needs = "a located profile needs a world with the methods cut, touching, save and restore"
             page = "see docs/reference/adapters.md#located-profiles"
-            raise AdapterError(f"{needs}; this world lacks some methods; {page}")
+            raise AdapterError(f"{needs}, but this world lacks some of them; {page}")
         self.world = world
         self.pieces, self.probes, self.has_too_many_pieces = 0, 0, False
         self._known: frozenset[tuple[int, int]] = frozenset()

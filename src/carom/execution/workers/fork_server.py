@@ -224,7 +224,7 @@ def _fork_watchdogs(requests: socket.socket) -> None:
 
 
 def _report_end(watchdog: int, status_file: int) -> None:
-    """Send the exit status of a watchdog that has ended to the command."""
+    """When a watchdog has ended, send its exit status to the command."""
     _, status = os.waitpid(watchdog, 0)
     with suppress(OSError):  # the command may have closed its end of the pipe
         os.write(status_file, array.array("i", [os.waitstatus_to_exitcode(status)]).tobytes())

@@ -15,8 +15,8 @@ After that, the watchdog kills all remaining processes and exits with the worker
 
 On Linux the watchdog adopts orphaned descendants of the worker, so that the watchdog also finds processes that have
 left the session. If the watchdog is killed, the system kills the worker. On other systems, processes that have left the
-worker's process group are not found. A process survives on any system if it changes its session faster than the
-watchdog searches, or if it left the session before the worker killed the watchdog.
+worker's process group are not found. On any system, a process can survive in two cases: it changes its session faster
+than the watchdog searches, or it leaves the session and then the worker kills the watchdog.
 """
 
 from __future__ import annotations
@@ -76,8 +76,8 @@ def _wait_and_clean_up(worker: int, woken: int, parent: int) -> None:
     """Wait until the worker ends or is no longer needed. Kill remaining processes, and exit with the worker's status.
 
     The worker is no longer needed if the other end of standard input is closed, the parent sends SIGTERM, or the parent
-    exits. The first condition is not enough, because a process that the parent has forked can also hold the other end
-    open.
+    exits. The first condition is not enough: the other end stays open if the parent has forked a process that also
+    holds it.
     """
     null = os.open(os.devnull, os.O_WRONLY)
     os.dup2(null, 1)  # only the worker may keep the answer pipe open
@@ -146,7 +146,7 @@ def _find_children() -> list[int]:
 
 
 def _kill(child: int) -> None:
-    """Kill a child with its process group, or the child alone if it still belongs to the watchdog's group."""
+    """Kill a child and its process group. If the child is still in the watchdog's group, kill only the child."""
     with suppress(ProcessLookupError, PermissionError):
         group = os.getpgid(child)
         if group == os.getpgrp():

@@ -64,7 +64,7 @@ def build_codec(task: type[Task[T]]) -> Codec[tuple[int, Answer[T]]]:
 
 
 def _exit_after(watchdog: int) -> None:
-    """Wait until the watchdog has ended, then end this process. Linux itself ends the process."""
+    """Wait until the watchdog has ended, then end this process. On Linux, the system does this already."""
     while os.getppid() == watchdog:
         time.sleep(WATCHDOG_CHECK_S)
     os._exit(1)

@@ -163,7 +163,7 @@ def _install_releases(
         for version in versions:
             study.report(f"{origin.package} {version}")
             if is_older(version, origin.oldest):
-                reason = f"older than {origin.oldest}, the oldest release that its adapter drives"
+                reason = f"older than {origin.oldest}, the oldest release that its adapter supports"
                 releases.append(Release(version, reason=reason))
                 continue
             name = release_engine_name(study.engine, version)

@@ -115,7 +115,7 @@ def test_program_error_names_the_engine_and_the_cause(instead: str, told: str, t
 @each(
     "instead, told",
     [
-        ("while do == 'step': sys.stdout.write('x' * 65536)", "answered more than 1 MiB in a line"),
+        ("while do == 'step': sys.stdout.write('x' * 65536)", "answered with a line of more than 1 MiB"),
         ("if do == 'step': import os, time; os.close(1); time.sleep(3600)", "closed its output"),
     ],
 )

@@ -191,7 +191,7 @@ def test_invalid_manifest_path_is_refused(tmp_path: Path, monkeypatch: pytest.Mo
     """A missing manifest, one with the name of an installed engine, and a relative path raise an AdapterError."""
     with pytest.raises(AdapterError, match=r"none\.toml"):
         resolve_engine(str(tmp_path / "none.toml"))
-    with pytest.raises(AdapterError, match="'pit', like"):
+    with pytest.raises(AdapterError, match=r"'pit', but .* already has this name"):
         resolve_engine(str(write_manifest(tmp_path, name="pit")))
     monkeypatch.setenv(MANIFESTS, "here/engine.toml")
     list_adapter_points.cache_clear()

@@ -106,7 +106,7 @@ def test_contacts_with_velocities_cannot_be_served() -> None:
     for _ in range(4):  # the scene's duration
         send_request(server, do="step", world=told["world"], steps=1)
         seen.append(send_request(server, do="observe", world=told["world"]))
-    message = "its contacts have velocities before and after, which the protocol does not support"
+    message = "its contacts contain velocities, which the protocol does not support"
     assert {"error": {"kind": "failed", "message": message}} in seen
     assert all("error" in one or one["contacts"] == [] for one in seen)
 
@@ -161,7 +161,7 @@ def test_too_old_release_is_not_served(tmp_path: Path) -> None:
     """`carom serve` ends with exit code 2 and the reason, and its manifest makes the engine unavailable."""
     done = run_talkative_server(tmp_path / "site", "1.5")
     assert done.returncode == 2
-    reason = "Talkative 1.5 is older than 2.0, the oldest release that its adapter drives"
+    reason = "Talkative 1.5 is older than 2.0, the oldest release that its adapter supports"
     assert f"talkative: {reason}" in done.stderr
     shown = run_command(
         [sys.executable, "-m", "carom", "serve", "talkative", "--manifest", "talkative-1.5"],

@@ -163,12 +163,12 @@ def test_number_of_stored_states_is_limited() -> None:
 @each(
     "given, said",
     [
-        ({"engine_names": "pit"}, "engines must be a list, even of one item, got 'pit'"),
+        ({"engine_names": "pit"}, "engines must be a list, even for a single item, got 'pit'"),
         ({"engine_names": [3]}, "engines[0] must be a name, got 3"),
-        ({"dts": 0.1}, "dts must be a list, even of one item, got 0.1"),
-        ({"profiles": 3}, "profiles must be a list, even of one item, got 3"),
+        ({"dts": 0.1}, "dts must be a list, even for a single item, got 0.1"),
+        ({"profiles": 3}, "profiles must be a list, even for a single item, got 3"),
         ({"jobs": 0}, "jobs must be a whole number from 1 to 1024, got 0"),
-        ({"scenes": 3}, "scenes must be a list, even of one item, got int"),
+        ({"scenes": 3}, "scenes must be a list, even for a single item, got int"),
         ({"scenes": [7]}, "scenes[0] must be a Scene, a catalogue scene or its name, got 7"),
         ({"scenes": []}, "no scene"),
         ({"scenes": ["paper/late", "paper/late"]}, "two scenes have the name 'paper/late'"),

@@ -42,7 +42,7 @@ def test_history_classifies_each_release(registry: Toys, tmp_path: Path) -> None
     versions = ["0.9", "1.0", "1.1", "1.2", "1.3", "1.4", "1.5", "1.6", "2.0"]
     assert [release.version for release in found.releases] == versions
     reasons = {release.version: release.not_run for release in found.releases}
-    assert reasons["0.9"] == "older than 1.0, the oldest release that its adapter drives"
+    assert reasons["0.9"] == "older than 1.0, the oldest release that its adapter supports"
     assert reasons["2.0"].startswith("not installed: pip: ERROR: No matching distribution")
     assert [reason for version, reason in reasons.items() if version not in {"0.9", "2.0"}] == [""] * 7
     moved = {step.new.version: next(iter(step.changes.values())) for step in found.transitions}
