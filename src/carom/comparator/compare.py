@@ -30,7 +30,7 @@ def compare(reference: Trace, observed: Trace, *, sampling: Trace | None = None,
         sampling: The trace of PIT with the same step size. With this trace, the score separates the errors of checking
             once per step from other errors.
         horizon: The part of the reference that is reliable: a number of impacts (an int) or a time in seconds (a
-            float). Each step after this part is compared with a PIC run that starts from the observed trace's own state
+            float). After this part, each step is compared with a PIC run that starts from the observed trace's state
             before the step. None if the whole reference is reliable.
 
     Raises:
