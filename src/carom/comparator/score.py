@@ -61,7 +61,7 @@ class Score(Shown):
         local_truth: Score of the single steps, each compared with PIC from the run's own state; None if states were not
             stored.
         diverged_s: Time in seconds at which the trajectory diverged from the reference's. None if the trajectory did
-            not diverge, or if a single step missed or invented an impact before.
+            not diverge, or if an earlier step missed or invented an impact.
         pit_diverged_s: Time in seconds at which PIT's trajectory diverged; None if it did not diverge, or without a PIT
             run.
         contact: Score of the time in which discs slide, roll or rest. None if there is no such time, or if states were
