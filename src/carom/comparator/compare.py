@@ -81,8 +81,10 @@ class Scorer:
 
 def _require_scene(reference: Trace, trace_name: str, trace: Trace) -> None:
     if trace.scene != reference.scene:
-        message = f"the reference is of scene {reference.scene.name!r}, {trace_name} of {trace.scene.name!r}"
-        raise InputError(f"{message} or of another version of it: only traces of one scene can be compared")
+        message = (
+            f"the reference is of scene {reference.scene.name!r}, but {trace_name} is of scene {trace.scene.name!r}"
+        )
+        raise InputError(f"{message} (perhaps in another version): only traces of one scene can be compared")
 
 
 def _run_stages(baseline: Baseline, observed: Trace, horizon: float | None) -> Score:
