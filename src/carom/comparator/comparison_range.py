@@ -139,7 +139,7 @@ def find_range(baseline: Baseline, observed: Trace, horizon: float | None) -> Co
     """Find the range in which a run can be compared with its reference.
 
     Args:
-        baseline: The reference, and PIT with the same step size.
+        baseline: The reference, and PIT's run with the same step size.
         observed: The run.
         horizon: The horizon, as in `carom.compare`.
 

@@ -159,7 +159,7 @@ def compute_horizon(certified: CertifiedTrace, trace: Trace, *, tolerance: float
 def _compute_largest_differences(
     one: NDArray[np.void], two: NDArray[np.void], time_s: float, speed_m_s: float, radii: NDArray[np.void] | None = None
 ) -> NDArray[np.float64]:
-    """Return, for each impact, the largest relative difference of its time and the velocities after it.
+    """Return, for each impact, the largest relative difference between `one` and `two` in time and velocities after it.
 
     If a number of an impact is NaN, the result is NaN.
     """

@@ -48,7 +48,7 @@ class Score(Shown):
             exact.
         scales: The length, speeds, time and energy that errors are divided by.
         equals_pit: Whether the run finds the same impacts as PIT, and differs from PIT only by rounding.
-        edits: Edit distance between the order of impacts in the run and in the reference.
+        edits: Edit distance between the sequences of impacts in the run and in the reference.
         beyond_horizon: Number of the reference's impacts beyond the horizon, which were not compared.
         horizon_s: End of the compared part of the run, in seconds. The part ends at the horizon, or when bounces before
             a lasting contact become too small for the step. None if the whole run is compared.

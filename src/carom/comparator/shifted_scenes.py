@@ -55,8 +55,8 @@ def build_shifted_scenes(reference: Trace, dt_s: float, phases: Iterable[float])
 def solve_shifted_references(reference: Trace, dt_s: float, phases: Iterable[float]) -> tuple[Trace, ...]:
     """Solve the scenes of `build_shifted_scenes` with PIC, and return the traces.
 
-    A shifted scene is omitted if its impacts are not of the same bodies in the same order. For example, a disc that is
-    moved back may pass through another body, or the last impact may come after the end.
+    A shifted scene is omitted if its impacts differ from those of the reference in their bodies or order. For example,
+    a disc that is moved back may pass through another body, or the last impact may come after the end.
     """
     bodies = ["first", "second"]
     traces = (

@@ -58,8 +58,8 @@ class ImpactError:
             larger error, divided by the scene's greatest speed.
         velocity: Magnitude of the velocity error, for the body with the larger error, divided by the scene's greatest
             speed.
-        spin: Error of the spin times the radius, for the body with the larger error, divided by the scene's greatest
-            disc or rim speed; NaN if no disc spins.
+        spin: Error of the rim speed (spin times radius), for the body with the larger error, divided by the scene's
+            greatest disc or rim speed; NaN if no disc spins.
         direction_rad: Angle between observed and reference velocity after the impact, for the body with the larger
             angle. A body that rests in one of the traces is ignored.
         normal_rad: Angle between observed and reference normal.
@@ -115,8 +115,8 @@ class Errors:
             scene's greatest speed.
         final_position: Largest error of a disc's final position, divided by the largest radius.
         final_velocity: Largest error of a disc's final velocity, divided by the scene's greatest speed.
-        final_spin: Largest error of a disc's final spin times its radius, divided by the scene's greatest disc or rim
-            speed.
+        final_spin: Largest error of a disc's final rim speed (spin times radius), divided by the scene's greatest disc
+            or rim speed.
     """
 
     time_s: float = _declare_metric("time error")
@@ -348,7 +348,7 @@ def _list_effective_times(trace: Trace) -> Array:
 def unknown_velocities(trace: Trace) -> NDArray[np.bool_]:
     """Return whether each body's velocity after an impact is unknown, shape ``(2, m)``, first bodies in the first row.
 
-    If a disc has several contacts in one step, the method may only report the state after the last contact. The
+    If a disc has several contacts in one step, the method may report only the state after the last contact. The
     velocities after the other contacts are then unknown.
     """
     found = np.zeros((2, len(trace.impacts)), dtype=np.bool_)

@@ -57,8 +57,8 @@ class SamplingCost:
             spurious impact.
         final_position: Largest error of a final position, divided by the largest radius; 0 if not measured.
         final_velocity: Largest error of a final velocity, divided by the scene's greatest speed; 0 if not measured.
-        final_spin: Largest error of a final spin times its radius, divided by the scene's greatest disc or rim speed; 0
-            if not measured.
+        final_spin: Largest error of a final rim speed (spin times radius), divided by the scene's greatest disc or rim
+            speed; 0 if not measured.
         late_s: Largest error of an impact's time at any of the phases, in seconds; infinite if an impact is missed or
             spurious.
         phases: Number of phases at which PIT was run.
