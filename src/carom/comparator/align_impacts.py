@@ -26,7 +26,8 @@ class AlignedRun(ComparedRun):
         alignment: Matches of the run's impacts with the impacts of the reference.
         pit_alignment: Matches of PIT's impacts with the impacts of the reference; None without PIT.
         against_pit: Matches of the run's impacts with PIT's impacts; None without PIT.
-        edits: Edit distance between the reference's and the run's sequence of impacts; see `compute_edit_distance`.
+        edits: Edit distance between the sequences of impacts in the reference and in the run; see
+            `compute_edit_distance`.
         inverted: Pairs of impacts that the run has in the wrong order. Each impact is given by its index in the
             reference. Each pair begins with the impact that is earlier in the reference.
         diverged_s: Time in seconds of the run's first missed, spurious or out-of-order impact; None if there is none.
@@ -83,10 +84,10 @@ def _find_divergence(
 def _find_shown_by_states(
     reference: Trace, missed: Sequence[int], truth: LocalTruth | None, dt_s: float
 ) -> frozenset[int]:
-    """Return the impacts that the engine did not report, but that changed velocities in its states.
+    """Return the missed impacts that the states show, although the engine did not report them.
 
-    Only consecutive steps with several impacts are searched, because an engine may report only the combined outcome of
-    several impacts.
+    Only groups of successive steps with several impacts are searched. For such a group, an engine may report fewer
+    impacts than happened.
     """
     if truth is None or not missed:
         return frozenset()
@@ -108,7 +109,7 @@ def _sort_bodies(rows: NDArray[np.void]) -> NDArray[np.int64]:
 
 
 def _drop_contact_starts(reference: Trace, observed: Trace, invented: Sequence[int]) -> tuple[int, ...]:
-    """Remove spurious impacts of a disc on a wall after the disc begins to rest, slide or roll there in the reference.
+    """Remove a disc's spurious impacts on a wall once it rests, slides or rolls on this wall in the reference.
 
     An engine may report the beginning of this contact as an impact, with the start of a step as its time. So impacts up
     to one step before the contact are also removed.
@@ -141,9 +142,9 @@ def compare_order(reference: Trace, observed: Trace, alignment: Alignment) -> tu
 def _sort_by_reference(
     sequence: list[int], to_reference: dict[int, int], reference: Trace, observed: Trace
 ) -> set[tuple[int, int]]:
-    """Sort the run's impacts into the reference's order, but swap only impacts whose order `compare_order` ignores.
+    """Sort the run's impacts into the reference's order by swapping impacts that do not count as out of order.
 
-    Return the pairs of impacts that are still in the wrong order.
+    Return the pairs that count as out of order (see `compare_order`). These pairs are not swapped.
 
     An insertion sort is used, because it needs only one comparison for an impact that is already in order.
     """

@@ -30,7 +30,7 @@ def compare(reference: Trace, observed: Trace, *, sampling: Trace | None = None,
         sampling: The trace of PIT with the same step size. With this trace, the score separates the errors of checking
             once per step from other errors.
         horizon: The part of the reference that is reliable: a number of impacts (an int) or a time in seconds (a
-            float). Each step after this part is compared with a PIC run that starts from the observed trace's own state
+            float). After this part, each step is compared with a PIC run that starts from the observed trace's state
             before the step. None if the whole reference is reliable.
 
     Raises:
@@ -81,8 +81,10 @@ class Scorer:
 
 def _require_scene(reference: Trace, trace_name: str, trace: Trace) -> None:
     if trace.scene != reference.scene:
-        message = f"the reference is of scene {reference.scene.name!r}, {trace_name} of {trace.scene.name!r}"
-        raise InputError(f"{message} or of another version of it: only traces of one scene can be compared")
+        message = (
+            f"the reference is of scene {reference.scene.name!r}, but {trace_name} is of scene {trace.scene.name!r}"
+        )
+        raise InputError(f"{message} (perhaps in another version): only traces of one scene can be compared")
 
 
 def _run_stages(baseline: Baseline, observed: Trace, horizon: float | None) -> Score:

@@ -139,7 +139,7 @@ def find_range(baseline: Baseline, observed: Trace, horizon: float | None) -> Co
     """Find the range in which a run can be compared with its reference.
 
     Args:
-        baseline: The reference, and PIT with the same step size.
+        baseline: The reference, and PIT's run with the same step size.
         observed: The run.
         horizon: The horizon, as in `carom.compare`.
 
@@ -185,9 +185,10 @@ def clip_before_rest(
 ) -> ComparisonRange:
     """End the compared range where a bouncing disc becomes so slow that steps of this size can't show its bounces.
 
-    A disc can have infinitely many impacts just before it rests. In the last impacts before rest, the disc is no faster
-    than after a fall of `RESTING_STEPS` steps. A method that checks once per step can't distinguish such a slow disc
-    from a resting disc. If PIT's run is given, the range also ends at the first bounce that PIT misses or invents.
+    A disc can have infinitely many impacts just before it rests. The range ends before the first impact whose closing
+    speed is at most the speed gained by falling for `RESTING_STEPS` steps. A method that checks once per step can't
+    distinguish such a slow disc from a resting disc. If PIT's run is given, the range also ends at the first bounce
+    that PIT misses or invents.
     """
     impacts, times = reference.impacts, reference.impacts["time_s"]
     if reference.scene.gravity_m_s2 == (0.0, 0.0) and reference.contact_s == math.inf:
@@ -233,7 +234,7 @@ def _find_crush_limit(reference: Trace, dt_s: float, pit: Trace | None) -> float
 
 
 def _find_last_bounces(reference: Trace) -> dict[Pair, list[int]]:
-    """Find discs that end with ever lower bounces on a fixed body. Return the bounces' indices by pair of bodies."""
+    """Find discs whose last impacts are ever lower bounces on a fixed body. Return their indices by pair of bodies."""
     scene, impacts = reference.scene, reference.impacts
     found = {}
     for disc in np.flatnonzero(scene.arrays.movable).tolist():

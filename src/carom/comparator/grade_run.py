@@ -1,4 +1,4 @@
-"""Fifth stage of a comparison: grades a run, and compares its errors with those of PIT."""
+"""Fifth stage of a comparison: grade a run, and compare its errors with those of PIT."""
 
 from __future__ import annotations
 

@@ -32,9 +32,9 @@ class Horizon:
     """The number of impacts for which a PIC trace agrees with a certified trace, whose error bounds are proven.
 
     Attributes:
-        tolerance: Largest relative error of an impact that agrees. Time errors are divided by the scene's duration.
-            Errors of velocities and rim speeds are divided by the greatest speed at the start. With gravity or driven
-            bodies, the greatest speed of the whole run is used.
+        tolerance: Largest relative error at which an impact still agrees. Time errors are divided by the scene's
+            duration. Errors of velocities and rim speeds are divided by the greatest speed at the start. With gravity
+            or driven bodies, the greatest speed of the whole run is used.
         agreed: Number of impacts before the first one that does not agree within the tolerance.
         order_differs: Index of the first impact whose bodies differ from those of the certified impact with the same
             index; None if there is none.
@@ -92,7 +92,7 @@ def horizon(
 
     Args:
         scene: The scene, or its name in the catalogue.
-        tolerance: Largest relative error of an impact that agrees; see `Horizon`.
+        tolerance: Largest relative error at which an impact still agrees; see `Horizon`.
         max_impacts: Largest number of impacts to compare; None for no limit.
         time_budget_s: Largest number of seconds that the certified run may take; None for no limit.
 
@@ -159,7 +159,7 @@ def compute_horizon(certified: CertifiedTrace, trace: Trace, *, tolerance: float
 def _compute_largest_differences(
     one: NDArray[np.void], two: NDArray[np.void], time_s: float, speed_m_s: float, radii: NDArray[np.void] | None = None
 ) -> NDArray[np.float64]:
-    """Return, for each impact, the largest relative difference of its time and the velocities after it.
+    """Return, for each impact, the largest relative difference between `one` and `two` in time and velocities after it.
 
     If a number of an impact is NaN, the result is NaN.
     """

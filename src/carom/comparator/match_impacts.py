@@ -2,9 +2,10 @@
 
 The impacts of each pair of bodies are matched separately, in order of time. There are as many matches as possible. If
 several matchings have this number of matches, the one with the smallest sum of time differences is used. Each reference
-impact has a *window*: the time between the previous and the next reference impact of the same bodies. Outside of this
-window, the bodies are on other paths. An observed impact can match a reference impact only within its window. An engine
-may report an impact up to `LATEST_STAMP_STEPS` steps late, so each window is longer by this time at both ends.
+impact has a *window*: the time between the previous and the next reference impact of either body. Outside of this
+window, at least one of the bodies is on another path. An observed impact can match a reference impact only within its
+window. An engine may report an impact up to `LATEST_STAMP_STEPS` steps late, so each window is longer by this time at
+both ends.
 """
 
 from __future__ import annotations
@@ -50,8 +51,8 @@ class Alignment(NamedTuple):
         matched: Index pairs ``(reference, observed)`` of matched impacts, sorted by the time in the reference.
         missed: Indices of the reference's impacts that have no match in the run.
         spurious: Indices of the run's impacts that have no match in the reference.
-        undecided: Indices of unmatched impacts of the reference that are so close to the end of the run that the method
-            had no further step in which to report them.
+        undecided: Indices of the reference's impacts that have no match, but are so close to the end of the run that no
+            later step could report them.
         is_whole_run: Whether the impacts of the whole run were matched, not only those before a horizon.
     """
 

@@ -48,7 +48,7 @@ class Score(Shown):
             exact.
         scales: The length, speeds, time and energy that errors are divided by.
         equals_pit: Whether the run finds the same impacts as PIT, and differs from PIT only by rounding.
-        edits: Edit distance between the order of impacts in the run and in the reference.
+        edits: Edit distance between the sequences of impacts in the run and in the reference.
         beyond_horizon: Number of the reference's impacts beyond the horizon, which were not compared.
         horizon_s: End of the compared part of the run, in seconds. The part ends at the horizon, or when bounces before
             a lasting contact become too small for the step. None if the whole run is compared.
@@ -61,7 +61,7 @@ class Score(Shown):
         local_truth: Score of the single steps, each compared with PIC from the run's own state; None if states were not
             stored.
         diverged_s: Time in seconds at which the trajectory diverged from the reference's. None if the trajectory did
-            not diverge, or if a single step missed or invented an impact before.
+            not diverge, or if an earlier step missed or invented an impact.
         pit_diverged_s: Time in seconds at which PIT's trajectory diverged; None if it did not diverge, or without a PIT
             run.
         contact: Score of the time in which discs slide, roll or rest. None if there is no such time, or if states were

@@ -55,8 +55,8 @@ def build_shifted_scenes(reference: Trace, dt_s: float, phases: Iterable[float])
 def solve_shifted_references(reference: Trace, dt_s: float, phases: Iterable[float]) -> tuple[Trace, ...]:
     """Solve the scenes of `build_shifted_scenes` with PIC, and return the traces.
 
-    A shifted scene is omitted if its impacts are not of the same bodies in the same order. For example, a disc that is
-    moved back may pass through another body, or the last impact may come after the end.
+    A shifted scene is omitted if its impacts differ from those of the reference in their bodies or order. For example,
+    a disc that is moved back may pass through another body, or the last impact may come after the end.
     """
     bodies = ["first", "second"]
     traces = (
@@ -71,7 +71,7 @@ def solve_shifted_references(reference: Trace, dt_s: float, phases: Iterable[flo
 
 
 def shift_start(scene: Scene, by_s: float) -> Scene:
-    """Return the scene with a start `by_s` seconds earlier and the same end: every disc is moved back along its path.
+    """Return the scene with the same end and a start `by_s` seconds earlier: every disc is moved back along its path.
 
     The scene then has the same impacts, each later by `by_s`. But if bodies would meet on the way back, the scene
     begins later instead. For example, the discs of Newton's cradle touch at the start.
@@ -115,7 +115,7 @@ def _is_free_of_impacts(scene: Scene, shift_s: float) -> bool:
 
 
 def _shift_scene(scene: Scene, shift_s: float) -> Scene:
-    """Return the scene with a start `shift_s` later and the same end. No bodies may meet between both starts."""
+    """Return the scene with the same end and a start `shift_s` later. No bodies may meet between the two starts."""
     discs = [_shift_disc(disc, scene, shift_s) for disc in scene.discs]
     walls = [shift_legs(move_wall(w, *w.drive.moved_at(shift_s)), shift_s) if w.driven else w for w in scene.walls]
     return _replace_bodies(scene, discs, walls, duration_s=scene.duration_s - shift_s)

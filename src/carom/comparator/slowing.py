@@ -1,8 +1,9 @@
 """Slowing of discs between impacts, by linear damping or by friction with a table.
 
-After a time t, a disc of initial velocity v has the velocity ``kept v`` and has moved by ``flown v``. With damping,
-both factors are the same for all discs (see `carom.model.damping`). A table decelerates a disc at the rate a until the
-disc stops. On a table ``kept`` and ``flown`` depend on the disc's speed s: ``1 - a t / s`` and ``t - a t^2 / (2 s)``.
+A disc starts with the velocity v. After a time t, its velocity is ``kept * v`` and its displacement is ``flown * v``.
+With damping, both factors are the same for all discs (see `carom.model.damping`). A table decelerates a disc at the
+rate a until the disc stops. The factors then depend on the disc's initial speed s: ``kept = 1 - a t / s`` and
+``flown = t - a t^2 / (2 s)``.
 """
 
 from __future__ import annotations

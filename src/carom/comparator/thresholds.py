@@ -23,11 +23,12 @@ class Thresholds:
         phases: Number of evenly spread phases of a step at which PIT's errors are measured. At one of 16 phases, PIT is
             within a sixteenth of a step of its largest possible lateness. If PIT misses an impact at more than a
             sixteenth of all phases, PIT also misses the impact at one of these 16.
-        ratio_known: Rounding error of the quotient of an error and PIT's error; in 64-bit floats, 1e-13 was observed.
-        ratio_known_32: The value of `ratio_known` for 32-bit floats; 5e-4 was observed.
-        direction_rad: Largest error of a direction that is ignored: a degree, which is just visible in a picture.
-        energy: Largest energy error that is ignored, divided by the scene's energy. Rounding causes 1e-13 in
-            float64 engines and 1e-7 in float32 engines, both far below a millionth.
+        ratio_known: Rounding error of the ratio between the run's error and PIT's. In 64-bit floats, errors of 1e-13
+            were observed.
+        ratio_known_32: Like `ratio_known`, for 32-bit floats. Errors of 5e-4 were observed.
+        direction_rad: Largest ignored error of a direction: a degree, which is just visible in a picture.
+        energy: Largest ignored energy error, divided by the scene's energy. Rounding causes 1e-13 in float64 engines
+            and 1e-7 in float32 engines, both far below a millionth.
     """
 
     rounding: float = 1e-12
@@ -44,7 +45,7 @@ class Thresholds:
         return {32: self.rounding_32, 64: self.rounding}[float_bits]
 
     def ratio_known_of(self, float_bits: int) -> float:
-        """Return the rounding error of the quotient of an error and PIT's error, in floats of 32 or 64 bits."""
+        """Return the rounding error of the ratio between a run's error and PIT's, in floats of 32 or 64 bits."""
         return {32: self.ratio_known_32, 64: self.ratio_known}[float_bits]
 
     def time_rounding_of(self, float_bits: int, duration_s: float, dt_s: float) -> float:

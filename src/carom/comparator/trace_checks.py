@@ -34,8 +34,8 @@ def require_possible_trace(trace: Trace) -> None:
             number = int(body[k])
             raise InputError(
                 f"{side} of impact {k} of {source} is {body_name(number)} ({number}): the scene has {len(scene.discs)} "
-                f"discs from 0 on, and {len(scene.walls)} walls from {wall_body(0)} down; only the second body can be "
-                "a wall"
+                f"discs (numbers from 0 up) and {len(scene.walls)} walls (numbers from {wall_body(0)} down), and only "
+                "the second body can be a wall"
             )
     if scene.arrays.turns and (spins is None or trace.final_spin_rad_s is None):
         raise InputError(f"{source} has no spins, but discs turn in the scene: use a method that declares spin")
@@ -59,8 +59,8 @@ def _require_wall_motion(trace: Trace, source: str) -> None:
         wrong = ((np.abs(rows - wall_velocity) > rounding) & np.isfinite(rows)).any(axis=1)
         for k in np.flatnonzero((impacts["second"] < 0) & wrong)[:1].tolist():
             shown_numbers, due = (", ".join(f"{value:g}" for value in values) for values in (rows[k], wall_velocity[k]))
-            at_rest = "a wall that neither moves nor turns has 0"
-            does = f"this driven wall has {due}" if wall_velocity[k].any() else at_rest
+            at_rest = "in the scene, this wall has 0"
+            does = f"in the scene, this driven wall has {due}" if wall_velocity[k].any() else at_rest
             raise InputError(
                 f"{name} of impact {k} of {source} is {shown_numbers}, but its second body is "
                 f"{body_name(int(impacts['second'][k]))}: {does}"

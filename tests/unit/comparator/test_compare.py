@@ -247,7 +247,7 @@ def test_sampling_run_must_have_the_same_scene_and_step() -> None:
     reference, observed = solve_pic(scene), solve_pit(scene, frame_rate_hz=60)
     with pytest.raises(InputError, match=r"observed trace is 0.0166667 s, but that of `sampling` is 0.333333 s"):
         compare(reference, observed, sampling=solve_pit(scene, frame_rate_hz=3))
-    with pytest.raises(InputError, match="sampling of 'spin/slide'"):
+    with pytest.raises(InputError, match="sampling is of scene 'spin/slide'"):
         compare(reference, observed, sampling=solve_pit(SLIDING.scene, frame_rate_hz=60))
     # A run without steps is compared with PIT at any step.
     assert np.isfinite(compare(reference, reference, sampling=solve_pit(scene, frame_rate_hz=3)).price_paid)

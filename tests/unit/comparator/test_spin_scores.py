@@ -60,7 +60,7 @@ def test_wrong_spin_is_measured_and_inaccurate(spin: float, error: float, arm: s
     assert result.total.energy == pytest.approx(0.25 * (spin**2 - 4.0) / 12.5, abs=1e-14)
     assert {Verdict.WRONG_SPIN, Verdict.WRONG_LAST_SPIN, Verdict.ANGULAR} <= set(result.verdicts)
     assert not set(result.verdicts) & {Verdict.WRONG_VELOCITY, Verdict.SLID, Verdict.STUCK}
-    assert f"as if it acted at {arm} times its radius" in find_reason(result, Verdict.ANGULAR)
+    assert f"as if friction acted at {arm} times its radius" in find_reason(result, Verdict.ANGULAR)
     assert result.price_paid == math.inf  # on a wall sampling costs PIT nothing
     assert f", spin {error / 5:.3g}" in str(result)
 
@@ -70,7 +70,7 @@ def test_friction_arm_close_to_the_radius_is_shown_as_difference(spin: float, sa
     """A friction arm that is off by a millionth of the radius is reported as that distance from the rim."""
     # Friction turns the disc of 'grip' by -2 rad/s.
     result = score_run("grip", build_one_impact_run("grip", (2.0, 2.0), spin))
-    assert f"as if it acted at {said} its rim" in find_reason(result, Verdict.ANGULAR)
+    assert f"as if friction acted at {said} its rim" in find_reason(result, Verdict.ANGULAR)
 
 
 @each("part", [0.9, 0.95, 1.05])
@@ -125,7 +125,7 @@ def test_friction_arm_shortened_by_the_overlap_is_explained() -> None:
     # is INACCURATE because PIT, with full arms, has no such error on a wall.
     run = build_one_impact_run("slide", (2.7, 1.0), -0.6 * 0.98)
     result = score_run("slide", run)
-    assert "as if it acted at 0.98 times its radius" in find_reason(result, Verdict.ANGULAR)
+    assert "as if friction acted at 0.98 times its radius" in find_reason(result, Verdict.ANGULAR)
     assert "more than the overlap gained" not in find_reason(result, Verdict.ANGULAR)
     assert require_value(result.consistency).arm == pytest.approx(0.98, rel=1e-12)
     assert require_value(result.consistency).angular_excess == 0.0

@@ -46,8 +46,8 @@ class Consistency:
     Attributes:
         velocity: Largest change of a velocity between impacts, or after the last one, divided by the scene's greatest
             speed.
-        spin: Largest change of a disc's spin between impacts times its radius, divided by the scene's greatest disc or
-            rim speed; 0 if no disc spins.
+        spin: Largest change of a disc's rim speed (spin times radius) between impacts, divided by the scene's greatest
+            disc or rim speed; 0 if no disc spins.
         position: Largest distance of a disc from the position that its own velocities imply, divided by the largest
             radius.
         excess: The part of `position` that is not explained by moving overlapping bodies apart. At each end of a
@@ -200,7 +200,7 @@ def find_turn_times(trace: Trace) -> Array:
 
 
 def _compute_turn_places(trace: Trace, turning: Array) -> Array:
-    """Return both bodies' positions when an impact turned their paths, shape ``(2, m, 2)``; NaN if unknown."""
+    """Return the positions of both bodies when each impact turned their paths, shape ``(2, m, 2)``; NaN if unknown."""
     state = trace.state_before
     if state is None:
         return np.full((2, len(trace.impacts), 2), math.nan)
@@ -219,7 +219,7 @@ def _compute_turn_places(trace: Trace, turning: Array) -> Array:
 
 
 def _compute_path_errors(place: Array, displacement: Array) -> Array:
-    """Return the offset of each known position from the position that the previous one predicts, shape ``(k, 2)``.
+    """Return each position minus its prediction from the previous known position, shape ``(k, 2)``; NaN if unknown.
 
     Args:
         place: Positions of the disc at the start, at each impact and at the end, shape ``(k + 1, 2)``; NaN if unknown.
@@ -248,12 +248,13 @@ def _measure_stamp_error(trace: Trace) -> float:
 
 
 def _measure_normal_error(trace: Trace, scales: Scales) -> tuple[float, float]:
-    """Return the largest unexplained velocity change perpendicular to the normal, and the largest wrong angle.
+    """Return the largest unexplained velocity change perpendicular to the normal, and an angle at the same impact.
 
-    The velocity is divided by the scene's greatest speed. The angle is that between velocity change and normal. Without
-    friction and gravity, the relative velocity changes only along the normal. Friction adds a perpendicular change of
-    at most its coefficient times the normal change. Gravity adds a change if it acts on only one of the bodies. If a
-    disc has several contacts in one step, their velocity changes can't be separated and are not checked.
+    The velocity is divided by the scene's greatest speed. The angle is the one between the velocity change and the
+    normal. Without friction and gravity, the relative velocity changes only along the normal. Friction adds a
+    perpendicular change of at most its coefficient times the normal change. Gravity adds a change if it acts on only
+    one of the bodies. If a disc has several contacts in one step, their velocity changes can't be separated and are not
+    checked.
     """
     impacts, second, movable = trace.impacts, trace.impacts["second"], trace.scene.arrays.movable
     changes = velocities(impacts, "after") - velocities(impacts, "before")

@@ -70,8 +70,8 @@ class ContactScore:
         quality: Gaps, overlaps and hops of discs that should stay on their walls.
         late: How late the bounces and the sliding of discs end.
         late_allowed: Largest allowed errors of the times in `late`. A method can't show hops that are shorter than its
-            step dt, so with restitution e its bounces may end early by ``dt / (1 - e)``. Compared states may also be
-            several steps apart.
+            step dt, so with restitution e its bounces may end early by ``dt / (1 - e)``. The allowed errors are larger
+            if the compared states are several steps apart.
         grade: The grade of the contact.
     """
 
@@ -97,7 +97,7 @@ class ContactScore:
 
 
 def score_contact(run: AlignedRun) -> ContactScore | None:
-    """Score a run while discs are in lasting contact; None without lasting contact, or if states were not stored."""
+    """Score the part of a run with lasting contact; None if there is no such part, or if states were not stored."""
     reference, observed, scales = run.reference, run.observed, run.scales
     begin_s = reference.contact_s
     if observed.observed_states is None or reference.modes is None or reference.outcome is not Outcome.COMPLETED:
@@ -177,7 +177,7 @@ def _compute_allowed_lateness(reference: Trace, pit: Ends, observed_s: Array, dt
 
 
 def _measure_error_beyond_half_step(truth: States, observed: States, dt_s: float) -> float:
-    """Return the position error without the error of an integrator that moves discs at one speed for a whole step.
+    """Return the position error that remains if an integrator may move discs at one speed for a whole step.
 
     The integrator may use the speed at the start or at the end of the step. The smaller of the two remaining errors is
     returned.
@@ -277,7 +277,7 @@ def _measure_final_motion(truth: States, observed: States, slow: float) -> tuple
 
 
 def _measure_momentum_error(reference: Trace, observed: States) -> float:
-    """Return the largest change of angular momentum about the wall that gravity does not explain."""
+    """Return the largest change of angular momentum about the wall, without the change that gravity causes."""
     scene, modes = reference.scene, reference.modes
     walls = scene.arrays.walls
     if len(scene.discs) > 1 or len(walls) > 1 or modes is None or not isinstance(walls[0], tuple):

@@ -37,8 +37,8 @@ class ContactQuality(NamedTuple):
             is that of the disc with the largest gap or overlap.
         overlap_m: The deepest overlap of a disc and its wall.
         hop_m_s: Root mean square of a disc's speed perpendicular to its wall, over the final states.
-        take_offs: Fraction of the states in which a disc moves away from its wall, at more than half of the speed that
-            it gains by falling for a step.
+        take_offs: Fraction of the states in which a disc moves away from its wall faster than half the speed gained by
+            falling for one step.
     """
 
     gap_m: float
@@ -51,8 +51,8 @@ class Ends(NamedTuple):
     """How late the discs of a run stop bouncing and stop sliding, in seconds; negative if early, NaN if unknown.
 
     Attributes:
-        bounces_s: Lateness of the last state in which a disc moves away from or towards its wall faster than after a
-            fall of `RESTING_STEPS` steps.
+        bounces_s: Lateness of the last state in which a disc's speed perpendicular to its wall exceeds the speed gained
+            by falling for `RESTING_STEPS` steps.
         slips_s: Lateness of the last state in which friction needs more than `RESTING_STEPS` steps to stop a sliding
             disc.
     """

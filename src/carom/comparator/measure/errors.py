@@ -58,8 +58,8 @@ class ImpactError:
             larger error, divided by the scene's greatest speed.
         velocity: Magnitude of the velocity error, for the body with the larger error, divided by the scene's greatest
             speed.
-        spin: Error of the spin times the radius, for the body with the larger error, divided by the scene's greatest
-            disc or rim speed; NaN if no disc spins.
+        spin: Error of the rim speed (spin times radius), for the body with the larger error, divided by the scene's
+            greatest disc or rim speed; NaN if no disc spins.
         direction_rad: Angle between observed and reference velocity after the impact, for the body with the larger
             angle. A body that rests in one of the traces is ignored.
         normal_rad: Angle between observed and reference normal.
@@ -92,7 +92,7 @@ _IMPACT_ERRORS = tuple(one.name for one in fields(ImpactError) if one.name not i
 
 
 def _declare_metric(name: str) -> float:
-    """Declare a metric with the name that tables show.
+    """Declare a metric; tables show its `name`.
 
     If the metric has a unit, the name of its field ends with this unit.
     """
@@ -111,12 +111,12 @@ class Errors:
 
     Attributes:
         energy: Error of the final kinetic energy, with its sign, divided by `Scales.energy_j`; 0 if this scale is 0.
-        momentum: Magnitude of the error of the movable discs' final momentum, divided by their mass and the scene's
-            greatest speed.
+        momentum: Magnitude of the error of the movable discs' final momentum, divided by their total mass and the
+            scene's greatest speed.
         final_position: Largest error of a disc's final position, divided by the largest radius.
         final_velocity: Largest error of a disc's final velocity, divided by the scene's greatest speed.
-        final_spin: Largest error of a disc's final spin times its radius, divided by the scene's greatest disc or rim
-            speed.
+        final_spin: Largest error of a disc's final rim speed (spin times radius), divided by the scene's greatest disc
+            or rim speed.
     """
 
     time_s: float = _declare_metric("time error")
@@ -192,7 +192,7 @@ def measure_errors(runs: Iterable[MatchedRun], scales: Scales) -> Iterator[Measu
 def _build_measured(
     scales: Scales, run: MatchedRun, impact_errors: Array, energy: float, momentum: float, ends: Array
 ) -> Measured:
-    """Return all errors of a run, given the errors of its impacts in the rows `_IMPACT_ERRORS` and `time_s`."""
+    """Return all errors of a run. `impact_errors` has a row for each name in `_IMPACT_ERRORS`, and one for `time_s`."""
     errors = dict(zip((*_IMPACT_ERRORS, "time_s"), impact_errors, strict=True))
     restitution = errors["restitution_error"]
     final_position, final_velocity, final_spin = ends.max(axis=1).tolist()
@@ -227,7 +227,7 @@ def _group_small_runs(runs: Iterable[MatchedRun]) -> Iterator[list[MatchedRun]]:
 
 
 def larger_error(difference: Array) -> Array:
-    """Return the larger of both bodies' errors at each of m impacts, from errors of shape ``(2, m, 2)``."""
+    """Return the larger of the two bodies' errors at each of m impacts, from vectors of shape ``(2, m, 2)``."""
     larger: Array = compute_lengths(difference).max(axis=0)  # keeps NaN
     return larger
 
@@ -236,8 +236,8 @@ def compute_restitutions(before: Array, after: Array, normal: Array) -> Array:
     """Compute the ratio of the speeds of separation and approach along the normal; NaN if the bodies did not approach.
 
     Args:
-        before: Velocities of both bodies before, shape ``(2, m, 2)``.
-        after: Velocities of both bodies after, shape ``(2, m, 2)``.
+        before: Velocities of both bodies before the impacts, shape ``(2, m, 2)``.
+        after: Velocities of both bodies after the impacts, shape ``(2, m, 2)``.
         normal: Unit vectors from the first to the second body, shape ``(m, 2)``.
     """
     approach = ((before[1] - before[0]) * normal).sum(axis=1)
@@ -346,9 +346,9 @@ def _list_effective_times(trace: Trace) -> Array:
 
 
 def unknown_velocities(trace: Trace) -> NDArray[np.bool_]:
-    """Return whether the velocity of each body after an impact is unknown: shape ``(2, m)``, the first bodies first.
+    """Return whether each body's velocity after an impact is unknown, shape ``(2, m)``, first bodies in the first row.
 
-    If a disc has several contacts in one step, the method may only report the state after the last contact. The
+    If a disc has several contacts in one step, the method may report only the state after the last contact. The
     velocities after the other contacts are then unknown.
     """
     found = np.zeros((2, len(trace.impacts)), dtype=np.bool_)
@@ -365,7 +365,7 @@ def unknown_velocities(trace: Trace) -> NDArray[np.bool_]:
 
 
 def _find_largest_part(difference: Array, direction: Array) -> Array:
-    """Return the larger of both bodies' velocity differences along a direction."""
+    """Return the larger of the two bodies' velocity differences along a direction."""
     parts: Array = np.abs(np.matmul(difference.transpose(1, 0, 2), direction[:, :, None])).max(axis=(1, 2))
     return parts
 

@@ -35,8 +35,8 @@ class WrongBranches(NamedTuple):
 def find_wrong_branches(trace: Trace, scales: Scales, rounding: float) -> WrongBranches:
     """Find the impacts in which bodies wrongly stick or slide.
 
-    Differences below `rounding` times the scene's greatest speed are ignored. If a disc has several contacts in one
-    step, these contacts are not checked, because their effects can't be separated.
+    Differences below `rounding` times the scene's greatest disc or rim speed are ignored. If a disc has several
+    contacts in one step, these contacts are not checked, because their effects can't be separated.
     """
     impacts = trace.impacts
     if not trace.scene.arrays.has_friction or not len(impacts):

@@ -50,8 +50,8 @@ class LocalErrors:
             coefficient of restitution.
         spin: Error of the rim speed after the impact, for the body with the larger error, divided by the scene's
             greatest disc or rim speed. NaN if no disc spins.
-        energy: Kinetic energy of the two bodies after the impact minus the exact kinetic energy, divided by the energy
-            at the start of the scene.
+        energy: Kinetic energy of the two bodies after the impact minus the exact kinetic energy, divided by the scene's
+            energy (see `Scales`).
         sampling_velocity: Velocity error of PIT, started from the same state with the same step size; NaN if PIT finds
             no impact, or the run has no steps.
         solver_velocity: Velocity difference between the run and PIT started from the same state, divided by the scene's

@@ -30,8 +30,9 @@ class ReportComparison(NamedTuple):
         unshown: Number of reported impacts without a matching change of velocity in the states.
         unreported: Number of impacts that the states show, but the run does not report. Only windows (successive steps
             in which bodies collide or overlap) with a single impact are counted.
-        first_unshown: Time and bodies of the first impact that is only reported; empty if there is none.
-        first_unreported: Time and bodies of the first impact that only the states show; empty if there is none.
+        first_unshown: Time and bodies of the first reported impact that the states do not show; empty if there is none.
+        first_unreported: Time and bodies of the first impact that the states show, but the run does not report; empty
+            if there is none.
     """
 
     unshown: int
@@ -49,9 +50,9 @@ def compare_reports_with_states(trace: Trace, truth: LocalTruth, until_s: float 
     """Compare the impacts that a trace reports up to a time with the impacts that its states show.
 
     A reported impact matches a window of the same bodies if the impact is at most `_AWAY_STEPS` steps away. A window
-    with a single impact can explain one reported impact. If the impact is not missed and the window ends by the given
-    time, the window also requires this report. Windows with several impacts, and steps in which the pair rests, can
-    explain any number of reported impacts and require none.
+    with a single impact can explain one reported impact. The trace must report this impact, unless the bodies pass
+    through each other, the run ends during the impact, or the window ends after the given time. Windows with several
+    impacts, and steps in which the pair rests, can explain any number of reported impacts, or none.
     """
     windows = truth.windows[truth.meetings["window"]]
     has_one_pair = ~windows["entangled"] & (windows["due"] > 0)

@@ -57,8 +57,8 @@ class SamplingCost:
             spurious impact.
         final_position: Largest error of a final position, divided by the largest radius; 0 if not measured.
         final_velocity: Largest error of a final velocity, divided by the scene's greatest speed; 0 if not measured.
-        final_spin: Largest error of a final spin times its radius, divided by the scene's greatest disc or rim speed; 0
-            if not measured.
+        final_spin: Largest error of a final rim speed (spin times radius), divided by the scene's greatest disc or rim
+            speed; 0 if not measured.
         late_s: Largest error of an impact's time at any of the phases, in seconds; infinite if an impact is missed or
             spurious.
         phases: Number of phases at which PIT was run.
@@ -116,7 +116,7 @@ class SamplingCost:
 
 
 def measure_sampling_cost(aligned: AlignedRun, pit: Trace, measured: Measured, measured_run: Measured) -> SamplingCost:
-    """Measure PIT's largest errors over the phases of a step, for the step size of a run of PIT.
+    """Measure PIT's largest errors over the phases of a step, with the step size of `pit`.
 
     Args:
         aligned: The compared traces.
@@ -161,10 +161,10 @@ def _find_own_phases(measured_run: Measured, cost: SamplingCost, known: float) -
 
 
 def measure_impact_errors(measured: Measured, scales: Scales, impacts: int) -> Array:
-    """Return the errors at the first impacts of a reference, shape ``(2, m)``.
+    """Return the velocity and spin errors at the first `impacts` impacts of a reference, shape ``(2, impacts)``.
 
-    The error of a missed impact is the whole change of velocity or spin. The errors of impacts too close to the end of
-    the run are 0.
+    The error of a missed impact is the whole change of velocity or spin. The errors of impacts that are too close to
+    the end of the run are 0.
     """
     found = np.zeros((2, impacts))
     velocity, spin = measured.of_impacts["velocity"], measured.of_impacts["spin"]
@@ -175,7 +175,7 @@ def measure_impact_errors(measured: Measured, scales: Scales, impacts: int) -> A
 
 
 def measure_changes(reference: Trace, scales: Scales) -> Array:
-    """Return the larger of both bodies' velocity and spin changes at each impact, shape ``(2, m)``."""
+    """Return the velocity and spin change at each impact, for the body with the larger change, shape ``(2, m)``."""
     velocity = larger_error(velocities(reference.impacts, "after") - velocities(reference.impacts, "before"))
     spin = np.max(np.abs(rim_speeds(reference, "after") - rim_speeds(reference, "before")), axis=0)
     return np.stack([velocity / scales.speed_m_s, spin / scales.rim_m_s])
@@ -185,7 +185,7 @@ def measure_changes(reference: Trace, scales: Scales) -> Array:
 def _measure_costs_at_phases(
     scene: Scene, dt_s: float, reliable_impacts: int, cut: bool, phases: tuple[float, ...]
 ) -> tuple[SamplingCost, ...]:
-    """Return PIT's errors at each given phase, for the first impacts that the shifted scene shares with the scene.
+    """Return PIT's errors at each given phase, up to the first impact that differs from the impacts of `scene`.
 
     If `cut` is true, only impacts up to a horizon are compared, without final states.
     """
@@ -203,7 +203,7 @@ def _measure_costs_at_phases(
 def _run_shifted_scenes(
     reference: Trace, shifted_scenes: Iterable[Scene], dt_s: float, reliable_impacts: int, cut: bool
 ) -> Iterator[MatchedRun]:
-    """Run each shifted scene with PIT and PIC, and match their impacts, as far as PIC's are also in `reference`."""
+    """Run shifted scenes with PIT and PIC, and match their impacts up to the first that differs from `reference`."""
     for shifted_scene in shifted_scenes:
         try:
             truth = solve_pic(shifted_scene, max_impacts=reliable_impacts + 1)

@@ -89,7 +89,7 @@ class Group(NamedTuple):
 
 
 class ConventionMatch(NamedTuple):
-    """The admissible outcome that is most similar to a trace's result of simultaneous impacts.
+    """The admissible outcome of simultaneous impacts that is nearest to the outcome in a trace.
 
     Attributes:
         group: The simultaneous impacts.
@@ -182,7 +182,7 @@ def find_admissible_outcomes(scene: Scene, group: Group, speed_m_s: float) -> tu
 
 
 def match_outcome(reference: Trace, observed: Trace, sampling: Trace | None, scales: Scales) -> ConventionMatch | None:
-    """Find the outcome nearest to a trace's at the first simultaneous impacts; None if no impacts are simultaneous."""
+    """Find the outcome nearest to a trace's for the first simultaneous impacts; None if no impacts are simultaneous."""
     group = find_first_group(reference)
     if group is None:
         return None
@@ -208,7 +208,7 @@ def _find_nearest_outcome(
 
 
 def _find_motions_after(trace: Trace, group: Group) -> Motions:
-    """Return the motions of the group's discs after their impacts at about the group's instant."""
+    """Return the motions of the group's discs after impacts within `LATEST_STAMP_STEPS` steps of its instant."""
     motion = group.motion_m_s.copy()
     row = {disc: k for k, disc in enumerate(group.discs)}
     slack = LATEST_STAMP_STEPS * trace.dt_s + SAME * trace.scene.duration_s
@@ -295,10 +295,11 @@ def _apply_impact(scene: Scene, contact: TouchingBodies, motion: Motions, row: d
 
 
 def _solve_at_once(scene: Scene, group: Group, row: dict[int, int], tolerance: float) -> Motions | None:
-    """Return the discs' motions if all impulses act at once, by trying every subset of contacts with an impulse.
+    """Return the discs' motions if all impulses act at once.
 
-    The result is None if no subset fits, or if there are more than `MOST_AT_ONCE` contacts. With friction, the result
-    is also None, because it would not be unique (Baraff 1989).
+    The search tries every subset of the contacts as the contacts with an impulse. The result is None if no subset fits,
+    or if there are more than `MOST_AT_ONCE` contacts. With friction, the result is also None, because it would not be
+    unique (Baraff 1989).
     """
     if scene.arrays.has_friction:
         return None

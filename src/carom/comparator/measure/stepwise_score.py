@@ -49,9 +49,9 @@ class LocalScore:
             bodies.
         spin: Largest error of a rim speed, divided by the greatest speed or rim speed of the window's own bodies; 0 if
             no disc spins.
-        ratio: Median and largest quotient of the velocity or spin error and PIT's largest error from the same state.
-            PIT runs at several phases of the step, and at the phase at which PIT is as late as the run. Infinite if the
-            run has an error and PIT has none.
+        ratio: Median and largest ratio of the run's error to PIT's largest error from the same state. The larger of the
+            ratios for velocity and for spin counts. PIT runs at several phases of the step, and at the phase at which
+            PIT is as late as the run. Infinite if the run has an error and PIT has none.
         worse_than_pit: Number of windows in which the run's error is larger than PIT's.
         judged: Number of compared windows with a single impact.
         restitution: Median and largest absolute error of the coefficient of restitution; NaN if there is none.

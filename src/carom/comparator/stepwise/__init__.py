@@ -5,9 +5,9 @@ freely or rests. Only the run's states are compared, not its reported contacts. 
 each window's start, so even chaotic runs can be compared to their end. `docs/theory/scoring.md` defines the measures.
 The modules, in the order of the calculation:
 
-1. `active_pairs` finds the active pairs of each step.
-2. `step_chains` joins the active pairs of successive steps to windows.
-3. `compare_window` compares each `window` with PIC and PIT, which `window_runs` runs.
+1. `active_pairs` finds the active pairs of each step: bodies that meet or push each other.
+2. `step_chains` joins the active pairs of successive steps into windows.
+3. `window_runs` runs PIC and PIT, and `compare_window` compares each `window` with these runs.
 4. `step_watch` repeats the first three calculations for each block of steps.
 5. `measure.stepwise_score` computes error measures and a grade.
 """

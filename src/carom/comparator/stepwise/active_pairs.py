@@ -41,7 +41,7 @@ class Activity:
     Attributes:
         due: For each step, its active pairs and the seconds from the step's start until they meet; NaN for a pair that
             only pushes.
-        consequences: Steps and pairs that meet only because of an earlier impact in the same step.
+        consequences: Pairs, each with its step, that meet only because of an earlier impact in this step.
         resting: Whether each disc rests on a body that holds it up, for each step, shape ``(k, n)``.
         overlapping: Whether each disc overlaps another body at the beginning of each step, shape ``(k, n)``.
     """
@@ -70,7 +70,7 @@ def find_activity(block: Block, rest: RestHistory) -> Activity:
 
 
 def _choose_steps_together(block: Block) -> int:
-    """Return the number of steps that are searched together: fewer steps if each pair is solved separately."""
+    """Return how many steps are searched together; this number is smaller if each pair is solved separately."""
     bodies = block.bodies
     bends = bodies.slowing.table_m_s2 > 0.0 or any(len(drive.legs) > 1 for drive in bodies.wall_drives)
     if bends or not all(isinstance(wall, tuple) for wall in bodies.walls):
@@ -120,7 +120,7 @@ def _has_other_pairs(active: Mapping[Pair, float], together: Sequence[NearPairs]
 
 
 def _enter_consequences_in_step(block: Block, found: Activity, step: int, near: dict[int, list[Pair]]) -> None:
-    """Do the work of `_enter_consequences` for one step. `near` contains each movable disc's pairs that may meet."""
+    """Do the work of `_enter_consequences` for one step. For each movable disc, `near` lists pairs that may meet."""
     bodies, active = block.bodies, found.due[step]
     due = [(due_s, pair) for pair, due_s in active.items() if due_s >= 0.0]
     if _are_all_active(active, due, near):
@@ -205,7 +205,7 @@ def _find_impacts(
 
 
 def _bound_closing_speed(block: Block, latest_states: Mapping[int, tuple[float, body_states.BodyStates]]) -> float:
-    """Return an upper bound, from energy, of the closing speeds of some discs after any impacts."""
+    """Return an upper bound for the closing speeds of discs after any further impacts, from their kinetic energy."""
     bodies, twice, lightest = block.bodies, 0.0, math.inf
     for body, (_, state) in latest_states.items():
         if bodies.is_movable(body):
@@ -217,7 +217,7 @@ def _bound_closing_speed(block: Block, latest_states: Mapping[int, tuple[float, 
 
 
 def _drop_bystanders(block: Block, found: Activity, step: int) -> None:
-    """Remove pairs that overlap but separate, if another pair's meeting explains the change of velocity."""
+    """Remove pairs that do not meet, if meetings of other pairs explain the velocity changes of their discs."""
     active, n = found.due[step], block.bodies.n
     involved = {body for pair, due_s in active.items() if due_s >= 0.0 for body in pair if body < n}
     unexplained = set(np.flatnonzero(block.velocity_changed[step]).tolist()) - involved

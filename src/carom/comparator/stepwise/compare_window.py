@@ -63,10 +63,10 @@ def compare_window(
         chain: The steps and bodies of the window.
         activity: The pairs that meet, push or rest in each step.
         found_by_pit: Whether PIT, started at the beginning of the chain, finds each pair's impact. Only used if the
-            window is the rest of a longer chain.
+            window continues a chain that was cut.
         ends: Whether the run ends with the block.
-        speed_before: Greatest speed of the discs before the window, in metres per second. Only used if the window is
-            the rest of a longer chain.
+        speed_before: Greatest speed of the discs before the window, in metres per second. Only used if the window
+            continues a chain that was cut.
     """
     begin_s, end_s = block.states.time_s[[chain.begin, chain.end]].tolist()
     if not block.is_possible(chain.begin, block.bodies.list_pairs(chain.discs)):
@@ -127,7 +127,7 @@ def _compare_nothing_due(window: Window, comparison: Comparison) -> Comparison:
         comparison.turned = not may_rest
     if chain.is_cut_at_begin or comparison.turned:
         comparison.velocity, comparison.spin, comparison.place_m = velocity, spin, place
-    # If the window is the rest of a longer contact, velocities already changed before the window. So only the energy is
+    # If the window continues a longer contact, velocities already changed before the window. So only the energy is
     # compared.
     if chain.is_cut_at_begin and bodies.pull == 0.0 and not bodies.driven and not bodies.slowing.table_m_s2:
         comparison.energy_j = window.now.compute_energy() - window.free.compute_energy()

@@ -196,10 +196,9 @@ class StepWatch:
         self._states = [states.select_rows(slice(done, None))]
 
     def _record_found_by_pit(self, block: Block, chain: StepChain) -> dict[Pair, bool]:
-        """For the rest of a cut chain, return whether PIT finds each pair from the first state of the whole chain.
+        """Return whether PIT finds each pair's impact if a chain continues a cut chain; else, an empty dictionary.
 
-        For a chain that is not such a rest, return an empty dictionary. If the chain is cut at its end, store the
-        result for the next part.
+        If the chain is cut at its end, store the result for the next part.
 
         PIT always starts at the beginning of the whole chain. In later states the bodies overlap, so PIT would always
         find their impact.
@@ -225,7 +224,7 @@ class StepWatch:
     def _check_free_flight(
         self, block: Block, activity: Activity, chains: list[StepChain], flight_steps: slice, scale: Array
     ) -> None:
-        """Check the free flight and rest of discs outside of windows.
+        """Check that discs outside of windows fly freely, and count the steps in which discs rest.
 
         Rounding errors of speeds are proportional to `scale`.
         """

@@ -1,4 +1,4 @@
-"""A window of a run's steps, PIC's run from the window's first state, and the differences between both."""
+"""A window of a run's steps, PIC's run from the window's first state, and the differences between the two."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ class Window:
 
     @property
     def meets_at_rest(self) -> bool:
-        """Whether a disc that comes to rest meets another disc. PIC's run ends before this impact."""
+        """Whether PIC's run ended because a disc came to rest, although other pairs are active in the window."""
         return self.resting is not None and any(pair != self.resting for pair in self.chain.pairs)
 
     def is_ahead(self, state: body_states.BodyStates, impact: WindowImpact) -> bool:

@@ -33,7 +33,7 @@ def report_drifts(run: MeasuredRun) -> Iterator[Finding]:
             if abs(excess) < _NEAR_THE_RIM:
                 side = "outside" if excess > 0.0 else "inside"
                 distance = f"{format_number(abs(excess), 3)} of its radius {side} its rim"
-            reason += f"; friction turns a disc as if it acted at {distance}"
+            reason += f"; a disc turns as if friction acted at {distance}"
         if consistency.angular_excess > run.rounding:
             more = format_number(consistency.angular_excess, 3)
             reason += f"; {more} more than the overlap gained in a step explains"

@@ -74,7 +74,7 @@ def _report_nothing_compared(judged: JudgedRun) -> Iterator[Finding]:
         beyond = "the scene has no impact"
         if len(times):
             beyond = f"the first impact, at {format_instant(times[0])}, is beyond the horizon"
-        yield Finding(Verdict.NOTHING_COMPARED, f"{format_instant(judged.compared.until_s)}; {beyond}")
+        yield Finding(Verdict.NOTHING_COMPARED, f"the horizon is {format_instant(judged.compared.until_s)}; {beyond}")
 
 
 def _report_nothing_wrong(judged: JudgedRun) -> Iterator[Finding]:
@@ -89,7 +89,7 @@ def _report_nothing_wrong(judged: JudgedRun) -> Iterator[Finding]:
     until = "" if compared.is_whole_run else f" up to {format_instant(compared.until_s)}"
     reason = f"{len(judged.measured.errors)} of {compared.impacts} impacts found{until}{floats}{unknown}"
     if not (compared.is_whole_run or judged.reference.outcome is Outcome.CRUSHED or local is None):
-        reason += "; every step to the end agrees with PIC from its own state"
+        reason += "; to the end, every step agrees with PIC, started from the run's own state"
     if contact is not None:
         reason += f"; {contact.compared_states} states from {format_instant(contact.begin_s)} on follow Coulomb's law"
     yield Finding(Verdict.CONFORMS, reason)
@@ -162,9 +162,9 @@ def _report_order(judged: JudgedRun) -> Iterator[Finding]:
     edits = f"{judged.edits} or more" if judged.edits == MOST_EDITS else str(judged.edits)
     yield Finding(
         Verdict.WRONG_ORDER,
-        f"{len(judged.inverted)} pairs of impacts in the wrong order, edit distance {edits}; the impact of "
-        f"{pair_name(impacts[a])} must be before that of {pair_name(impacts[b])}, "
-        f"{format_seconds(float(impacts['time_s'][b] - impacts['time_s'][a]))} apart",
+        f"{len(judged.inverted)} pairs of impacts, edit distance {edits}; the impact of {pair_name(impacts[a])} must "
+        f"be {format_seconds(float(impacts['time_s'][b] - impacts['time_s'][a]))} before that of "
+        f"{pair_name(impacts[b])}",
     )
 
 
@@ -246,7 +246,7 @@ def _format_contact(score: ContactScore) -> str:
     pit = f"; PIT by {describe(score.pit)}" if score.pit is not None else ""
     wrong = "; a disc that should move stands still" if score.frozen else ""
     if score.beyond_m < 0.5 * score.errors.place_m:
-        wrong += f"; all but {format_metres(score.beyond_m)} follow from moving a disc at one speed in each step"
+        wrong += f"; moving a disc at one speed in each step explains all but {format_metres(score.beyond_m)}"
     place, speed = (THRESHOLDS.close * part for part in score.allowed[:2])
     if abs(score.quality.gap_m) > place:
         side = "off" if score.quality.gap_m > 0.0 else "inside"

@@ -20,19 +20,19 @@ def report_divergence(judged: JudgedRun) -> Iterator[Finding]:
         return
     pit, pit_s, alignment = "", judged.pit_diverged_s, judged.alignment
     if judged.sampling is not None:
-        pit = " (PIT's not)" if pit_s is None else f" (PIT's at {format_instant(pit_s)})"
+        pit = " (PIT's has not)" if pit_s is None else f" (PIT's at {format_instant(pit_s)})"
     yield Finding(
         Verdict.DIVERGED,
-        f"at {format_instant(judged.diverged_s)}{pit}; it misses {len(alignment.missed)} of {judged.compared.impacts} "
-        f"impacts and has {len(alignment.spurious)} others; {_describe_steps(local)}",
+        f"at {format_instant(judged.diverged_s)}{pit}; the run misses {len(alignment.missed)} of "
+        f"{judged.compared.impacts} impacts and has {len(alignment.spurious)} spurious ones; {_describe_steps(local)}",
     )
 
 
 def _describe_steps(local: LocalScore) -> str:
     if local.grade in {Grade.INACCURATE, Grade.WRONG}:
-        return f"some steps are {local.grade.value} from the run's own state"
-    how = "no worse than PIT's from the same state" if local.grade is Grade.SAMPLED else local.grade.name.lower()
-    return f"each step from the run's own state is {how}"
+        return f"some steps are {local.grade.value}, compared with PIC from the same state"
+    how = "no worse than PIT's" if local.grade is Grade.SAMPLED else f"{local.grade.name.lower()}, compared with PIC"
+    return f"each step is {how} from the same state"
 
 
 def report_misreports(judged: JudgedRun) -> Iterator[Finding]:
@@ -56,8 +56,8 @@ def report_sinking(judged: JudgedRun) -> Iterator[Finding]:
     local = judged.local_truth
     if local is not None and (local.sinks or local.sunk_radii > judged.rounding):
         depth = f"{format_number(local.sunk_radii, 3)} times the contact distance"
-        speed = "faster than" if local.sinks else "as"
-        yield Finding(Verdict.SINKS, f"by up to {depth}, {speed} a fall from rest in each step explains")
+        part = "more than" if local.sinks else "which"
+        yield Finding(Verdict.SINKS, f"by up to {depth}, {part} a fall from rest in each step explains")
 
 
 def report_polygons(judged: JudgedRun) -> Iterator[Finding]:
@@ -68,11 +68,13 @@ def report_polygons(judged: JudgedRun) -> Iterator[Finding]:
     slowing = Slowing.of(scene)
     bends = slowing.compute_deceleration(judged.scales.speed_m_s) if slowing else math.hypot(*scene.gravity_m_s2)
     deviation = format_metres(0.5 * bends * dt_s * dt_s)
-    verdict, bend, path = Verdict.POLYGON, "|g|", f"parabola, {deviation}"
+    verdict, bend, path = Verdict.POLYGON, "|g|", "parabola"
     if slowing:
-        path = f"path, {deviation} at the scene's greatest speed"
+        path = "path at the scene's greatest speed"
         verdict, bend = Verdict.DAMPED_POLYGON, "c |v|" if scene.damping_per_s else "a"
-    yield Finding(verdict, f"each step ends up to half of {bend} dt^2 off its {path}; these errors add up")
+    yield Finding(
+        verdict, f"each step ends up to {deviation} (half of {bend} dt^2) off its {path}; these errors add up"
+    )
 
 
 def report_bad_steps(judged: JudgedRun, *, has_findings: bool) -> Iterator[Finding]:
@@ -99,7 +101,7 @@ def _describe_costs(local: LocalScore) -> Iterator[str]:
     if local.judged:
         yield (
             f"velocities after {local.judged} separate impacts are off by up to {format_number(local.velocity[1], 3)} "
-            f"of their bodies' speed, {format_number(local.ratio[1], 3)} of PIT's error"
+            f"of their bodies' speed, and by up to {format_number(local.ratio[1], 3)} of PIT's error"
         )
     if local.late_steps[1] > 0.0:
         yield f"impacts are late by up to {format_number(local.late_steps[1], 3)} steps"
@@ -131,7 +133,7 @@ def _describe_faults(local: LocalScore) -> Iterator[str]:
         drift = format_number(local.drift, 3)
         yield f"positions do not follow from velocities in {local.drifts} steps, by up to {drift} radii"
     if local.slipped > local.rounding:
-        yield f"velocities change with no other body near, by a fraction of up to {format_number(local.slipped, 3)}"
+        yield f"velocities change with no other body near, by up to {format_number(local.slipped, 3)} of a disc's speed"
     if local.energy > local.energy_rounding:
         yield f"steps gain or lose {format_number(local.energy, 3)} times the scene's energy in addition to PIT's steps"
     if local.sinks:

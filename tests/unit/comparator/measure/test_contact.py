@@ -208,7 +208,7 @@ def test_half_step_of_an_integrator_is_explained() -> None:
     assert require_value(score.contact).errors.place_m == pytest.approx(0.5 / 60.0 * 2.9, rel=1e-9)
     assert require_value(score.contact).beyond_m < 1e-12
     assert require_value(score.contact).grade is Grade.SAMPLED
-    assert "follow from moving a disc at one speed in each step" in join_reasons(score)
+    assert "moving a disc at one speed in each step explains" in join_reasons(score)
 
 
 def test_creeping_of_a_resting_disc_is_reported() -> None:

@@ -115,4 +115,4 @@ def test_polygon_deviation_is_half_of_g_dt_squared() -> None:
     evidence: Any = SimpleNamespace(local_truth=SimpleNamespace(polygon=True), observed=SimpleNamespace(dt_s=0.25))
     evidence.reference = solve_pic(staged("falls", disc_at(0.0, 0.0), gravity_m_s2=(0.0, -2.0), duration_s=1.0))
     (finding,) = report_polygons(evidence)
-    assert ", 0.0625 m;" in finding.reason
+    assert " 0.0625 m (half of |g| dt^2) off its parabola;" in finding.reason
