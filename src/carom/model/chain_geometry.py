@@ -200,7 +200,7 @@ class Outline:
                 yield Foot(*place, k, inner)
 
     def find_edge(self, x: float, y: float, among: tuple[int, ...]) -> int:
-        """Return the number of the edge in `among` that is nearest to a point; of several, the lowest number."""
+        """Return which edge in `among` is nearest to a point; if several are equally near, the lowest number."""
         places = [(self.stretches[k].find_nearest(x, y)[0], k) for k in among]
         return min((_compute_square(px - x, py - y), k) for (px, py), k in places)[1]
 
