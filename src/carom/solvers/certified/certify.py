@@ -34,8 +34,8 @@ def certify(
         time_budget_s: Stop after this many seconds of elapsed time; None for no limit.
         max_precision_bits: Greatest precision, in bits.
         tie_bits: The run ends at an undecided event if the states of its bodies are already accurate to this many bits.
-        progress: Function called at intervals with the number of impacts so far, the time reached in seconds, and the
-            bits of precision.
+        progress: Function called from time to time with the number of impacts so far, the time reached in seconds, and
+            the bits of precision.
 
     Returns:
         The trace with an error bound for every number. If the run ended early, the trace ends at the last certified

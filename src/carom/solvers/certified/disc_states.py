@@ -148,7 +148,7 @@ class BallBodies:
         return min(self._compute_accuracy_bits(i) for i in range(len(self)))
 
     def best_accuracy_bits(self) -> int:
-        """Return the accuracy of the most accurate inexact velocity, in bits; the precision if all are exact."""
+        """Return the greatest accuracy of an inexact velocity, in bits; the precision if all velocities are exact."""
         inexact = [i for i in range(len(self)) if not (self.vx[i].is_exact() and self.vy[i].is_exact())]
         return max((self._compute_accuracy_bits(i) for i in inexact), default=int(ctx.prec))
 
@@ -166,7 +166,7 @@ class BallBodies:
         return (not self.movable[i] or self.partner[i] == j) and (not self.movable[j] or self.partner[j] == i)
 
     def path_start(self, i: int, body: int) -> float:
-        """Return the instant from which on the stored paths of disc `i` and of another body are both valid."""
+        """Return the earliest instant at which the stored paths of disc `i` and of another body are both valid."""
         return self.time[i] if body < 0 else max(self.time[i], self.time[body])
 
     def find_last_impact(self, i: int, second: int) -> arb:
@@ -182,7 +182,7 @@ class BallBodies:
         return latest
 
     def find_last_impact_of_either(self, i: int, second: int, instant_s: float) -> arb | None:
-        """Return the time of the last impact that affects the next impact of two bodies; None if before `instant_s`."""
+        """Return when two bodies last had an impact that affects their next one; None if it was before `instant_s`."""
         times = [
             self.find_last_impact(disc, second)
             for disc in (i, second)
