@@ -42,7 +42,7 @@ class Place(NamedTuple):
     y: Surd
 
     def compute_order(self, a: tuple[Number, Number], along: tuple[Number, Number]) -> int:
-        """Return 1 if the point is further in the direction `along` than `a`, -1 if less far, and 0 if equally far."""
+        """Return 1 if the point is further than `a` in the direction `along`, 0 if equally far, -1 if less far."""
         dx, dy = self.x.whole - a[0], self.y.whole - a[1]
         return Surd(along[0] * dx + along[1] * dy, along[0] * self.x.part + along[1] * self.y.part, self.x.square).sign
 

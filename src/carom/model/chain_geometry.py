@@ -41,7 +41,7 @@ class Foot(NamedTuple):
         x: x coordinate of the point, in metres.
         y: y coordinate of the point, in metres.
         edge: Number of the edge that contains the point. At a joint of two edges, the lower of their numbers.
-        inner: Whether the point is not an end of the edge.
+        inner: Whether the point is between the ends of the edge.
     """
 
     x: float

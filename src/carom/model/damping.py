@@ -52,7 +52,7 @@ class Damping:
         return np.where(exponent >= _NOTHING, -np.expm1(-exponent) / self.per_s, seconds)
 
     def to_damped_array(self, undamped_s: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the result of `to_damped` for each time, with the same bits."""
+        """Return exactly the result of `to_damped` for each time."""
         if not self.per_s:
             return undamped_s
         return damped_time.all_damped(self.per_s, np.ravel(undamped_s)).reshape(np.shape(undamped_s))

@@ -190,7 +190,7 @@ class DiscArrays:
 
     @property
     def movable(self) -> NDArray[np.bool_]:
-        """Whether an impact moves each disc, shape ``(n,)``."""
+        """Whether impacts move each disc, shape ``(n,)``."""
         return np.isfinite(self.mass_kg)
 
     @property

@@ -106,7 +106,7 @@ def _find_short_edges(index: int, wall: Outline, greatest: float) -> Iterator[Pr
         if greatest > SPAN * (length := math.dist(a, b)):
             yield Problem(
                 ("walls", index, "points_m", (edge + 1) % len(wall.points)),
-                f"makes edge {edge} {format_metres(length)} long; edges must be at least {_LEAST} of the greatest "
+                f"makes edge {edge} only {format_metres(length)} long; edges must be at least {_LEAST} of the greatest "
                 f"length in the scene, {format_metres(greatest)}; remove the point",
             )
 

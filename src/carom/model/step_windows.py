@@ -166,13 +166,12 @@ class LocalTruth:
         slip_counts: Two numbers of steps, each summed over all discs: steps with an unexplained change of velocity or
             spin, and steps with an unexplained change of position.
         resting_steps: Number of steps in which a disc belonged to a resting pair, summed over all discs.
-        sunk_radii: Greatest overlap of a resting pair, divided by the distance of their centres when they touch; 0 if
-            no pair overlapped.
+        sunk_radii: Greatest overlap of a resting pair, divided by the distance of the pair's centres when they touch; 0
+            if no pair overlapped.
         sinks_s: First time at which a step increased the overlap of a pair by more than free fall does. NaN if free
             fall explains all overlaps.
         polygon: Whether the method moves discs straight in each step, so that curved paths become polygons. The error
-            of a position is then up to half of the fall in a step. With damping, the error is up to half of the speed
-            lost in a step times the step size.
+            of a position is then up to half of the acceleration or deceleration times the squared step size.
         rests: Structured array of `REST_DTYPE`: steps outside of windows. In each of these steps, a pair rests and its
             contact changes velocities.
         invented: Number of steps, summed over all discs, in which a velocity or rim speed changed by more than 1 % of

@@ -307,8 +307,8 @@ class Trace(ByValue, Tabular):
         final_spin_rad_s: Spins at `end_time_s`, shape ``(n,)``; None if `spins` is None.
         local_truth: Comparison of every step with PIC, which starts from the method's own state before the step. None
             if no comparison was requested.
-        observed_states: States of all discs after some steps, which show whether discs are at rest. None in a scene of
-            many discs, or in which no disc can come to rest.
+        observed_states: States of all discs after some steps, which show whether discs are at rest. None if the scene
+            has many discs, or if none of its discs can come to rest.
 
     Examples:
         >>> trace = carom.solve_pic("paper/missed")

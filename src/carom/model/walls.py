@@ -272,7 +272,7 @@ def _find_shape_problems(chain: Chain) -> Iterator[Problem]:
         elif (length := math.dist(a, b)) < SMALLEST:
             yield Problem(
                 place,
-                f"makes edge {k} {format_metres(length)} long: edges and radii must be at least "
+                f"makes edge {k} only {format_metres(length)} long: edges and radii must be at least "
                 f"{format_metres(SMALLEST)}",
             )
 

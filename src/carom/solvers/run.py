@@ -72,9 +72,10 @@ class Run(Protocol):
 
 
 class SeenRun:
-    """A run that wraps another run and converts its units or damping. Subclasses override converting methods.
+    """A run that wraps another run and converts its units or damping.
 
-    The run must be at its start. From then on, its log contains converted rows.
+    Subclasses override the methods whose results they convert. The other run must be at its start. From then on, its
+    log contains converted rows.
     """
 
     def __init__(self, run: Run, convert: Conversion) -> None:

@@ -140,7 +140,7 @@ class Landing(NamedTuple):
 
 
 class Launch(NamedTuple):
-    """Instant at which a disc flies off the end of a surface, and its distance from the vertex at this end afterwards.
+    """Instant at which a disc flies off the end of a surface, and its later distance from the vertex at this end.
 
     In the time t since this instant, the squared distance grows by ``p t^2 + q t^3 + r t^4``. `powers` contains p, q
     and r.

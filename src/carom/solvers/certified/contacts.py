@@ -5,10 +5,10 @@ that the contact law makes 0 is stored as exactly 0. The state of a disc in cont
 contact determines the disc's acceleration. Before an impact, a disc is released from its wall. After the impact, the
 disc returns to the wall or stays free.
 
-Bounces are applied one by one until all remaining bounces take less time than the last requested digit. The remaining
-bounces are summed as a geometric series. This sum is possible if the disc certainly slips in one direction in all
-remaining bounces, or certainly sticks in all of them. If friction can reverse the slip, other conditions apply
-(`carom.solvers.certified.landing`).
+Bounces are applied one by one until the duration of all remaining bounces is less than the requested accuracy of times.
+The remaining bounces are summed as a geometric series. This sum is possible if the disc certainly slips in one
+direction in all remaining bounces, or certainly sticks in all of them. If friction can reverse the slip, other
+conditions apply (`carom.solvers.certified.landing`).
 """
 
 from __future__ import annotations

@@ -326,7 +326,7 @@ def _find_farthest_coordinate(wall: Outline) -> float:
 
 
 def _check_start(bodies: BallBodies, i: int, number: int) -> tuple[Degenerate, arb] | None:
-    """Return the kind of an uncertain contact of a disc with a part of a wall at the start, and the gap."""
+    """Return the kind of a contact at the start that makes the motion uncertain, and the gap; None for no contact."""
     shape, radius = bodies.obstacles[number].shape, bodies.scene.discs[i].radius_m
     x, y, ux, uy = bodies.relative_state(i, 0.0, bodies.legs_after(wall_body(number), 0.0)[0])
     gx, gy = bodies.gravity

@@ -66,7 +66,7 @@ class EventDrivenRun:
         cell_factor: Factor that multiplies the width of the cells in which near discs are searched, at least 1;
             infinity for a single cell. With the factor 1, a run with few discs uses no cells. The factor does not
             change results.
-        all_pairs: Whether to predict the impacts of all pairs anew at each event, without cells or queue. This choice
+        all_pairs: Whether to predict the impacts of all pairs again at each event, without cells or queue. This choice
             does not change results.
 
     Raises:
