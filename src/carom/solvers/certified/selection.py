@@ -6,9 +6,9 @@ increases the bound. The event with the smallest bound is solved until the small
 it certainly comes before each rival, or if their order does not matter. In all other cases, the next event is
 undecided.
 
-The first bound of an event can be much earlier than the impact, for example the start of the later of the two paths. A
-solution that starts from an early bound is inaccurate, and is only used as a better bound. When the better bound is the
-smallest of all, the event's time is computed again from this bound.
+The first bound of an event can be much earlier than the impact, for example the start of the later of the two bodies'
+paths. A solution that starts from an early bound is inaccurate, and is only used as a better bound. When the better
+bound is the smallest of all, the event's time is computed again from this bound.
 """
 
 from __future__ import annotations
