@@ -63,8 +63,8 @@ class DiscArrays:
         wall_tangential_restitution: Tangential restitution between any disc and any wall, -1 to 1.
         wall_materials: Coefficients of each wall; None if all walls have `wall_restitution` and `wall_friction`.
         wall_drives: Path of each wall; None if no wall is driven. `walls` contains the positions at time 0.
-        belts_m_s: Speed at which each wall's surface moves, in m/s, to the left of the normal that points
-            to the disc. None if no surface moves.
+        belts_m_s: Speed of each wall's surface, in m/s; positive to the left of the normal that points to the disc.
+            None if no surface moves.
         driven_discs: Numbers of the driven discs, ascending. Driven discs have infinite masses.
         disc_drives: Path of each driven disc.
 

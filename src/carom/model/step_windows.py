@@ -174,8 +174,8 @@ class LocalTruth:
             of a position is then up to half of the acceleration or deceleration times the squared step size.
         rests: Structured array of `REST_DTYPE`: steps outside of windows. In each of these steps, a pair rests and its
             contact changes velocities.
-        invented: Number of steps, summed over all discs, in which a velocity or rim speed changed by more than 1 % of
-            the disc's speed without a cause. Steps in which the disc meets a body are not counted.
+        invented: Number of steps, summed over all discs, in which a velocity or rim speed changed without a cause, by
+            more than 1 % of the disc's speed. Steps in which the disc meets a body are not counted.
         first_invented_s: Time of the first step that `invented` counts; NaN if there is none.
         first_inventor: Disc that changed in this first step; -1 if there is none.
     """

@@ -86,8 +86,8 @@ class _Common(Model):
         """Refuse invalid legs.
 
         Raises:
-            SceneError: The first leg does not begin at 0, a leg does not begin after the previous leg, there are too
-                many legs, or the wall has both legs and a velocity.
+            SceneError: The first leg does not begin at 0. A leg does not begin after the previous leg. There are too
+                many legs. The wall has both legs and a velocity.
         """
         if self.legs and (problems := list(find_leg_problems(self.legs, self.velocity_m_s))):
             raise SceneError(problems)

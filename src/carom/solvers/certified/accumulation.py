@@ -78,8 +78,8 @@ class _Facing(NamedTuple):
 def _find_crush(log: Recording, bodies: BallBodies) -> Degeneracy | None:
     """Return the crush of a row of discs between two bodies, if the last impacts were all in this row.
 
-    The time of the crush is exact. A crush is found under three conditions: centres, velocities and normals are on one
-    line, the discs have had no impacts with other bodies, and no other body moves. If both end bodies move, the scene
+    The time of the crush is exact. A crush is found under three conditions: centres, velocities and normals are along
+    one line; the discs have had no impacts with other bodies; no other body moves. If both end bodies move, the scene
     must not have other bodies. The conditions are unnecessary for a single disc between two half-planes whose normals
     are exactly opposite. Then the time of the crush does not depend on the disc's position.
     """

@@ -28,8 +28,9 @@ def certify(
 
     Args:
         scene: The scene, or its name in the catalogue.
-        digits: Number of decimal digits to prove. Errors of times are relative to the time itself, errors of velocities
-            to the greatest speed at the start, and errors of positions to the greatest coordinate at the start.
+        digits: Number of decimal digits to prove. The error of a time is relative to this time. Errors of velocities
+            are relative to the greatest speed at the start, and errors of positions to the greatest coordinate of a
+            disc's rim at the start.
         max_impacts: Stop after this many impacts; None for no limit.
         time_budget_s: Stop after this many seconds of elapsed time; None for no limit.
         max_precision_bits: Greatest precision, in bits.

@@ -140,8 +140,9 @@ class CertifiedTrace(ByValue, Drawn):
 def proven_decimal(value: float, radius: float) -> str:
     """Return a value, whose error is at most `radius`, as a decimal number with all proven digits.
 
-    With k decimals, the decimal number differs from the true value by at most ``radius + 10^-k / 2``. k is the largest
-    number for which this bound is at most one unit in the last digit. If no digit is proven, the text is a bound.
+    With k decimals, the decimal number differs from the true value by at most ``radius + 10^-k / 2``. Here k is the
+    largest number for which this bound is at most one unit in the last digit. If no digit is proven, the text is a
+    bound.
     """
     if radius == 0.0:
         return repr(value)

@@ -1,10 +1,10 @@
 """Selection of the next impact by comparisons of intervals.
 
 Each possible event has a lower bound of its time. To *solve* an event means to compute its time as an interval, which
-increases the bound. The event with the smallest bound is solved until the smallest bound belongs to a solved event.
-*Rivals* of this event are all events whose bounds are not after its time. Rivals are solved too. The event is next if
-it certainly comes before each rival, or if their order does not matter. In all other cases, the next event is
-undecided.
+increases the bound. The search solves the event with the smallest bound, again and again, until the smallest bound
+belongs to a solved event. *Rivals* of this event are all events whose bounds are not after its time. Rivals are solved
+too. The event is next if it certainly comes before each rival, or if their order does not matter. In all other cases,
+the next event is undecided.
 
 The first bound of an event can be much earlier than the impact, for example the start of the later of the two bodies'
 paths. A solution that starts from an early bound is inaccurate, and is only used as a better bound. When the better
