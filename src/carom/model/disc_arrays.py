@@ -249,7 +249,7 @@ class DiscArrays:
 
     @cached_property
     def is_ordinary(self) -> bool:
-        """Whether the size of each number is 0, infinite, or from ``1 / ORDINARY`` to `ORDINARY`."""
+        """Whether the absolute value of each number is 0, infinite, or from ``1 / ORDINARY`` to `ORDINARY`."""
         lengths = (self.position_m, self.radius_m, self._wall_lengths)
         measures = (*lengths, self.velocity_m_s, self.driven_speeds, self.mass_kg, self.surface_speed_m_s)
         size = np.abs(np.concatenate([array.ravel() for array in measures]))

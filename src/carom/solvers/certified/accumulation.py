@@ -164,7 +164,7 @@ def _order_row(pairs: set[tuple[int, int]], bodies: BallBodies) -> list[int] | N
 
 
 def _is_alone(row: list[int], bodies: BallBodies) -> bool:
-    """Return whether the row's bodies are the only ones, or all others, and one end of the row, never move."""
+    """Return whether there are no other bodies, or the other bodies and one end of the row never move."""
     scene = bodies.scene
     other_bodies = [*map(wall_body, range(len(scene.walls))), *range(len(scene.discs))]
     other_bodies = [body for body in other_bodies if body not in row]
