@@ -176,8 +176,9 @@ def _intersect_line(a: tuple[Number, Number], along: tuple[Number, Number], circ
 
 
 def _intersect_circles(one: ExactCircle, other: ExactCircle) -> Iterator[Place]:
-    """Yield the points at which two circles meet. Both are on one line, perpendicular to the line through the
-    centres.
+    """Yield the points at which two circles meet.
+
+    Both points are on a line perpendicular to the line through the centres.
     """
     dx, dy = other.x - one.x, other.y - one.y
     distance2 = dx * dx + dy * dy
