@@ -17,7 +17,7 @@ Number = Fraction | int
 
 
 class Surd(NamedTuple):
-    """The number ``whole + part sqrt(square)``, with rational numbers in all three fields."""
+    """The number ``whole + part * sqrt(square)``, with rational numbers in all three fields."""
 
     whole: Number
     part: Number
@@ -42,7 +42,7 @@ class Place(NamedTuple):
     y: Surd
 
     def compute_order(self, a: tuple[Number, Number], along: tuple[Number, Number]) -> int:
-        """Return 1 if the point is further in the direction `along` than `a`, -1 if less far, and 0 if equally far."""
+        """Return 1 if the point is further than `a` in the direction `along`, 0 if equally far, -1 if less far."""
         dx, dy = self.x.whole - a[0], self.y.whole - a[1]
         return Surd(along[0] * dx + along[1] * dy, along[0] * self.x.part + along[1] * self.y.part, self.x.square).sign
 
@@ -62,7 +62,7 @@ class _Line:
         self.turn = 1 if edge.bulge > 0 else -1
 
     def has_point(self, place: Place) -> bool:
-        """Whether the edge contains a point of its line or circle. The ends belong to the edge."""
+        """Whether a point of the edge's line or circle is on the edge. The ends belong to the edge."""
         if self.circle is not None:  # a counterclockwise arc is to the right of the line from its start to its end
             left = (-self.along[1], self.along[0])
             return place.compute_order(self.a, left) * self.turn <= 0
@@ -124,7 +124,7 @@ def _build_place(point: tuple[Number, Number]) -> Place:
 
 
 def _find_shared_points(one: _Line, other: _Line) -> Iterator[Place]:
-    """Yield points that two edges share. The points include the ends of a shared part of a line or circle."""
+    """Yield points that two edges share. If the edges share a part of a line or circle, yield at least its ends."""
     if one.circle is None and other.circle is not None:
         one, other = other, one
     if one.circle is None:
@@ -142,7 +142,7 @@ def _find_shared_points(one: _Line, other: _Line) -> Iterator[Place]:
 def _find_middle(line: _Line, circle: ExactCircle) -> Place:
     """Return the middle of an arc.
 
-    The ends alone are not enough: two equal arcs share both ends, and both ends may be joints.
+    The ends of two arcs don't show whether the arcs overlap: two equal arcs share both ends, which may both be joints.
     """
     x, y, radius2 = circle
     ex, ey = line.along
@@ -176,7 +176,10 @@ def _intersect_line(a: tuple[Number, Number], along: tuple[Number, Number], circ
 
 
 def _intersect_circles(one: ExactCircle, other: ExactCircle) -> Iterator[Place]:
-    """Yield the points at which two circles meet. Both points are on one line, the line of equal powers."""
+    """Yield the points at which two circles meet.
+
+    Both points are on a line perpendicular to the line through the centres.
+    """
     dx, dy = other.x - one.x, other.y - one.y
     distance2 = dx * dx + dy * dy
     if distance2 == 0:

@@ -41,7 +41,7 @@ class Foot(NamedTuple):
         x: x coordinate of the point, in metres.
         y: y coordinate of the point, in metres.
         edge: Number of the edge that contains the point. At a joint of two edges, the lower of their numbers.
-        inner: Whether the point is not an end of the edge.
+        inner: Whether the point is between the ends of the edge.
     """
 
     x: float
@@ -204,7 +204,7 @@ class Outline:
                 yield Foot(*place, k, inner)
 
     def find_edge(self, x: float, y: float, among: tuple[int, ...]) -> int:
-        """Return the number of the edge in `among` that is nearest to a point; of several, the lowest number."""
+        """Return which edge in `among` is nearest to a point; if several are equally near, the lowest number."""
         places = [(self.stretches[k].find_nearest(x, y)[0], k) for k in among]
         return min((_compute_square(px - x, py - y), k) for (px, py), k in places)[1]
 

@@ -38,7 +38,10 @@ class Damping:
         return damped_time.undamped(self.per_s, seconds)
 
     def to_damped(self, undamped_s: float) -> float:
-        """Return the time in which a damped disc moves as far as an undamped disc in `undamped_s`, or infinity."""
+        """Return the time in which a damped disc moves as far as an undamped disc in `undamped_s`.
+
+        The time is infinite if the damped disc never moves as far.
+        """
         return damped_time.damped(self.per_s, undamped_s)
 
     def to_undamped_array(self, seconds: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -49,16 +52,16 @@ class Damping:
         return np.where(exponent >= _NOTHING, -np.expm1(-exponent) / self.per_s, seconds)
 
     def to_damped_array(self, undamped_s: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the result of `to_damped` for each time, with the same bits."""
+        """Return exactly the result of `to_damped` for each time."""
         if not self.per_s:
             return undamped_s
         return damped_time.all_damped(self.per_s, np.ravel(undamped_s)).reshape(np.shape(undamped_s))
 
     def find_latest_undamped(self, seconds: float) -> float:
-        """Return the greatest undamped time that `to_damped` converts to at most `seconds`, which must be 0 or more.
+        """Return the greatest undamped time that corresponds to a damped time of at most `seconds`, 0 or more.
 
-        `to_undamped` rounds, so `to_damped` may convert the result of `to_undamped` to a time after `seconds`. The
-        result of this function differs from that of `to_undamped` by a few units in the last place.
+        Because of rounding, ``to_damped(to_undamped(seconds))`` may be greater than `seconds`. The result of this
+        function differs from ``to_undamped(seconds)`` by a few units in the last place.
         """
         return damped_time.latest_undamped(self.per_s, seconds)
 

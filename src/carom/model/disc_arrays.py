@@ -43,7 +43,7 @@ class Material(NamedTuple):
 class DiscArrays:
     """The initial state of a run, as arrays. Two instances are equal only if they are the same object.
 
-    Discs must not overlap, which an event-driven run checks at its start.
+    Discs must not overlap. An event-driven run checks this at its start.
 
     Attributes:
         position_m: Centres at time 0, shape ``(n, 2)``, in metres.
@@ -63,8 +63,8 @@ class DiscArrays:
         wall_tangential_restitution: Tangential restitution between any disc and any wall, -1 to 1.
         wall_materials: Coefficients of each wall; None if all walls have `wall_restitution` and `wall_friction`.
         wall_drives: Path of each wall; None if no wall is driven. `walls` contains the positions at time 0.
-        belts_m_s: Speed at which each wall's surface moves, in m/s, to the left of the normal that points
-            to the disc. None if no surface moves.
+        belts_m_s: Speed of each wall's surface, in m/s; positive to the left of the normal that points to the disc.
+            None if no surface moves.
         driven_discs: Numbers of the driven discs, ascending. Driven discs have infinite masses.
         disc_drives: Path of each driven disc.
 
@@ -137,7 +137,7 @@ class DiscArrays:
             if not (isinstance(wall, tuple) and len(wall) == 4 and all(isinstance(one, int | float) for one in wall)):
                 raise InputError(
                     f"walls[{k}] must be four numbers (x, y, nx, ny) or an Outline, got {format_value(wall)}",
-                    hints=["the arrays of a scene, scene.arrays, have its walls in this form"],
+                    hints=["scene.arrays contains the walls of a scene in this form"],
                 )
             if not abs(math.hypot(*wall[2:]) - 1.0) <= _UNIT_WITHIN:
                 raise InputError(f"walls[{k}] must have a normal of length 1, got {wall[2:]}")
@@ -154,13 +154,13 @@ class DiscArrays:
         spin, inertia = self.spins, self.inertia
         if not np.all(((inertia >= 1.0 / ORDINARY) & (inertia <= 1)) | (inertia == math.inf)):
             raise InputError(
-                f"inertia_factor must be {format_number(1 / ORDINARY, 3)} to 1, or be infinite, everywhere"
+                f"inertia_factor must be from {format_number(1 / ORDINARY, 3)} to 1, or infinite, for every disc"
             )
         if np.any(spin[self._is_stationary | (self.movable & (inertia == math.inf))]):
             raise InputError("spin_rad_s must be 0 for a disc that can't turn (mass_kg or inertia_factor = inf)")
 
     def require_ordinary(self) -> None:
-        """Refuse numbers so large or small that results would have errors beyond rounding. Speeds may be small or 0.
+        """Refuse numbers that are so large, and radii and masses that are so small, that results would be wrong.
 
         Raises:
             InputError: The message names the attribute, the value and the limits.
@@ -190,7 +190,7 @@ class DiscArrays:
 
     @property
     def movable(self) -> NDArray[np.bool_]:
-        """Whether an impact moves each disc, shape ``(n,)``."""
+        """Whether impacts move each disc, shape ``(n,)``."""
         return np.isfinite(self.mass_kg)
 
     @property
@@ -249,7 +249,7 @@ class DiscArrays:
 
     @cached_property
     def is_ordinary(self) -> bool:
-        """Whether all numbers are 0, infinite, or from ``1 / ORDINARY`` to ``ORDINARY`` (`carom.support.limits`)."""
+        """Whether the absolute value of each number is 0, infinite, or from ``1 / ORDINARY`` to `ORDINARY`."""
         lengths = (self.position_m, self.radius_m, self._wall_lengths)
         measures = (*lengths, self.velocity_m_s, self.driven_speeds, self.mass_kg, self.surface_speed_m_s)
         size = np.abs(np.concatenate([array.ravel() for array in measures]))
@@ -326,7 +326,7 @@ class DiscArrays:
 
 
 def _select(second: NDArray[np.int64], of_walls: list[float], of_discs: float) -> NDArray[np.float64]:
-    """Return, for each second body of an impact, the wall's number, or `of_discs` if the body is a disc."""
+    """Return the value for each impact's second body: an entry of `of_walls` for a wall, `of_discs` for a disc."""
     return np.where(second < 0, np.array(of_walls or [math.nan])[np.maximum(-1 - second, 0)], of_discs)
 
 

@@ -34,11 +34,11 @@ def compute_kinetic_energies(
 
 
 def work_of_driven(trace: Trace) -> NDArray[np.float64]:
-    """Return the work of a driven body on the disc in each impact, in joules, shape ``(m,)``; 0 if neither is driven.
+    """Return the work that a driven body does on the disc in each impact, in joules, shape ``(m,)``.
 
     The work is the scalar product of the impulse on the disc and the velocity of the driven surface. This velocity
     includes the speed of a conveyor or the spin of a driven disc. An impact changes the kinetic energy by this work
-    minus the energy lost in the impact.
+    minus the energy lost in the impact. Without a driven body, the work is 0.
     """
     start, impacts = trace.scene.arrays, trace.impacts
     work = np.zeros(len(impacts))

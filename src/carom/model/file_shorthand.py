@@ -45,7 +45,7 @@ def expand_shorthand(content: dict[str, Any]) -> dict[str, Any]:
             raise SceneError([Problem((), str(error))]) from None
         content = _convert_to_metres(content, per_metre)
     if "shape" in content:
-        raise SceneError([Problem(("shape",), "is not a field of a scene", ("give it for each of [[discs]]",))])
+        raise SceneError([Problem(("shape",), "is not a field of a scene", ("set it in each entry of [[discs]]",))])
     discs = content.get("discs")
     if isinstance(discs, list):
         content["discs"] = [_add_inertia(disc, k) for k, disc in enumerate(discs)]

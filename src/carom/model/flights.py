@@ -83,7 +83,7 @@ def free_flights(trace: Trace) -> Iterator[Flight]:
         yield build_flight(disc, impact, end_s)
 
     def build_mode_flights(impacts: int) -> Iterator[Flight]:
-        """Yield the flights that end because a disc changes its mode before the impact with number `impacts`."""
+        """Yield the flights that end, before impact number `impacts`, because a disc changes its mode."""
         while modes and modes[-1]["impacts"] <= impacts:
             mode = modes.pop()
             disc = int(mode["disc"])

@@ -33,7 +33,7 @@ class Overlap(NamedTuple):
     Attributes:
         disc: Number of the disc; the higher number if both bodies are discs.
         other: Number of the other disc, or number of the wall.
-        message: What is wrong, and what the user can do. The text follows the name of a field.
+        message: What is wrong, and what the user can do. In an error message, a field's name precedes this text.
     """
 
     disc: int
@@ -73,19 +73,19 @@ def find_overlaps(
     disc_name: str,
     wall_name: str,
 ) -> tuple[list[Overlap], bool]:
-    """Return overlaps larger than rounding errors: at most ten between discs, and at most ten between discs and walls.
+    """Return overlaps larger than rounding errors: at most ten each with discs, half-planes and other walls.
 
     Args:
         position_m: Centres, in metres, shape ``(n, 2)``.
         radius_m: Radii, in metres, shape ``(n,)``.
-        movable: Whether an impact moves a disc, shape ``(n,)``.
+        movable: Whether impacts move each disc, shape ``(n,)``.
         walls: Point and unit normal of each half-plane, and the outline of each other wall.
         disc_name: Text that names the other disc in a message, with ``{}`` for its number.
         wall_name: Text that names the wall in a message, with ``{}`` for its number.
 
     Returns:
-        A list of overlaps between discs and then of overlaps with walls, and whether there are more overlaps. Both
-        parts of the list are ordered by disc and then by the other body.
+        A list of overlaps, and whether there are more. The list has three parts: overlaps with discs, with half-planes,
+        and with other walls. Each part is sorted by disc and then by the other body.
     """
     discs = _Discs(position_m, radius_m, movable, np.maximum(np.abs(position_m).max(axis=1), radius_m))
     planes = {k: wall for k, wall in enumerate(walls) if isinstance(wall, tuple)}
@@ -139,7 +139,7 @@ def _find_half_plane_overlaps(
                 i,
                 k,
                 f"must not overlap {name.format(k)} at the start, got {tuple(position[i].tolist())}: "
-                f"the disc reaches {format_metres(-gap[n])} into it; move the disc, or turn the wall's normal round",
+                f"the disc reaches {format_metres(-gap[n])} into it; move the disc, or reverse the wall's normal",
             )
 
 

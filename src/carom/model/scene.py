@@ -148,8 +148,8 @@ class Scene(Drawn, Model):
         friction: Coulomb's coefficient of friction of every pair of discs, 0 or more.
         wall_friction: Coulomb's coefficient of friction between any disc and any wall, 0 or more.
         tangential_restitution: Tangential restitution of two discs, -1 to 1. If friction is strong enough, an impact
-            multiplies the relative velocity of the touching surfaces along the contact by minus this value. The value 0
-            ends this sliding, and 1 reverses it.
+            multiplies the tangential relative velocity of the touching surfaces by minus this value. The value 0 ends
+            this sliding, and 1 reverses it.
         wall_tangential_restitution: Tangential restitution between any disc and any wall, -1 to 1.
         gravity_m_s2: Uniform acceleration of every movable disc, in metres per second squared.
         damping_per_s: Rate c of linear damping, in 1/s, 0 or more: between impacts, velocities and spins of all discs

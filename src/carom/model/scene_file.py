@@ -67,7 +67,7 @@ def _parse_file(path: Path) -> dict[str, Any]:
         edges = f" with {total} edges" if (total := sum(map(count_edges, bodies))) > len(bodies) else ""
         if total > limit:
             found = f"got {len(bodies)}{edges}"
-            raise SceneError([Problem((name,), f"a scene file can have at most {limit}, {found}")])
+            raise SceneError([Problem((name,), f"a scene file can have at most {limit} {name}, {found}")])
     return content
 
 

@@ -1,4 +1,7 @@
-"""Finds scenes of the catalogue by name. `carom` registers the function, because `carom.model` can't import it."""
+"""Finds scenes of the catalogue by name.
+
+`carom.model` can't import the catalogue, so `carom` registers the function that finds scenes.
+"""
 
 from __future__ import annotations
 

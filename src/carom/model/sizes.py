@@ -29,8 +29,8 @@ class Sizes(NamedTuple):
     Attributes:
         length: Greatest coordinate or radius of any disc or wall.
         radius: Smallest radius of a disc.
-        speed: The greater of two speeds: the greatest velocity component or rim speed (spin times radius) at the start,
-            and the speed that gravity gives a disc from rest within the duration.
+        speed: The greatest of: initial and prescribed velocity components, rim speeds (spin times radius), and the
+            speed that gravity gives a disc from rest within the duration.
         duration: Duration of the scene.
         lightest: Smallest mass of a movable disc; 1 if there is none.
         heaviest: Greatest mass of a movable disc; 1 if there is none.
@@ -69,7 +69,7 @@ class Sizes(NamedTuple):
 
 
 def find_span_problems(start: DiscArrays, gravity_m_s2: Vector, duration_s: float) -> Iterator[Problem]:
-    """Yield a problem for each pair of sizes with too large a ratio."""
+    """Yield a problem for each pair of sizes whose ratio is too large."""
     sizes = Sizes.of(start, gravity_m_s2, duration_s)
     if sizes.length > SPAN * sizes.radius:
         yield Problem(
@@ -106,7 +106,7 @@ def _find_short_edges(index: int, wall: Outline, greatest: float) -> Iterator[Pr
         if greatest > SPAN * (length := math.dist(a, b)):
             yield Problem(
                 ("walls", index, "points_m", (edge + 1) % len(wall.points)),
-                f"makes edge {edge} {format_metres(length)} long; edges must be at least {_LEAST} of the greatest "
+                f"makes edge {edge} only {format_metres(length)} long; edges must be at least {_LEAST} of the greatest "
                 f"length in the scene, {format_metres(greatest)}; remove the point",
             )
 
@@ -115,8 +115,9 @@ def count_steps(duration_s: float, dt_s: float) -> int:
     """Return the number of steps of size `dt_s` that cover a duration, 0 or more. The last step may end later.
 
     If the duration is a whole number of steps, rounding must not add another step. Duration and step size may be
-    rounded numbers, such as 1/240, each with a relative error of up to 2^-53. So if the quotient of both exceeds a
-    whole number by no more than these errors, the whole number is returned. The quotient itself is computed exactly.
+    rounded numbers, such as 1/240, each with a relative error of up to 2^-53. So if duration divided by step size
+    exceeds a whole number by no more than these errors, the whole number is returned. The quotient itself is computed
+    exactly.
 
     Raises:
         InputError: `dt_s` is not a finite number above 0, or more than `carom.support.limits.MOST_STEPS` steps are

@@ -145,7 +145,7 @@ class States:
 
     @classmethod
     def joined(cls, parts: Sequence[States]) -> States:
-        """Return the states of several parts as one. Either all parts have spins, or none."""
+        """Join the states of several parts of a run. Either all parts must have spins, or none."""
         names = [field.name for field in fields(cls) if getattr(parts[0], field.name) is not None]
         return cls(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
 
@@ -166,17 +166,16 @@ class LocalTruth:
         slip_counts: Two numbers of steps, each summed over all discs: steps with an unexplained change of velocity or
             spin, and steps with an unexplained change of position.
         resting_steps: Number of steps in which a disc belonged to a resting pair, summed over all discs.
-        sunk_radii: Greatest overlap of a resting pair, divided by the distance of their centres when they touch; 0 if
-            no pair overlapped.
+        sunk_radii: Greatest overlap of a resting pair, divided by the distance of the pair's centres when they touch; 0
+            if no pair overlapped.
         sinks_s: First time at which a step increased the overlap of a pair by more than free fall does. NaN if free
             fall explains all overlaps.
         polygon: Whether the method moves discs straight in each step, so that curved paths become polygons. The error
-            of a position is then up to half of the fall in a step. With damping, the error is up to half of the speed
-            lost in a step times the step size.
-        rests: Structured array of `REST_DTYPE`: steps outside of windows in which a pair rests, and the contact changes
-            velocities.
-        invented: Number of steps, summed over all discs, in which a velocity or rim speed changed by more than 1 % of
-            the disc's speed without a cause. Steps in which the disc meets a body are not counted.
+            of a position is then up to half of the acceleration or deceleration times the squared step size.
+        rests: Structured array of `REST_DTYPE`: steps outside of windows. In each of these steps, a pair rests and its
+            contact changes velocities.
+        invented: Number of steps, summed over all discs, in which a velocity or rim speed changed without a cause, by
+            more than 1 % of the disc's speed. Steps in which the disc meets a body are not counted.
         first_invented_s: Time of the first step that `invented` counts; NaN if there is none.
         first_inventor: Disc that changed in this first step; -1 if there is none.
     """
@@ -200,7 +199,8 @@ class LocalTruth:
     def clip_to(self, time_s: float) -> LocalTruth:
         """Return the part of the comparison that concerns the run up to a time.
 
-        Numbers of steps remain those of the whole run. Only `invented` is 0 if no counted step is up to this time.
+        Numbers of steps remain those of the whole run, except that `invented` is 0 if `first_invented_s` is after this
+        time.
         """
         has_invented = self.first_invented_s <= time_s
         return replace(

@@ -41,7 +41,7 @@ def resolve_profile(method: str, profile: str) -> str:
 
 
 def format_profile(method: str, profile: str, overrides: Mapping[str, Setting]) -> str:
-    """Return the text for a profile: its name and the changed settings. PIT has only one profile, which has no text."""
+    """Return the text for a profile: its name and the changed settings. The only profile of PIT is not named."""
     profile_name = "" if method == "pit" else resolve_profile(method, profile)
     values = ", ".join(f"{name}={format_setting(value)}" for name, value in overrides.items())
     return f"{profile_name} with {values}".lstrip() if values else profile_name
@@ -72,7 +72,7 @@ class EdgeKind(IntEnum):
 class Mode(IntEnum):
     """How a disc moves under gravity: in flight, or in lasting contact with a wall.
 
-    In the mode `BLOCK`, a disc slides without turning because of rolling resistance.
+    In the mode `BLOCK`, a disc slides, and rolling resistance keeps it from turning.
 
     Examples:
         >>> [mode.name for mode in carom.Mode]
@@ -198,7 +198,10 @@ def rim_speeds(trace: Trace, moment: Literal["before", "after"]) -> NDArray[np.f
 
 
 def turn_times(trace: Trace) -> NDArray[np.float64]:
-    """Return for each impact the time at which the free paths before and after it meet, or else the reported time."""
+    """Return for each impact the time at which the free paths before and after it meet.
+
+    If they don't meet, or if the method has no steps, return the reported time.
+    """
     reported: NDArray[np.float64] = trace.impacts["time_s"]
     effective = reported if trace.effective_time_s is None else trace.effective_time_s
     return np.where(np.isfinite(effective), effective, reported)
@@ -227,7 +230,7 @@ class Outcome(Enum):
 
     @property
     def in_contact(self) -> bool:
-        """Whether the run ended because a disc was crushed, or because lasting contact began that is not solved."""
+        """Whether the run ended with a crushed disc, or with a lasting contact that Carom does not solve."""
         return self in _OF_DISC
 
     @property
@@ -242,7 +245,7 @@ _OF_DISC = {
     Outcome.GLIDES: "glides along a wall",
     Outcome.PRESSED: "stays in touch with another",
     Outcome.CORNER: "is held by two walls",
-    Outcome.EDGE: "comes over the end of a wall",
+    Outcome.EDGE: "reaches the end of an edge",
 }
 
 _OF_MODE = {
@@ -290,7 +293,7 @@ class Trace(ByValue, Tabular):
         profile: Name of the profile; empty if a solver was called directly.
         overrides: Settings that the user requested instead of those of the profile.
         settings: The settings that were used, read back from the engine if possible.
-        float_bits: Number of bits of the floats in which the method declares to compute, 32 or 64.
+        float_bits: Size of the floats with which the method computes, as declared by it: 32 or 64 bits.
         counts: Numbers of operations of the method, such as steps, tests of pairs and predictions.
         impacts_per_disc: Number of impacts of each disc, shape ``(n,)``. Impacts are counted even if `impacts` is not
             stored. None if the method does not count impacts.
@@ -304,8 +307,8 @@ class Trace(ByValue, Tabular):
         final_spin_rad_s: Spins at `end_time_s`, shape ``(n,)``; None if `spins` is None.
         local_truth: Comparison of every step with PIC, which starts from the method's own state before the step. None
             if no comparison was requested.
-        observed_states: States of all discs after some steps, which show whether discs are at rest. None in a scene of
-            many discs, or in which no disc can come to rest.
+        observed_states: States of all discs after some steps, which show whether discs are at rest. None if the scene
+            has many discs, or if none of its discs can come to rest.
 
     Examples:
         >>> trace = carom.solve_pic("paper/missed")

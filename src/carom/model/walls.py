@@ -55,13 +55,13 @@ def find_leg_problems(legs: tuple[Leg, ...], velocity: Point) -> Iterator[Proble
     if velocity != (0.0, 0.0):
         yield Problem(("velocity_m_s",), f"must be left out if legs contain velocities, got {velocity}")
     if len(legs) > MOST_LEGS:
-        yield Problem(("legs",), f"must be {MOST_LEGS:,} at most, got {len(legs):,}")
+        yield Problem(("legs",), f"must contain at most {MOST_LEGS:,} legs, got {len(legs):,}")
         return
     if legs[0].from_s != 0.0:
         yield Problem(("legs", 0, "from_s"), f"must be 0, the start of the scene, got {legs[0].from_s}")
     for k, (one, other) in enumerate(pairwise(legs), 1):
         if not one.from_s < other.from_s:
-            message = f"must be above {one.from_s}, where leg {k - 1} begins, got {other.from_s}"
+            message = f"must be above {one.from_s}, when leg {k - 1} begins, got {other.from_s}"
             yield Problem(("legs", k, "from_s"), message)
             return
 
@@ -86,8 +86,8 @@ class _Common(Model):
         """Refuse invalid legs.
 
         Raises:
-            SceneError: The first leg does not begin at 0, a leg does not begin after the previous leg, there are too
-                many legs, or the wall has both legs and a velocity.
+            SceneError: The first leg does not begin at 0. A leg does not begin after the previous leg. There are too
+                many legs. The wall has both legs and a velocity.
         """
         if self.legs and (problems := list(find_leg_problems(self.legs, self.velocity_m_s))):
             raise SceneError(problems)
@@ -170,7 +170,7 @@ class Chain(_Common):
         """Refuse chains with too few points, with edges of length 0, or with a line that crosses or touches itself.
 
         Raises:
-            SceneError: The message names the wrong edge, or the two edges that meet and their common point.
+            SceneError: The message names the invalid edge, or the two edges that meet and their common point.
         """
         super().model_post_init(_context)
         if problems := list(_find_shape_problems(self)) or list(_find_crossing_problems(self)):
@@ -224,7 +224,7 @@ _TELLING: Mapping[str, type[Chain | Ring]] = {"points_m": Chain, "centre_m": Rin
 
 
 def kind_of_wall(fields: Iterable[str]) -> type[Wall | Chain | Ring]:
-    """Return the class of walls that has one of the given fields; `Wall` if there is no such class."""
+    """Return the class of a wall with the given fields; `Wall` if no field belongs only to another class."""
     return next((kind for name, kind in _TELLING.items() if name in fields), Wall)
 
 
@@ -248,17 +248,19 @@ def _find_shape_problems(chain: Chain) -> Iterator[Problem]:
     points = len(chain.points_m)
     min_points = 2 if not chain.closed or any(chain.bulges) else 3
     if points < min_points:
-        suffix = " of a closed chain without bulges" if min_points == 3 else ""
-        yield Problem(("points_m",), f"must be {min_points} points{suffix} at least, got {points}")
+        suffix = " for a closed chain without bulges" if min_points == 3 else ""
+        yield Problem(("points_m",), f"must contain at least {min_points} points{suffix}, got {points}")
         return
     edges = points - (not chain.closed)
     if chain.bulges and len(chain.bulges) != edges:
-        yield Problem(("bulges",), f"must be one for each of the {edges} edges, or left out, got {len(chain.bulges)}")
+        message = f"must have one number for each edge ({edges}), or be left out, got {len(chain.bulges)}"
+        yield Problem(("bulges",), message)
     for k, bulge in enumerate(chain.bulges[:edges]):
         chord = math.dist(chain.points_m[k], chain.points_m[(k + 1) % points])
         if bulge and not chord * (1.0 / abs(bulge) + abs(bulge)) / 4.0 <= LARGEST:
             yield Problem(
-                ("bulges", k), f"makes edge {k} an arc of a radius above {format_metres(LARGEST)}; 0 is straight"
+                ("bulges", k),
+                f"makes edge {k} an arc of a radius above {format_metres(LARGEST)}; use 0 for a straight edge",
             )
     if chain.solid and not chain.closed:
         yield Problem(("solid",), "needs closed = true: an open chain has no inside")
@@ -266,11 +268,12 @@ def _find_shape_problems(chain: Chain) -> Iterator[Problem]:
         a, b = chain.points_m[k], chain.points_m[(k + 1) % points]
         place: tuple[str | int, ...] = ("points_m", (k + 1) % points)
         if a == b:
-            yield Problem(place, f"must not be where edge {k} begins, got {a}: the edge has no length")
+            yield Problem(place, f"must not be the point at which edge {k} begins, got {a}: the edge has length 0")
         elif (length := math.dist(a, b)) < SMALLEST:
             yield Problem(
                 place,
-                f"makes edge {k} {format_metres(length)} long: the least is {format_metres(SMALLEST)}, as for a radius",
+                f"makes edge {k} only {format_metres(length)} long: edges and radii must be at least "
+                f"{format_metres(SMALLEST)}",
             )
 
 
@@ -284,7 +287,7 @@ def _find_crossing_problems(chain: Chain) -> Iterator[Problem]:
 
 
 def count_edges(wall: object) -> int:
-    """Return the number of edges of a wall in a file, which may be invalid; 1 for a half-plane or a circle."""
+    """Return how many edges a wall in a file can have; 1 for a half-plane or a circle. The wall may be invalid."""
     points = wall.get("points_m") if isinstance(wall, dict) else None
     return max(1, len(points)) if isinstance(points, list) else 1
 

@@ -22,7 +22,7 @@ class RunOptions:
 
     Attributes:
         record: "all" records all impacts, "none" records no impact. The impacts of each disc are counted in both cases.
-        window_s: First and last time, in seconds, of the impacts to record.
+        window_s: Start and end, in seconds, of the time in which impacts are recorded.
         contact_duration_s: Contact time of the TC model, in seconds. `EventDrivenRun` explains this model. 0 turns the
             model off.
 

@@ -71,11 +71,11 @@ def solve_pic(
         max_impacts: Stop after this many impacts; None for no limit.
         until_s: Stop at this time instead of the scene's duration.
         record: "all" or "none": which impacts the trace contains. The impacts of each disc are counted in both cases.
-        window_s: First and last time, in seconds, of the impacts in the trace.
+        window_s: Start and end, in seconds, of the time in which impacts are recorded.
         sample_times_s: Ascending times, in seconds, at which the trace contains all positions.
-        contact_duration_s: Contact time of the TC model, in seconds. The model prevents an endless series of impacts in
-            a finite time, and `EventDrivenRun` explains it. 0 turns the model off.
-        progress: Function called at intervals with the number of impacts and the time so far.
+        contact_duration_s: Contact time of the TC model, in seconds. `EventDrivenRun` explains this model, which
+            prevents an endless series of impacts in a finite time. 0 turns the model off.
+        progress: Function called from time to time with the number of impacts and the time so far.
 
     Returns:
         The trace. If the run ended early, the final state is the state at the last impact.

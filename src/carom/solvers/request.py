@@ -26,7 +26,7 @@ def advance_run(
         end_s: Time of the end.
         max_impacts: Stop after this many impacts; None for no limit.
         samples_s: Ascending times at which positions are sampled.
-        progress: Function called at intervals with the number of impacts and the time so far.
+        progress: Function called from time to time with the number of impacts and the time so far.
     """
     outcome, reached, places = Outcome.COMPLETED, [], []
     for time_s in (*(time_s for time_s in samples_s if time_s <= end_s), end_s):
@@ -43,7 +43,7 @@ def advance_run(
 
 
 def find_bending_force(scene: Scene) -> str:
-    """Return the name of a force that changes velocities between impacts; empty if the scene has none."""
+    """Return a name for what changes velocities between impacts; empty if nothing does."""
     if scene.gravity_m_s2 != (0.0, 0.0):
         return "gravity"
     if scene.damping_per_s:
@@ -67,7 +67,9 @@ def check_end_time(scene: Scene, until_s: object) -> float:
 
 
 def compute_frames(scene: Scene, frame_rate_hz: object) -> tuple[float, int]:
-    """Return the frame rate (the scene's own if it is None), and the number of frames in the scene's duration.
+    """Return the frame rate of a run, and the number of frames in the scene's duration.
+
+    If `frame_rate_hz` is None, the scene's own frame rate is returned.
 
     Raises:
         InputError: The frame rate is not a positive number within the limits, or leads to more than `MOST_STEPS`

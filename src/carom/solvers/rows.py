@@ -73,7 +73,7 @@ class RecordedImpacts:
         return self._run.recorded
 
     def add_conversion(self, convert: Conversion) -> None:
-        """Convert all rows that are taken from now on. Conversions that were added before come first."""
+        """Apply a function to all rows that the log receives from now on, after functions that were added earlier."""
         self._conversions.append(convert)
 
     def _convert(self, rows: NDArray[np.void], impacts: NDArray[np.void]) -> NDArray[np.void]:
@@ -94,7 +94,7 @@ class RecordedImpacts:
         return self._taken.array()
 
     def ambiguous(self) -> tuple[int, ...]:
-        """Return the rows of impacts that may be simultaneous with an earlier impact of one of their movable discs."""
+        """Return the numbers of impacts that may be simultaneous with an earlier one of the same movable disc."""
         return self._run.ambiguous()
 
     def spins(self) -> NDArray[np.void] | None:

@@ -14,12 +14,12 @@ from carom.model.scene import Scene
 from carom.model.trace import Outcome, Trace, Vector
 from carom.solvers.rows import Conversion, RecordedImpacts
 
-#: Function called at intervals with the number of impacts and the time so far, in seconds.
+#: Function called from time to time with the number of impacts and the time so far, in seconds.
 Progress = Callable[[int, float], None]
 
 
 class ScaledScene(NamedTuple):
-    """The numbers of a scene in the units of `carom.solvers.units`, with the names of the fields of `Scene`."""
+    """A scene in the units of `carom.solvers.units`. The fields have the same names as in `Scene`."""
 
     arrays: DiscArrays
     gravity_m_s2: Vector
@@ -72,9 +72,10 @@ class Run(Protocol):
 
 
 class SeenRun:
-    """A run that wraps another run and converts its units or damping. Subclasses override converting methods.
+    """A run that wraps another run and converts its units or damping.
 
-    The run must be at its start. From then on, its log contains converted rows.
+    Subclasses override the methods whose results they convert. The other run must be at its start. From then on, its
+    log contains converted rows.
     """
 
     def __init__(self, run: Run, convert: Conversion) -> None:

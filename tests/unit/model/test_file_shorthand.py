@@ -104,4 +104,4 @@ def test_shape_of_a_scene_is_refused_with_a_hint() -> None:
     """A scene has no field `shape`, and the message explains that each disc has one."""
     with pytest.raises(SceneError) as caught:
         expand_shorthand({"shape": "sphere", "discs": []})
-    assert str(caught.value) == "shape: is not a field of a scene; give it for each of [[discs]]"
+    assert str(caught.value) == "shape: is not a field of a scene; set it in each entry of [[discs]]"

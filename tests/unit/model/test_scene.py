@@ -244,7 +244,7 @@ NOT_TOGETHER: list[tuple[dict[str, Any], str]] = [
     (
         {"walls": [FLOOR, {"point_m": [0.25, 0.0], "normal": [-4.0, 0.0]}]},
         "discs[0].position_m: must not overlap walls[1] at the start, got (0.0, 0.0): "
-        "the disc reaches 0.75 m into it; move the disc, or turn the wall's normal round",
+        "the disc reaches 0.75 m into it; move the disc, or reverse the wall's normal",
     ),
     # sizes that no choice of units brings near 1
     (

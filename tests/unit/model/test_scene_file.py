@@ -103,7 +103,7 @@ NO_SCENES: dict[str, tuple[str, str | bytes, str]] = {
         "the limit for TOML; JSON files can have more",
     ),
     "many walls": ("json", '{"walls": [' + "{}," * 1000 + "{}]}", "walls: a scene file can have at most 1000"),
-    "many discs": ("json", '{"discs": [' + "0," * 100_000 + "0]}", "can have at most 100000, got 10"),
+    "many discs": ("json", '{"discs": [' + "0," * 100_000 + "0]}", "can have at most 100000 discs, got 10"),
     "a key twice": ("json", '{"name": "a", "name": "b"}', "is ambiguous: one object has the key 'name' twice"),
     "a long key": ("toml", f"{'a' * 10_000} = 1", f"{'a' * 57}...: is not a field of a scene"),
     "controls": ("toml", '"\\u001b[31m\u202e" = 1', "\\u001b[31m\\u202e: is not a field of a scene"),

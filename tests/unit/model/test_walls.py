@@ -54,18 +54,18 @@ def test_unused_fields_of_walls_are_not_written() -> None:
 @each(
     "wall, said",
     [
-        ({"points_m": [[0, 0]]}, "walls[0].points_m: must be 2 points at least, got 1"),
-        ({"points_m": [[3, 0], [4, 0]], "closed": True}, "3 points of a closed chain without bulges at least, got 2"),
-        ({"points_m": [[3, 0], [4, 0], [4, 0]]}, "points_m[2]: must not be where edge 1 begins, got (4.0, 0.0)"),
+        ({"points_m": [[0, 0]]}, "walls[0].points_m: must contain at least 2 points, got 1"),
+        ({"points_m": [[3, 0], [4, 0]], "closed": True}, "3 points for a closed chain without bulges, got 2"),
+        ({"points_m": [[3, 0], [4, 0], [4, 0]]}, "points_m[2]: must not be the point at which edge 1 begins, got (4.0"),
         (
             {"points_m": [[0, 0], [1e-160, 0], [3, 4]]},
-            "points_m[1]: makes edge 0 1e-160 m long: the least is 1.49e-154 m",
+            "points_m[1]: makes edge 0 only 1e-160 m long: edges and radii must be at least 1.49e-154 m",
         ),
         (
             {"points_m": [[0, 0], [1e-150, 0], [3, 4]]},
-            "points_m[1]: makes edge 0 1e-150 m long; edges must be at least 6.2e-120 of the greatest length",
+            "points_m[1]: makes edge 0 only 1e-150 m long; edges must be at least 6.2e-120 of the greatest length",
         ),
-        ({"points_m": [[3, 0], [4, 0]], "bulges": [1, 1]}, "bulges: must be one for each of the 1 edges"),
+        ({"points_m": [[3, 0], [4, 0]], "bulges": [1, 1]}, "bulges: must have one number for each edge (1)"),
         ({"points_m": [[3, 0], [4, 0]], "bulges": [5e-324]}, "bulges[0]: makes edge 0 an arc of a radius above"),
         ({"points_m": [[3, 0], [4, 0]], "bulges": [math.inf]}, "bulges[0]: must be a finite number, got inf"),
         ({"points_m": [[3, 0], [4, 0]], "solid": True}, "solid: needs closed = true"),
@@ -149,7 +149,7 @@ def test_file_has_at_most_1000_edges(tmp_path: Path) -> None:
     (path := tmp_path / "many.toml").write_text(f"{text}walls = [{{points_m = [{points}]}}]\n", encoding="utf-8")
     assert len(load_scene(path).walls[0].outline.edges) == 599  # type: ignore[union-attr] # it is a chain
     path.write_text(f"{text}walls = [{{points_m = [{points}]}}, {{points_m = [{points}]}}]\n", encoding="utf-8")
-    with pytest.raises(SceneError, match="can have at most 1000, got 2 with 1200 edges"):
+    with pytest.raises(SceneError, match="can have at most 1000 walls, got 2 with 1200 edges"):
         load_scene(path)
 
 

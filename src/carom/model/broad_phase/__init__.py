@@ -3,8 +3,9 @@
 The discs are split into halves repeatedly, along the longer side of the box around their centres. The halves form a
 tree. Each node stores the box of its discs, their largest reach and their lowest number. The search for one disc starts
 at the root. The search skips every node that is out of reach or contains only higher numbers. So the search is fast for
-every arrangement of discs, such as lines or a few far discs, and for radii of all sizes. Immovable discs have a tree of
-their own. The search starts only from movable discs, so overlaps among immovable discs cost no time.
+radii of all sizes and for all arrangements, such as discs on a line, or a few discs far from the others. Immovable
+discs have a tree of their own. The search starts only from movable discs, so overlaps among immovable discs cost no
+time.
 
 A comparison of floats decides whether two discs are near. A node of the tree is skipped if this comparison is false for
 the node's box. Rounding is monotone, so the comparison is then false for all discs of the node. The search therefore
@@ -27,17 +28,19 @@ _DISTANCES = 2**20
 
 
 def find_near_pairs(position_m: Floats, reach_m: Floats, movable: Flags) -> Iterator[Pairs]:
-    """Yield all pairs of discs whose distance is at most the sum of their reaches, except pairs of immovable discs.
+    """Yield all pairs of near discs, except pairs of two immovable discs.
+
+    Two discs are near if the distance of their centres is at most the sum of their reaches:
+    ``dx * dx + dy * dy <= reach * reach``, in floats. If this sum is negative, they are not near.
 
     The pairs are yielded in blocks. With n discs, a block has at most n + 65,536 pairs. Blocks are ordered by the
-    second disc, so a caller that needs only the first pairs can stop early. A pair with a negative sum of reaches is
-    never near. The test is ``dx * dx + dy * dy <= reach * reach``, in floats.
+    second disc, so a caller that needs only the first pairs can stop early.
 
     Args:
         position_m: Centres, in metres, shape ``(n, 2)``.
-        reach_m: Reach of each disc, in metres, shape ``(n,)``: its radius plus half of the largest gap between discs
-            that are near.
-        movable: Whether an impact moves a disc, shape ``(n,)``.
+        reach_m: Reach of each disc, in metres, shape ``(n,)``: its radius plus half of the greatest gap between two
+            near discs.
+        movable: Whether impacts move each disc, shape ``(n,)``.
 
     Yields:
         Lower and higher disc number of each pair. The pairs of a block are in no particular order.
@@ -52,12 +55,12 @@ def find_near_pairs(position_m: Floats, reach_m: Floats, movable: Flags) -> Iter
 
 
 def find_near_walls(position_m: Floats, reach_m: Floats, movable: Flags, walls: Floats) -> Iterator[Pairs]:
-    """Yield pairs of a movable disc and a half-plane wall within its reach. Discs behind a wall are also near.
+    """Yield each movable disc with each half-plane that it reaches, even from behind the surface.
 
     Args:
         position_m: Centres, in metres, shape ``(n, 2)``.
         reach_m: Reach of each disc, in metres, shape ``(n,)``.
-        movable: Whether an impact moves a disc, shape ``(n,)``.
+        movable: Whether impacts move each disc, shape ``(n,)``.
         walls: A point and the unit normal of each wall, shape ``(w, 4)``.
 
     Yields:

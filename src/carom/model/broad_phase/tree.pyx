@@ -43,7 +43,7 @@ cdef inline bint is_near(double dx, double dy, double reach) noexcept nogil:
 
 
 cdef inline double distance_to(double low, double high, double x) noexcept nogil:
-    """Return the distance of `x` from the interval from `low` to `high`."""
+    """Return the distance from `x` to the interval between `low` and `high`."""
     if x < low:
         return low - x
     return x - high if x > high else 0.0
@@ -54,7 +54,7 @@ cdef inline double coordinate(const Item* item, bint is_x) noexcept nogil:
 
 
 cdef void split(Item* items, Py_ssize_t begin, Py_ssize_t end, Py_ssize_t middle, bint by_x) noexcept nogil:
-    """Reorder items so that those before `middle` have no larger coordinate than those from `middle` on."""
+    """Move the items with the smallest coordinates before index `middle`, and all others to `middle` and after it."""
     cdef unsigned long long random = 1  # pivots are random, so that no order of items is always slow
     cdef Py_ssize_t low = begin, high = end - 1, i, j
     cdef double pivot
@@ -180,7 +180,7 @@ cdef class Search:
             free(self.trees[kind].nodes)
 
     def pairs(self, Py_ssize_t begin):
-        """Return the pairs whose higher number is `begin`, and as many pairs with larger higher numbers as fit.
+        """Return the pairs whose higher disc number is at least `begin`, disc by disc until the array is full.
 
         Returns:
             Two arrays with the lower and the higher number of each pair, in no particular order, and the value of

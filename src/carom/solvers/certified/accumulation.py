@@ -78,8 +78,8 @@ class _Facing(NamedTuple):
 def _find_crush(log: Recording, bodies: BallBodies) -> Degeneracy | None:
     """Return the crush of a row of discs between two bodies, if the last impacts were all in this row.
 
-    The time of the crush is exact. A crush is found under three conditions: centres, velocities and normals are on one
-    line, the discs have had no impacts with other bodies, and no other body moves. If both end bodies move, the scene
+    The time of the crush is exact. A crush is found under three conditions: centres, velocities and normals are along
+    one line; the discs have had no impacts with other bodies; no other body moves. If both end bodies move, the scene
     must not have other bodies. The conditions are unnecessary for a single disc between two half-planes whose normals
     are exactly opposite. Then the time of the crush does not depend on the disc's position.
     """
@@ -119,7 +119,10 @@ def _find_crush(log: Recording, bodies: BallBodies) -> Degeneracy | None:
 
 
 def _find_parallel_planes(row: list[int], bodies: BallBodies) -> tuple[list[Obstacle | None], Exact | None]:
-    """Return the half-planes with exactly opposite normals at both ends of a row of one disc, and a normal."""
+    """Return the half-planes at both ends of a row, and the normal of one of them.
+
+    Return an empty list and None unless the row is one disc between two half-planes with exactly opposite normals.
+    """
     planes = [
         obstacle
         for body in (row[0], row[-1])
@@ -133,7 +136,7 @@ def _find_parallel_planes(row: list[int], bodies: BallBodies) -> tuple[list[Obst
 
 
 def _is_separate(row: list[int], log: Recording, bodies: BallBodies) -> bool:
-    """Return whether the discs of a row have met nothing else, and whether nothing but the ends makes them move."""
+    """Return whether a row's discs have hit only their neighbours, and nothing else can disturb their motion."""
     pairs = {frozenset(pair) for pair in pairwise(row)}
     impacts = [frozenset((one.values.first, one.values.second)) for one in log.rows]
     struck = {pair for pair in impacts if not pair.isdisjoint(row[1:-1])}
@@ -142,7 +145,7 @@ def _is_separate(row: list[int], log: Recording, bodies: BallBodies) -> bool:
 
 
 def _order_row(pairs: set[tuple[int, int]], bodies: BallBodies) -> list[int] | None:
-    """Return the bodies of the pairs in order if they form a row with an immovable body at each end, or else None."""
+    """Return the pairs' bodies as a row of movable discs between two immovable bodies; None if they form no row."""
     neighbours: dict[int, list[int]] = {}
     for first, second in pairs:
         neighbours.setdefault(first, []).append(second)
@@ -161,7 +164,7 @@ def _order_row(pairs: set[tuple[int, int]], bodies: BallBodies) -> list[int] | N
 
 
 def _is_alone(row: list[int], bodies: BallBodies) -> bool:
-    """Return whether no other body can reach the row. If there are other bodies, they and one end must be at rest."""
+    """Return whether there are no other bodies, or the other bodies and one end of the row never move."""
     scene = bodies.scene
     other_bodies = [*map(wall_body, range(len(scene.walls))), *range(len(scene.discs))]
     other_bodies = [body for body in other_bodies if body not in row]
@@ -174,14 +177,14 @@ def _is_alone(row: list[int], bodies: BallBodies) -> bool:
 
 
 def _obstacle_body(body: int, bodies: BallBodies) -> int:
-    """Return the body number in `BallBodies`. For a wall, this is the number of the wall's first part."""
+    """Convert a body number of traces to one of `BallBodies`. A wall gets the number of its first part."""
     if body >= 0:
         return body
     return wall_body(next(k for k, obstacle in enumerate(bodies.obstacles) if obstacle.wall == wall_index(body)))
 
 
 def _has_loss_or_slip(row: list[int], bodies: BallBodies) -> bool:
-    """Return whether discs of the row may rest on each other after energy loss, or whether friction changes a spin."""
+    """Return whether a row of several discs loses energy in impacts, or whether friction can change a disc's spin."""
     scene, arrays = bodies.scene, bodies.scene.arrays
     walls = [wall_index(body) for body in row if body < 0]
     pairs = len(row) - 1 - len(walls)
@@ -201,7 +204,7 @@ def _find_facing(rows: Iterable[ImpactRecord], body: int, disc: int) -> _Facing:
 
 
 def _find_obstacle(bodies: BallBodies, end: _Facing) -> Obstacle | None:
-    """Return the part of the wall, at time 0, that the last disc of a row meets; None if the row ends with a disc."""
+    """Return the part of the end wall that a row's last disc meets, at time 0; None if the end body is a disc."""
     if end.body >= 0:
         return None
     of_wall = [obstacle for obstacle in bodies.obstacles if obstacle.wall == wall_index(end.body)]
@@ -261,9 +264,9 @@ def _find_line(row: list[int], obstacles: list[Obstacle | None], bodies: BallBod
 def _compute_surface_motion(
     end: _Facing, obstacle: Obstacle | None, line: Exact, bodies: BallBodies, now_s: float
 ) -> tuple[arb, arb, float]:
-    """Return the position at time 0 and the speed of an end's surface, and the time at which the speed changes.
+    """Return the position and speed, along the line, of the surface at an end, and the time when the speed changes.
 
-    The position is extrapolated from the present motion.
+    The position is that at time 0 if the surface always had its present speed.
     """
     dx, dy = map(ball, line)
     length = (dx * dx + dy * dy).sqrt()

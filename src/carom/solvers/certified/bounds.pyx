@@ -2,11 +2,11 @@
 
 `docs/theory/certified.md` derives the bounds and their margins for rounding. Numbers are scaled by powers of two, which
 causes no rounding: see `carom.solvers.units`. If a number is too large or too small to compute a bound, the bound is
-the start of both paths, and interval arithmetic computes the time.
+the start of the later of the two bodies' paths, and interval arithmetic computes the time.
 
 With gravity, states are relative to a freely falling reference frame, in which falling discs move along straight lines.
-The bound is the start of both paths for bodies that do not fall, for driven walls, and for driven discs that change
-direction.
+The start of the later path is also the bound for bodies that do not fall, for driven walls, and for driven discs that
+change direction.
 """
 
 from libc.math cimport fabs, ldexp, sqrt
@@ -319,5 +319,5 @@ cdef double spread(ball):
 
 
 cdef double tiny(int scale) noexcept:
-    """Return TINY plus the error of a number that underflows as a float, after scaling by 2^-scale."""
+    """Return TINY plus a bound of the error of a float that underflows, scaled by 2^-scale."""
     return TINY + ldexp(1.0, -1070 - scale)

@@ -28,14 +28,15 @@ def certify(
 
     Args:
         scene: The scene, or its name in the catalogue.
-        digits: Number of decimal digits to prove. Errors of times are relative to the time itself, errors of velocities
-            to the greatest speed at the start, and errors of positions to the greatest coordinate at the start.
+        digits: Number of decimal digits to prove. The error of a time is relative to this time. Errors of velocities
+            are relative to the greatest speed at the start, and errors of positions to the greatest coordinate of a
+            disc's rim at the start.
         max_impacts: Stop after this many impacts; None for no limit.
         time_budget_s: Stop after this many seconds of elapsed time; None for no limit.
         max_precision_bits: Greatest precision, in bits.
         tie_bits: The run ends at an undecided event if the states of its bodies are already accurate to this many bits.
-        progress: Function called at intervals with the number of impacts so far, the time reached in seconds, and the
-            bits of precision.
+        progress: Function called from time to time with the number of impacts so far, the time reached in seconds, and
+            the bits of precision.
 
     Returns:
         The trace with an error bound for every number. If the run ended early, the trace ends at the last certified

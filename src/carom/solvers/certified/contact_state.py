@@ -74,7 +74,7 @@ class Bounce(NamedTuple):
 
 
 class BallMode(NamedTuple):
-    """A row of `Trace.modes` whose numbers are intervals, without the number of previous impacts."""
+    """A row of `Trace.modes` with intervals instead of floats, and without the number of previous impacts."""
 
     time: arb
     disc: int
@@ -140,7 +140,7 @@ class Landing(NamedTuple):
 
 
 class Launch(NamedTuple):
-    """Instant at which a disc flies off the end of a surface, and its distance from the vertex at this end afterwards.
+    """Instant at which a disc flies off the end of a surface, and its later distance from the vertex at this end.
 
     In the time t since this instant, the squared distance grows by ``p t^2 + q t^3 + r t^4``. `powers` contains p, q
     and r.
@@ -157,9 +157,10 @@ class ContactStates:
     Attributes:
         gliding: The contact of each disc; None for a disc that flies freely.
         bounces: The last impact of each disc on a straight surface.
-        landings: End of each disc's infinitely many bounces, if this end certainly comes before all other events of the
-            disc, or else None.
-        stops: Time at which the table's friction stops each disc. None for a disc at rest, or without table friction.
+        landings: End of each disc's infinitely many bounces. None without such bounces, or if another event of the disc
+            may come before their end.
+        stops: Time at which the table's friction stops each disc. None if the disc is at rest or the scene has no
+            table.
         launched: The instant at which each disc flew off the end of a surface; None for other discs.
         barred: Body numbers of parts of walls that each disc can't meet on its current path.
     """
@@ -178,7 +179,10 @@ class ContactStates:
         self.barred[i] = frozenset()
 
     def end_of(self, i: int) -> arb | None:
-        """Return the time at which disc `i` stops sliding, rolling or resting without an impact; None for never."""
+        """Return the time at which the motion of disc `i` next changes without an impact; None for never.
+
+        At this time its bounces end, it stops sliding, rolling or resting, or a table stops it.
+        """
         gliding, landing = self.gliding[i], self.landings[i]
         if landing is not None:
             return landing.time

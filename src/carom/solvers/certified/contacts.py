@@ -5,9 +5,10 @@ that the contact law makes 0 is stored as exactly 0. The state of a disc in cont
 contact determines the disc's acceleration. Before an impact, a disc is released from its wall. After the impact, the
 disc returns to the wall or stays free.
 
-Bounces are applied one by one until all remaining bounces take less time than the last requested digit. The remaining
-bounces are summed as a geometric series. For this sum, the disc must certainly slip in one direction in all remaining
-bounces, or certainly stick in all of them, unless friction can reverse the slip.
+Bounces are applied one by one until the duration of all remaining bounces is less than the requested accuracy of times.
+The remaining bounces are summed as a geometric series. This sum is possible if the disc certainly slips in one
+direction in all remaining bounces, or certainly sticks in all of them. If friction can reverse the slip, other
+conditions apply (`carom.solvers.certified.landing`).
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ from carom.solvers.certified.two_frictions import share_frictions, sign_of
 
 
 def meet_end(bodies: BallBodies, i: int, instant_s: float) -> Meeting | None:
-    """Return when disc `i` stops sliding, rolling or resting, as an event of this disc alone; None for never."""
+    """Return the next change of disc `i` without an impact (see `ContactStates.end_of`); None if it never changes."""
     time = bodies.contacts.end_of(i)
     if time is None:
         return None
@@ -40,7 +41,7 @@ def meet_end(bodies: BallBodies, i: int, instant_s: float) -> Meeting | None:
 
 
 def gap_on_same_ground(bodies: BallBodies, i: int, j: int, instant_s: float, reach: arb) -> list[arb] | None:
-    """Return the gap of two discs on one surface as a polynomial of time since `instant_s`, or else None."""
+    """Return the gap of two discs as a polynomial of time since `instant_s`; None if they are not on one surface."""
     one, other = bodies.contacts.gliding[i], bodies.contacts.gliding[j]
     if one is None or other is None or one.ground.body != other.ground.body:
         return None
@@ -60,7 +61,7 @@ def gap_on_same_ground(bodies: BallBodies, i: int, j: int, instant_s: float, rea
 
 
 def find_resting(bodies: BallBodies) -> Iterator[tuple[int, BallGround]]:
-    """Yield each disc that touches a surface below it at the start, within float rounding, and this surface."""
+    """Yield each disc that touches a surface below it at the start, within float rounding, with this surface."""
     for i, disc in enumerate(bodies.scene.discs):
         for k in range(len(bodies.obstacles)) if bodies.movable[i] else ():
             ground = ground_of(bodies, i, k)
@@ -347,7 +348,7 @@ def record_landing(bodies: BallBodies, i: int, tolerance: arb | None) -> bool:
 
 
 def ground_of(bodies: BallBodies, i: int, k: int) -> BallGround | None:
-    """Return part k of the walls as a surface if it is straight, at rest and below disc `i`, or else None."""
+    """Return part k of the walls as a surface for disc `i`; None unless it is straight, at rest and below the disc."""
     obstacle = bodies.obstacles[k]
     shape, belts = obstacle.shape, bodies.scene.arrays.belts_m_s
     if not isinstance(shape, Plane) or bodies.pulls[k] >= 0 or bodies.is_driven(k):

@@ -71,8 +71,8 @@ class BallBodies:
         inverse_inertia_ratio: 1 / k for each disc, whose moment of inertia is ``k m R^2``; 0 for a disc that can't
             turn.
         inverse_mass: 1 / m for each disc of mass m; 0 for a disc that impacts do not move.
-        met: For each disc, the times of its last impacts with each obstacle (key: body number) and with any disc (key:
-            0), oldest first.
+        met: For each disc, the time of its last impact with each obstacle (key: the obstacle's body number), and of its
+            last impact with a disc (key: 0).
         last_met: For each disc, an upper bound of the times of its past impacts; 0 before the first impact.
         partner: Body that each disc met last; None before the disc's first impact.
         acceleration: Acceleration of each disc in contact, relative to the walls; None for a disc in flight.
@@ -129,8 +129,8 @@ class BallBodies:
     def state_bits(self, i: int) -> int:
         """Return the number of accurate bits in the state of disc `i`.
 
-        Errors of velocities are relative to the scene's greatest speed. Errors of positions are relative to the
-        distance of the disc's centre from the origin plus the radius.
+        Errors of velocities are relative to the scene's greatest speed. Errors of positions are relative to the sum of
+        the radius and the centre's coordinates, without their signs.
         """
         radius = arb(self.scene.discs[i].radius_m)
         x, y = self.centre(i, self.time[i]) if self.falls else (self.x[i], self.y[i])
@@ -148,7 +148,7 @@ class BallBodies:
         return min(self._compute_accuracy_bits(i) for i in range(len(self)))
 
     def best_accuracy_bits(self) -> int:
-        """Return the accuracy of the most accurate inexact velocity, in bits; the precision if all are exact."""
+        """Return the greatest accuracy of an inexact velocity, in bits; the precision if all velocities are exact."""
         inexact = [i for i in range(len(self)) if not (self.vx[i].is_exact() and self.vy[i].is_exact())]
         return max((self._compute_accuracy_bits(i) for i in inexact), default=int(ctx.prec))
 
@@ -166,7 +166,7 @@ class BallBodies:
         return (not self.movable[i] or self.partner[i] == j) and (not self.movable[j] or self.partner[j] == i)
 
     def path_start(self, i: int, body: int) -> float:
-        """Return the instant from which on the stored paths of disc `i` and of another body are both valid."""
+        """Return the earliest instant at which the stored paths of disc `i` and of another body are both valid."""
         return self.time[i] if body < 0 else max(self.time[i], self.time[body])
 
     def find_last_impact(self, i: int, second: int) -> arb:
@@ -182,7 +182,7 @@ class BallBodies:
         return latest
 
     def find_last_impact_of_either(self, i: int, second: int, instant_s: float) -> arb | None:
-        """Return the time of the last impact that affects the next impact of two bodies; None if before `instant_s`."""
+        """Return when two bodies last had an impact that affects their next one; None if it was before `instant_s`."""
         times = [
             self.find_last_impact(disc, second)
             for disc in (i, second)
@@ -253,7 +253,7 @@ class BallBodies:
         return x - moved_x, y - moved_y, vx - leg.vx, vy - leg.vy
 
     def centre_in_frame(self, i: int, instant_s: float) -> tuple[arb, arb]:
-        """Return the centre of disc `i` at the exact `instant_s`, relative to the frame that falls with gravity."""
+        """Return the centre of disc `i` at the exact instant `instant_s`, relative to the falling frame."""
         if not self.movable[i] and (leg := self.legs_after(i, instant_s)[0]) is not None:
             x, y = leg.moved_at(arb(instant_s))
             return self.x[i] + x, self.y[i] + y

@@ -23,10 +23,10 @@ from carom.solvers.certified.result import Degeneracy, Degenerate
 
 
 def find_contact_at_start(bodies: BallBodies, grounds: Mapping[int, int]) -> Degeneracy | None:
-    """Return the first pair of bodies that touch or overlap at the start and approach each other, or else None.
+    """Return the first pair of bodies that touch or overlap at the start and approach each other; None for no pair.
 
-    The motion after this start has no certain result. Discs that start in lasting contact with a wall are ignored.
-    `grounds` maps the numbers of these discs to their walls. Finite walls are not checked here.
+    The motion after such a start is uncertain. A disc's lasting contact with the wall below it is ignored. `grounds`
+    maps the numbers of such discs to walls. Finite walls are not checked here.
     """
     for i, j in _find_near_bodies(bodies):
         body = bodies.trace_body(j)
@@ -51,9 +51,10 @@ def find_contact_at_start(bodies: BallBodies, grounds: Mapping[int, int]) -> Deg
 def do_graze(bodies: BallBodies, i: int, body: int) -> bool:
     """Return whether a disc on its initial path only grazes a disc, a vertex, or an arc from outside.
 
-    Such a contact is no impact. The condition is ``u^2 (R + r)^2 = (d x u)^2``, where r is the disc's radius plus the
-    half width, or the sum of both radii. This condition has the form ``A + B R = 0`` with rational A, B and R^2, so
-    squaring gives an exact test. It is also true for equal velocities.
+    Such a contact is no impact. The condition is ``u^2 (R + r)^2 = (d x u)^2``, with the relative position d and
+    velocity u. R is the radius of the arc; 0 without an arc. For two discs, r is the sum of their radii. For a wall, r
+    is the disc's radius plus the half width. This condition has the form ``A + B R = 0`` with rational A, B and R^2, so
+    squaring gives an exact test. If the velocities are equal, the condition is true too.
     """
     is_curved = bodies.is_driven(wall_index(body)) if body < 0 else bodies.is_curved(i) or bodies.is_curved(body)
     if is_curved or not bodies.are_at_start(i, body):
@@ -123,9 +124,10 @@ def _build_pair_polynomial(scene: Scene, i: int, j: int) -> tuple[Fraction, Frac
 
 
 def _find_curvature_sign(scene: Scene, i: int, j: int, spread: Fraction) -> int:
-    """Return the sign of the second derivative of two discs' squared distance; 0 if both fall or neither falls.
+    """Return the sign of the second derivative of two discs' squared distance at the start.
 
-    `spread` is the squared relative velocity of the discs.
+    If both discs fall or neither falls, the derivative is not negative, and 0 is returned. `spread` is the squared
+    relative velocity of the discs.
     """
     fixed = [scene.discs[k].immovable for k in (i, j)]
     if fixed[0] == fixed[1] or scene.gravity_m_s2 == (0.0, 0.0):
@@ -149,7 +151,10 @@ def _find_root_form(bodies: BallBodies, first: int, second: int) -> tuple[Fracti
 
 
 def _find_near_bodies(bodies: BallBodies) -> list[tuple[int, int]]:
-    """Return all pairs whose gap at the start is at most a rounding error, ordered by disc, with discs before walls."""
+    """Return all pairs whose gap at the start is at most a rounding error.
+
+    The pairs are sorted by their first disc. For each disc, the pairs with discs come before those with half-planes.
+    """
     start = bodies.scene.arrays
     numbers = [k for k, obstacle in enumerate(bodies.obstacles) if obstacle.kind is None]
     walls = np.array([start.walls[bodies.obstacles[k].wall] for k in numbers]).reshape(-1, 4)

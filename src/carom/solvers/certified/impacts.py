@@ -199,8 +199,8 @@ def _collide_discs(bodies: BallBodies, meeting: Meeting, near: PairApproach) -> 
 def _exchange(law: PairLaw, vi: arb, vj: arb, xi: arb, xj: arb, contact: arb) -> tuple[arb, arb, arb, arb]:
     """Return velocities and positions after an impact along one axis, as weighted means of the values before it.
 
-    The formula ``x + share * gap`` would use x twice, and so add its error twice. In a weighted mean, the error hardly
-    grows.
+    In a weighted mean, the errors hardly grow. The gap depends on the position x, so the formula ``x + share * gap``
+    would add the error of x twice.
     """
     return (
         law.keep_i * vi + law.share_i * vj,

@@ -50,10 +50,10 @@ class WallLaw(NamedTuple):
 
 
 class RoundLaw(NamedTuple):
-    """Constants of a vertex or arc for discs of one radius: its centre, and the distance of a touching disc's centre.
+    """Constants of a vertex or arc for discs of one radius.
 
-    `change` is the factor in the formula of the disc's velocity change. `RoundApproach` explains the other numbers of
-    this formula.
+    (cx, cy) is the centre of the vertex or arc, and `reach` its distance from the centre of a touching disc. With the
+    numbers of `RoundApproach`, an impact adds ``change * root * (px, py)`` to the disc's velocity.
     """
 
     cx: arb

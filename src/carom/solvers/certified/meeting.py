@@ -85,14 +85,14 @@ class Meeting(NamedTuple):
     Attributes:
         first: Number of a disc.
         second: A disc with a higher number, or the body number of a part of a wall. If `second` equals `first`, the
-            event is not an impact: the disc stops sliding, rolling or resting.
+            event is not an impact, but the change of motion that `ContactStates.end_of` describes.
         at: Lower bound of the time, as a 64-bit float in seconds. The new paths after the impact are stored for this
             instant.
         time: Interval that contains the time of impact. For an uncertain impact, the earliest possible time.
         latest: Upper bound of `time`, as a 64-bit float.
         decided: Whether the impact is certain.
-        resting: Whether the impact is undecided because the bodies may already be in contact. With False, the
-            bodies may only graze each other.
+        resting: Whether the impact is undecided because the bodies may already be in contact. If False, they may only
+            graze each other.
         turning: Whether the impact is undecided because a driven body may change its velocity before the impact.
         proven: Whether the bodies certainly touch, so that only the order of impacts is undecided.
         near: Relative motion just before the impact; None for a straight obstacle that the disc approaches at constant

@@ -1,7 +1,7 @@
 """Obstacles with exact coordinates. An obstacle is a half-plane, or a side or vertex of a finite wall.
 
-At each of its ends, a side of a finite wall continues with a vertex, or at a smooth joint with the next side. At a
-smooth joint, a disc touches both sides at the same time.
+Each end of a side of a finite wall is a vertex, or a smooth joint with the next side. At a smooth joint, a disc touches
+both sides at the same time.
 """
 
 from __future__ import annotations
@@ -25,8 +25,10 @@ class Obstacle:
         half_width: The wall consists of all points within this distance of the line in its middle, in metres.
         kind: Kind of the part; None for a half-plane.
         edges: Numbers of the edges to which the part belongs. A vertex has only the lower number.
-        neighbours: Body numbers of the obstacles that adjoin a side at its beginning and at its end, or no numbers.
-        never_met: Body numbers of the obstacles that a disc in contact with a straight obstacle never meets.
+        neighbours: Body numbers of the obstacles that adjoin the beginning and the end of a side; empty for other parts
+            and for whole circles.
+        never_met: Body numbers of the obstacles that a disc never meets while it is in contact with this one. Empty if
+            this one is not straight.
     """
 
     wall: int

@@ -50,5 +50,5 @@ class CertifyOptions(DeclaredOptions):
     tie_bits: int = declare_option(
         TIE_BITS,
         build_whole_number_kind(LEAST_BITS, MOST_PRECISION_BITS),
-        "Bits after which an undecided event ends the run.",
+        "Accuracy, in bits, at which an undecided event ends the run.",
     )

@@ -22,11 +22,11 @@ class Ending(Enum):
     TIME_BUDGET = "stopped when the time budget was used up"
     PRECISION_CAP = "stopped at the precision limit: the requested digits need more bits than allowed"
     INTERRUPTED = "interrupted; the impacts certified before are kept"
-    DEGENERATE = "stopped at an event that has no certain result"
+    DEGENERATE = "stopped at an event after which the motion is uncertain"
 
 
 class Degenerate(Enum):
-    """Why an event has no certain result. Reports contain the text of a member."""
+    """Why the motion after an event is uncertain. Reports contain the text of a member."""
 
     SHARED_INSTANT = "a disc has two impacts at one instant, and their order may matter"
     TOUCHING_START = "two bodies touch exactly at the start and move towards each other"
@@ -44,7 +44,7 @@ class Degenerate(Enum):
 
 @dataclass(frozen=True)
 class Degeneracy:
-    """An event without a certain result, at which a certified run stops.
+    """An event at which a certified run stops, because the motion after it is uncertain.
 
     Attributes:
         kind: Kind of event.
@@ -69,7 +69,7 @@ class Degeneracy:
         time_text = f"at {self.earliest_s:.17g} s"
         if self.latest_s != self.earliest_s:
             time_text = f"between {self.earliest_s:.17g} and {self.latest_s:.17g} s"
-        how = "proven exactly" if self.proven else f"not decided with the state known to {self.bits} bits"
+        how = "proven exactly" if self.proven else f"undecided although the state is known to {self.bits} bits"
         return f"{self.kind.value}: {names}, {time_text} ({how})"
 
 
@@ -140,8 +140,9 @@ class CertifiedTrace(ByValue, Drawn):
 def proven_decimal(value: float, radius: float) -> str:
     """Return a value, whose error is at most `radius`, as a decimal number with all proven digits.
 
-    With k decimals, the decimal number differs from the true value by at most ``radius + 10^-k / 2``. The largest k is
-    chosen with which this difference is at most one unit in the last digit. If no digit is proven, the text is a bound.
+    With k decimals, the decimal number differs from the true value by at most ``radius + 10^-k / 2``. Here k is the
+    largest number for which this bound is at most one unit in the last digit. If no digit is proven, the text is a
+    bound.
     """
     if radius == 0.0:
         return repr(value)

@@ -69,7 +69,7 @@ class CertifiedRun:
         """Certify the impacts of the scene, with higher and higher precision.
 
         Args:
-            progress: Function called at intervals with the number of impacts and the time so far, in seconds.
+            progress: Function called from time to time with the number of impacts and the time so far, in seconds.
         """
         begin_s = time.perf_counter()
         budget_s, max_impacts = self._options.time_budget_s, self._options.max_impacts

@@ -1,14 +1,14 @@
 """Selection of the next impact by comparisons of intervals.
 
 Each possible event has a lower bound of its time. To *solve* an event means to compute its time as an interval, which
-increases the bound. The event with the smallest bound is solved until the smallest bound belongs to a solved event.
-*Rivals* of this event are all events whose bounds are not after its time. Rivals are solved too. The event is next if
-it certainly comes before each rival, or if their order does not matter. In all other cases, the next event is
-undecided.
+increases the bound. The search solves the event with the smallest bound, again and again, until the smallest bound
+belongs to a solved event. *Rivals* of this event are all events whose bounds are not after its time. Rivals are solved
+too. The event is next if it certainly comes before each rival, or if their order does not matter. In all other cases,
+the next event is undecided.
 
-The first bound of an event can be much earlier than the impact, for example the start of both paths. A solution that
-starts from an early bound is inaccurate, and is only used as a better bound. When the better bound is the smallest of
-all, the event's time is computed again from this bound.
+The first bound of an event can be much earlier than the impact, for example the start of the later of the two bodies'
+paths. A solution that starts from an early bound is inaccurate, and is only used as a better bound. When the better
+bound is the smallest of all, the event's time is computed again from this bound.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class Selection:
             self.expect_end(i)
 
     def expect_end(self, i: int) -> None:
-        """Add the end of disc `i`'s sliding, rolling or rest to the possible events, if it has an end."""
+        """Add the next change of disc `i` without an impact, if there is one, to the possible events."""
         if self.bodies.contacts.end_of(i) is not None:
             self._meetings.pop((i, i), None)
             self.bounds.raise_to(i, i, self.bodies.time[i])
@@ -107,7 +107,7 @@ class Selection:
             self._solve(*min(unsolved))
 
     def _latest(self, rivals: list[tuple[float, int, int]]) -> float:
-        """Return the latest possible time of all rivals, or `end_s` if it is earlier.
+        """Return the latest possible time of all solved rivals, or `end_s` if it is earlier.
 
         The end of a contact has an infinite upper bound if its interval is too wide at this precision.
         """
@@ -117,7 +117,7 @@ class Selection:
     def _solve(self, instant_s: float, disc: int, body: int) -> Meeting | None:
         """Compute the time of an impact as an interval, starting from its bound.
 
-        Return the impact if the bound was close to the time.
+        Return None if there is no impact, or if the bound was an early one and only a better bound was found.
         """
         self.solved += 1
         if self.solved % _CHUNK == 0 and time.perf_counter() > self.deadline_s:

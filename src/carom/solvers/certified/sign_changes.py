@@ -55,8 +55,8 @@ def build_squared_gap_powers(
 def find_falls(powers: Sequence[arb], until: float | arb = _INFINITY) -> Iterator[Fall]:
     """Yield the times from 0 to `until` at which a polynomial changes from positive to negative, in order.
 
-    Coefficients are given lowest power first. Where leading coefficients are exactly zero, the next coefficient
-    determines the sign just after time 0.
+    Coefficients are given lowest power first. If the first coefficients are exactly zero, the next one determines the
+    sign just after time 0.
     """
     left = list(powers)
     while left and left[-1].is_zero():

@@ -187,7 +187,7 @@ def _compute_position_after(bodies: BallBodies, i: int, x: arb, y: arb, vx: arb,
 
 
 def _passes_stop(bodies: BallBodies, i: int, k: int, shape: Round) -> bool:
-    """Return whether disc `i` fits inside the arc of a stop, which only stops larger discs."""
+    """Return whether a part is a stop that has no effect on disc `i`, because the disc fits inside the stop's arc."""
     reach = Fraction(bodies.scene.discs[i].radius_m) + bodies.obstacles[k].half_width
     return shape.stops_of is not None and reach**2 < shape.stops_of.radius2
 
@@ -295,12 +295,12 @@ def _compute_upper_root(square: arb) -> arb:
 
 
 def find_finite_contact_at_start(scene: Scene, grounds: Mapping[int, int]) -> Degeneracy | None:
-    """Find the first disc that touches a finite wall at the start and moves towards it; None if there is none.
+    """Return the first contact with a finite wall at the start that makes the motion uncertain; None for none.
 
-    Discs that start in lasting contact with a wall are ignored. `grounds` maps the numbers of these discs to walls.
+    A disc's lasting contact with the wall below it is ignored. `grounds` maps the numbers of such discs to walls.
 
-    The gap is an interval of many bits. If the gap contains positive and negative numbers, the result is marked as not
-    proven.
+    The gap is an interval of many bits. If this interval contains positive and negative numbers, the result is marked
+    as not proven.
     """
     with ctx.workprec(_START_BITS):
         bodies = BallBodies(scene)
@@ -326,7 +326,7 @@ def _find_farthest_coordinate(wall: Outline) -> float:
 
 
 def _check_start(bodies: BallBodies, i: int, number: int) -> tuple[Degenerate, arb] | None:
-    """Return the kind of an uncertain contact of a disc with a part of a wall at the start, and the gap."""
+    """Return the kind of a contact at the start that makes the motion uncertain, and the gap; None for no contact."""
     shape, radius = bodies.obstacles[number].shape, bodies.scene.discs[i].radius_m
     x, y, ux, uy = bodies.relative_state(i, 0.0, bodies.legs_after(wall_body(number), 0.0)[0])
     gx, gy = bodies.gravity

@@ -57,7 +57,7 @@ class EventDrivenRun:
     Args:
         start: A scene, or discs and walls as arrays.
         record: "all" or "none": which impacts to record. `impacts_per_disc` counts impacts in both cases.
-        window_s: First and last time, in seconds, of the impacts to record.
+        window_s: Start and end, in seconds, of the time in which impacts are recorded.
         contact_duration_s: Contact time of the TC model (Luding & McNamara, Granular Matter 1 (1998) 113). If a disc
             has two impacts within this time, the second loses no energy and has no friction. The model prevents
             inelastic collapse, an endless series of impacts in a finite time. 0 turns the model off.
@@ -66,7 +66,7 @@ class EventDrivenRun:
         cell_factor: Factor that multiplies the width of the cells in which near discs are searched, at least 1;
             infinity for a single cell. With the factor 1, a run with few discs uses no cells. The factor does not
             change results.
-        all_pairs: Whether to compute all pairs at each event, without cells, queue or stored predictions. This choice
+        all_pairs: Whether to predict the impacts of all pairs again at each event, without cells or queue. This choice
             does not change results.
 
     Raises:
@@ -172,9 +172,9 @@ class EventDrivenRun:
         Step k ends at ``k * step_s``. The number of the first step is `first`.
 
         Returns:
-            The number of states written, and whether they are all steps before the first impact. Some steps are missing
-            if the run ends in the next step, or if the next step is long. In these cases, call `advance_to` for the
-            next step.
+            The number of states written, and whether the last step had an impact or filled the arrays. Otherwise the
+            next step was not finished, because the run ends in it or it has too many events. Then call `advance_to` for
+            it.
         """
         if self._ended is not None:
             return 0, False
@@ -272,10 +272,10 @@ def compute_standstill_limit(bodies: int) -> int:
     """Return the largest allowed number of impacts at one instant. After more impacts, time is assumed to stand still.
 
     The limit must be larger than any finite number of impacts at one instant. For n equal discs that touch in a line,
-    this number is at most ``n (n - 1) / 2``. Two discs in front of a wall have 31 impacts if their masses are 1:100,
-    and 314 impacts if their masses are 1:10,000. For few bodies, the limit is a hundred times the square of their
-    number, so that a run ends within milliseconds. For many bodies, the limit is ten million more than half the square
-    of their number, so that a run ends within seconds.
+    this number is at most ``n (n - 1) / 2``. Two discs in front of a wall have 31 impacts if the ratio of their masses
+    is 100, and 314 impacts if it is 10,000. For few bodies, the limit is a hundred times the square of their number, so
+    that a run ends within milliseconds. For many bodies, the limit is ten million more than half the square of their
+    number, so that a run ends within seconds.
     """
     return min(100 * bodies**2, 10_000_000 + bodies**2 // 2)
 
@@ -284,7 +284,7 @@ def _build_obstacles(start: DiscArrays, *, accelerated: bool) -> Obstacles | Non
     """Return the sides and vertices of walls; None if all are half-planes that need no further data."""
     obstacles = None if start.has_plain_walls and not (start.driven or accelerated) else Obstacles(start)
     if (count := len(start.walls if obstacles is None else obstacles.rows)) > MOST_OBSTACLES:
-        raise InputError(f"walls have {count} sides and vertices: at most {MOST_OBSTACLES} can be numbered")
+        raise InputError(f"walls must have at most {MOST_OBSTACLES} sides and vertices in all, got {count}")
     return obstacles
 
 

@@ -76,7 +76,7 @@ class FrameRun:
         Args:
             time_s: Seconds from the start.
             max_impacts: Number of impacts, counted from the start of the run; None for no limit.
-            progress: Function called at intervals with the number of impacts and the time so far.
+            progress: Function called from time to time with the number of impacts and the time so far.
 
         Raises:
             InputError: The time is negative or not finite, or `max_impacts` is not a whole number of 0 or more.

@@ -145,7 +145,10 @@ def _move(discs: list[MovingDisc], seconds: float) -> None:
 
 
 def _has_just_met(disc: MovingDisc, partner: int) -> bool:
-    """Return whether the disc is immovable or last met this partner. If so for both bodies, they do not approach."""
+    """Return whether the disc is immovable or last met this partner.
+
+    If this is true for both bodies of a pair, they do not approach each other.
+    """
     return disc.inverse_mass == 0.0 or disc.last_partner == partner
 
 

@@ -99,7 +99,7 @@ def test_too_many_wall_features_are_refused(monkeypatch: pytest.MonkeyPatch) -> 
     scene = staged("triangle", disc_at(0, 4, 1), Chain(points_m=[(3, 3), (5, 3), (4, 5)], closed=True), duration_s=10.0)
     monkeypatch.setattr(event_driven, "MOST_OBSTACLES", 8)  # of nine: three edges with two sides and a vertex each
     for start in (scene, replace(scene.arrays, walls=((0.0, 0.0, 0.0, 1.0),) * 9)):
-        with pytest.raises(InputError, match="walls have 9 sides and vertices: at most 8 can be numbered"):
+        with pytest.raises(InputError, match="walls must have at most 8 sides and vertices in all, got 9"):
             EventDrivenRun(start)
 
 
