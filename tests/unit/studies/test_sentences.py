@@ -166,7 +166,7 @@ ALL_UNPROVEN = f"None of these scenes has a known answer: {WITHOUT_PROOF}"
 UNPROVEN = f"This scene has no known answer: {WITHOUT_PROOF}"
 OFF = r"mine at 1/24 s: PIT: velocities are wrong by \S+ % of the greatest speed\."
 PROVEN = r"PIC reproduces the one known answer \(largest deviation \S+\)\."
-BY_PHASE = r"PIT: its grade depends on the phase of the step; PIT is equally accurate at \d+ of \d+ phases\."
+BY_PHASE = r"PIT: its grade depends on the phase of the step; PIT reaches this accuracy at only \d+ of \d+ phases\."
 
 
 @each(
