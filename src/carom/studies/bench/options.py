@@ -157,7 +157,7 @@ class GrowthOptions(LimitOptions):
         "With --grow: number of discs, repeatable.",
         "--discs",
         many=True,
-        default_text="10 to 10,000; PIC and PIT up to 100,000",
+        default_text="10 to 10,000, for PIC and PIT to 100,000",
     )
     budget_s: float = declare_option(BUDGET_S, build_seconds_kind(), "Seconds per gas.", "--budget")
     own: bool = declare_own_methods()

@@ -322,8 +322,9 @@ def select_worst(items: Sequence[T], max_items: int, cells_of: Callable[[T], Seq
 
 def build_omission_note(listed: Sequence[T], items: Sequence[T], noun: str, media: Media) -> tuple[Text, ...]:
     """Return a note if `select_worst` has omitted items, and an empty tuple if not."""
-    shown = f"only the {len(listed):,} with the worst grades are shown; results.jsonl has all."
-    return (Text(f"Of {len(items):,} {noun}, {shown}", media),) if len(listed) < len(items) else ()
+    shown = f"{len(listed):,} of {len(items):,} {noun} are shown"
+    worst = f"{shown}, those with the worst grades; results.jsonl has all."
+    return (Text(worst, media),) if len(listed) < len(items) else ()
 
 
 RANKING_NOTE = (

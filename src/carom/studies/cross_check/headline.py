@@ -103,7 +103,7 @@ def _describe_sampled(grid: Grid, methods: Sequence[Method]) -> str:
     counts = [sum(cell.mark in good for cell in grid.list_cells(method)) for method in methods]
     names, does = _join_names([method.heading for method in methods]), "is" if len(methods) == 1 else "are"
     scenes = "scene" if max(counts) == 1 else "scenes"
-    return f"{names} {does} within sampling error in {_format_count_range(counts)} {scenes}"
+    return f"{names} {does} at least as accurate as PIT in {_format_count_range(counts)} {scenes}"
 
 
 def _format_count_range(counts: Sequence[int]) -> str:
