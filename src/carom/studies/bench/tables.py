@@ -287,7 +287,7 @@ def build_point_table(bench: SceneBench, plan: BenchPlan) -> Table:
         ),
         [point for point in bench.points if not point.reason],
         title=f"{name}: all points",
-        note=f"The error is the {plan.error.meaning}. Each error is the largest over "
+        note=f"'Error' is the {plan.error.meaning}. Each error is the largest over "
         f"{formatting.format_count(plan.phases, 'phase')} that are spread evenly over a step. '-1 +2' means that over "
         "all phases one impact is missed and two are invented. The error then covers only the other impacts. Times are "
         "medians over rounds. 'Spread' is the distance between the quartiles, divided by the median. 'Empty world' is "

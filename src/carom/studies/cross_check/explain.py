@@ -139,7 +139,7 @@ def _describe_engines(scene: Scene, reference: Trace, dt_s: float) -> str:
     if scene.damping_per_s or scene.table_deceleration_m_s2:
         slows = "damping" if scene.damping_per_s else "the table"
         return f"{full_run}: {slows} changes velocities between impacts"
-    until = "the state shows only free flight"
+    until = "all discs fly freely"
     if not _is_last_impact(scene, reference):
         return f"{full_run}, or until {until}: PIC finds later impacts within twice the duration"
     if not len(reference.impacts):
@@ -161,7 +161,7 @@ def _describe_samples(scene: Scene, *, drawn: bool) -> str:
         return "not kept, because no report is written"
     if len(scene.discs) > MOST_DISCS_DRAWN:
         return f"not kept, because no picture shows more than {MOST_DISCS_DRAWN} discs"
-    return "kept at the largest step size, because only these runs are drawn"
+    return "kept for runs at the largest step size, because only these runs are drawn"
 
 
 def _describe_runs(planned: Sequence[Job], plan: Plan, info: EngineInfo, profile: str, steps: int) -> str:
