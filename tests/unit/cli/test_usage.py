@@ -58,7 +58,7 @@ REFUSED = [
     ("run paper/missed --dt -1", "0.004 (1.49e-154 to 6.7e153)"),
     ("run paper/missed --dt 1e999999999", "(1.49e-154 to"),
     ("bench paper/missed --dt 1e300..1e-300:5", "(1.49e-154 to 6.7e153)"),
-    ("bench paper/missed --dt 1/60..1/120:99999999", "of 256 steps at most"),
+    ("bench paper/missed --dt 1/60..1/120:99999999", "at most 256 steps"),
     ("bench paper/missed --dt 1/60..x", "--dt must be a number of seconds"),
     ("bench paper/missed --axes time-error", "'--axes': 'time-error' is not one of 'error-time', 'error-dt'"),
     ("bench paper/missed --phases 1000000", "--phases must be a whole number from"),

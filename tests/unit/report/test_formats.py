@@ -156,7 +156,7 @@ def test_html_shows_the_cases_of_the_paper(source: str) -> None:
     """The page shows the paper's cases under PIT, with the number of impacts and dashed frames around misses."""
     section = source[source.index("What goes wrong</h2>") :]
     assert "Dashed discs show the frames around a missed impact" in section
-    section = section[section.index("The source paper") :]
+    section = section[section.index("PIT on the source paper") :]
     assert "paper/missed" in section
     assert "PIT: 0 impacts" in section
 

@@ -228,7 +228,7 @@ def test_advice_claims_no_bounds_and_has_no_rows_for_pic_and_pit() -> None:
     assert "at most" not in text.replace("at most 1°", "")
     lines = print_document(build_advice_document(found), 80)
     assert not any(line.startswith(("pic ", "pit ")) for line in lines)
-    assert "Checking once per step (PIT) needs 6.757 and 181.8 steps/s, by formula." in text
+    assert "PIT (one check per step) needs 6.757 steps/s to miss none, 181.8 steps/s for 1°." in text
     one = found.answers[0]
     never = replace(one.never_misses, smallest_failing=None)
     refused = replace(one, never_misses=never, meets_target=never, refused_s=0.5, refusal="too far a step")
@@ -243,14 +243,16 @@ def test_advice_states_unfinished_searches_and_non_monotone_results() -> None:
     found = build_advice()
     one = found.answers[0]
     stopped = replace(one, ending=SearchEnding.BUDGET)
-    assert "400000 engine steps each (--budget) for box2d default" in render_advice(replace(found, answers=(stopped,)))
+    assert "For box2d default, the search stopped at its budget of 400000 engine steps" in render_advice(
+        replace(found, answers=(stopped,))
+    )
     coarse, fails = one.trials[0], one.trials[1]
     holed = replace(one.never_misses, coarser_passes=(coarse,), finer_failures=(fails,))
     text = render_advice(replace(found, answers=(replace(one, never_misses=holed, meets_target=holed),)))
     rates = [formatting.format_number(1 / trial.dt_s, 4) for trial in (coarse, fails)]
-    passing = f"box2d default misses none at {rates[0]} steps per second, but not at {rates[1]}."
-    assert f"Smaller is not always better: {passing}" in text
-    assert text.count("Smaller is not always better") == 1
+    passing = f"box2d default misses no impact at {rates[0]} steps per second, but fails at {rates[1]}."
+    assert f"Smaller steps are not always better: {passing}" in text
+    assert text.count("Smaller steps are not always better") == 1
     (row,) = list_method_rows(
         replace(found, answers=(replace(one, meets_target=replace(one.meets_target, largest_passing=None)),))
     )

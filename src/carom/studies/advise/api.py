@@ -43,7 +43,7 @@ def advise(
     pool: Pool | None = None,
     **options: Any,
 ) -> ShownAdvice:
-    """Find the largest step sizes at which each engine misses no impact of a scene and meets an accuracy target.
+    """For each engine, find the largest step sizes at which it misses no impact of a scene and meets a target accuracy.
 
     `print(result)` shows the same text as `carom advise`. A notebook shows a picture of the result. `result.plot()`
     draws the error against steps per second.
@@ -52,13 +52,13 @@ def advise(
         scene: The scene, or its name in the catalogue.
         engine_names: Names of adapters (default: all installed ones).
         progress: Function that is called with the number of finished tasks, the number of all tasks, and a description.
-        pool: Pool of worker processes, which stays open (default: a new pool, which is closed).
+        pool: Pool of worker processes, which is not closed (default: a new pool, which is closed at the end).
         options: ``direction_error_rad``, ``profiles``, ``scheduler`` and the other fields of
             `carom.studies.advise.options.AdviceOptions`.
 
     Raises:
-        InputError: PIC can't solve the scene, the scene has no impact, rounding makes its first impact unreliable, or
-            an option is invalid.
+        InputError: PIC can't solve the scene, the scene has no impact, its first impact has no reliable result, or an
+            option is invalid.
         UnknownNameError: The scene or an engine does not exist.
 
     Examples:

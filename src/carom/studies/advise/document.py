@@ -61,7 +61,7 @@ def build_advice_document(advice: Advice, scene_word: str = "") -> Document:
 
 
 def _list_criteria(advice: Advice) -> Iterator[tuple[str, Callable[[StepAdvice], StepRange]]]:
-    """Yield the heading of each accuracy criterion, and a function that returns the step sizes that meet it."""
+    """For each accuracy criterion, yield its heading, and a function that returns the step sizes that meet it."""
     yield "no miss", lambda answer: answer.never_misses
     yield f"≤ {_format_target_angle(advice)}", lambda answer: answer.meets_target
 
@@ -103,19 +103,19 @@ def _build_evidence_table(advice: Advice, rows: Sequence[StepAdvice]) -> Table:
 
 
 def _build_headline(advice: Advice) -> Iterator[str]:
-    """Yield the two recommended step sizes, the step sizes that PIT needs, and the methods that were not searched."""
+    """Yield the two recommended step sizes, the step sizes that PIT needs, and the methods that could not be tested."""
     if advice.answers:
         without_miss = _describe_longest_step(advice, lambda answer: answer.never_misses)
         yield f"{advice.scene.name}: to miss no impact, {without_miss}."
         target = f"For a direction error of at most {_format_target_angle(advice)}"
         if advice.target.miss_probability > 0:
             most = formatting.format_percent(advice.target.miss_probability)
-            target += f" and misses at no more than {most} of phases"
+            target += f", with misses at no more than {most} of phases"
         yield f"{target}, {_describe_longest_step(advice, lambda answer: answer.meets_target)}."
     else:
-        yield f"{advice.scene.name}: no engine was searched."
+        yield f"{advice.scene.name}: no engine was tested."
     if needed := _describe_pit_steps(advice):
-        yield f"Checking once per step (PIT) needs {needed}."
+        yield f"PIT (one check per step) needs {needed}."
     reasons = formatting.group_by((unable.reason, unable.method.label) for unable in advice.unable)
     for reason, names in reasons.items():
         yield f"Not run: {formatting.join_words(names)} ({reason})."
@@ -128,8 +128,8 @@ def _format_target_angle(advice: Advice) -> str:
 def _describe_longest_step(advice: Advice, criterion: Callable[[StepAdvice], StepRange]) -> str:
     """Describe the largest step size that passes, and its method.
 
-    Methods whose steps Carom shortens are considered only if there are no other methods. Users can't shorten steps by a
-    setting of the engine.
+    Methods whose steps Carom shortens are considered only if there are no other methods. Users can't get such steps by
+    a setting of the engine.
     """
     candidates = [one for one in advice.answers if one.method not in advice.located] or advice.answers
     longest_s = max(criterion(answer).largest_passing_s for answer in candidates)
@@ -148,7 +148,7 @@ def _has_no_step_limit(answer: StepAdvice, step_range: StepRange) -> bool:
 
 
 def _describe_substeps(advice: Advice, step_range: StepRange) -> str:
-    """Describe the number of steps per frame at the largest passing step size that divides a frame."""
+    """Describe the smallest whole number of steps per frame that passes; empty if there is none."""
     if (times := _count_steps_per_frame(advice, step_range)) is None:
         return ""
     steps = formatting.format_count(times, "step")
@@ -211,30 +211,36 @@ def _format_frame_step_result(advice: Advice, answer: StepAdvice) -> str:
 
 def _describe_pit_steps(advice: Advice) -> str:
     if (closed := advice.closed_form) is not None:
-        steps = (closed.never_misses_s, closed.meets_target_s)
-        one, other = (_format_rate(dt_s) if math.isfinite(dt_s) else "any number" for dt_s in steps)
-        return f"{one} and {other} steps/s, by formula"
-    if advice.sampling is None:
+        dts_s = (closed.never_misses_s, closed.meets_target_s)
+    elif (found := advice.sampling) is not None:
+        dts_s = (found.never_misses.largest_passing_s, found.meets_target.largest_passing_s)
+    else:
         return ""
-    one, other = (_format_rate_range(found) for found in (advice.sampling.never_misses, advice.sampling.meets_target))
-    return f"{one} and {other} steps/s, by search"
+    one, other = (_describe_needed_rate(dt_s) for dt_s in dts_s)
+    return f"{one} to miss none, {other} for {_format_target_angle(advice)}"
+
+
+def _describe_needed_rate(dt_s: float) -> str:
+    if math.isinf(dt_s):
+        return "any number of steps"
+    return f"{_format_rate(dt_s)} steps/s" if dt_s else "an unknown number of steps"
 
 
 def _build_notes(advice: Advice) -> Iterator[str]:
-    """Yield notes on the hardest impact, unfinished searches, and methods that fail below a passing step size."""
+    """Yield notes on the hardest impact, unfinished searches, and step sizes that fail although a larger one passes."""
     for answer in advice.answers:
         never_misses = answer.never_misses
-        for found, result in ((never_misses, "misses none"), (answer.meets_target, "meets the target")):
-            is_repeated = result != "misses none" and found.finer_failures == never_misses.finer_failures
+        for found, result in ((never_misses, "misses no impact"), (answer.meets_target, "meets the target")):
+            is_repeated = result != "misses no impact" and found.finer_failures == never_misses.finer_failures
             if found.monotone or is_repeated:
                 continue
             passing, failing = _format_rates(found.coarser_passes), _format_rates(found.finer_failures)
-            where = f"at {passing} steps per second, but not at {failing}"
-            yield f"Smaller is not always better: {answer.method.label} {result} {where}."
+            where = f"at {passing} steps per second, but fails at {failing}"
+            yield f"Smaller steps are not always better: {answer.method.label} {result} {where}."
     stopped = [answer.method.label for answer in advice.answers if answer.ending is SearchEnding.BUDGET]
     if stopped:
-        budget = f"the budget of {advice.budget_steps} engine steps each (--budget)"
-        yield f"The search stopped at {budget} for {formatting.join_words(stopped)}."
+        budget = f"its budget of {advice.budget_steps} engine steps (--budget)"
+        yield f"For {formatting.join_words(stopped)}, the search stopped at {budget}."
     for answer in advice.answers:
         if answer.ending is SearchEnding.BROKE:
             last = answer.trials[-1]
@@ -290,7 +296,7 @@ def _format_failing_rate(answer: StepAdvice, step_range: StepRange) -> str:
 
 
 def _describe_search(advice: Advice, rows: Sequence[StepAdvice]) -> Iterator[str]:
-    """Yield the reasons why searches ended and step sizes were refused, and describe the tested phases."""
+    """Yield the reasons for the end of searches and for refused step sizes, and describe the tested phases."""
     for ending, names in formatting.group_by((one.ending, one.method.label) for one in rows).items():
         yield f"For {formatting.join_words(names)}, no smaller step size was tested, because {ending.value}."
     for one in rows:
@@ -304,7 +310,7 @@ def _describe_search(advice: Advice, rows: Sequence[StepAdvice]) -> Iterator[str
 
 
 def _format_direction_error(answer: StepAdvice) -> str:
-    """Return the error at the recommended step size, or at the smallest tested one."""
+    """Return the error at the recommended step size. If there is none, use the smallest tested step size."""
     trial = answer.meets_target.largest_passing or (answer.trials[-1] if answer.trials else None)
     if trial is None:
         return formatting.ABSENT

@@ -1,9 +1,9 @@
-"""Search for the largest step sizes at which each engine misses no impact and meets an accuracy target.
+"""Search for the largest step sizes at which an engine misses no impact and meets an accuracy target.
 
 For two discs without friction, `carom.studies.advise.sampling_limit` computes PIT's largest step size by a formula. All
 other step sizes are found by testing a series of step sizes. Each step size is tested at several phases: the scene is
-shifted in time by fractions of a step. Some phases are evenly spread over a step. At the other phases, a check comes
-just before one of the hardest impacts.
+shifted in time by fractions of a step. Some phases are evenly spread over a step. At the other phases, a step ends just
+before one of the hardest impacts.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ class ClosedForm:
 
     Attributes:
         never_misses_s: Largest step size with which PIT finds the impact at every phase.
-        meets_target_s: Largest step size with which PIT meets the accuracy target at every phase.
+        meets_target_s: Largest step size with which PIT meets the accuracy target.
     """
 
     never_misses_s: float
@@ -75,7 +75,7 @@ class Advice:
     """Result of `carom advise`.
 
     Attributes:
-        scene: The scene, which is shortened if rounding makes its later impacts unreliable.
+        scene: The searched scene, which ends before the first impact without a reliable result.
         target: Required accuracy.
         impacts: Number of impacts in the searched part of the scene.
         hardest: Some of the hardest impacts, beginning with the hardest one.
@@ -87,8 +87,8 @@ class Advice:
         budget_steps: Largest number of engine steps in each search.
         swept: Methods whose continuous collision detection keeps a fast body from passing through another within a
             step.
-        located: Methods whose steps Carom shortens, so that a step ends at each impact. No setting of an engine does
-            this.
+        located: Methods whose steps Carom shortens, so that a step ends at each impact. Users can't get such steps by a
+            setting of the engine.
         code: For each method, the engine's code for one frame with the recommended step size, if the adapter can write
             code.
         environment: Description of the machine, and versions of packages.
@@ -119,7 +119,7 @@ class Advice:
 def advise(
     scene: Scene, options: AdviceOptions, pool: Pool, *, progress: Progress = no_progress, command: str = ""
 ) -> Advice:
-    """Find the largest step sizes at which each engine misses no impact of a scene and meets an accuracy target.
+    """For each engine, find the largest step sizes at which it misses no impact of a scene and meets a target accuracy.
 
     Args:
         scene: The scene.
@@ -130,7 +130,7 @@ def advise(
         command: The command that repeats the study, which is stored in the result.
 
     Raises:
-        InputError: PIC can't solve the scene, the scene has no impact, or rounding makes its first impact unreliable.
+        InputError: PIC can't solve the scene, the scene has no impact, or its first impact has no reliable result.
         UnknownNameError: An engine does not exist.
     """
     started = time.perf_counter()
@@ -204,7 +204,7 @@ def _write_frame_code(scene: Scene, answer: StepAdvice, pool: Pool) -> str:
 
 
 def _cut_reference(scene: Scene) -> tuple[Trace, ReferenceCut | None]:
-    """Return the reliable part of a scene's PIC trace, and the reason why later impacts are unreliable."""
+    """Return a scene's PIC trace up to its last reliable impact, and the reason why later impacts are unreliable."""
     reference = solve_reference(scene)
     if not isinstance(reference, Trace):
         raise InputError(f"there is no reference to compare with: {reference}")

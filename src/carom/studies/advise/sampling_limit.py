@@ -1,4 +1,4 @@
-"""Formulas for the largest step size with which a check once per step is accurate enough for one impact.
+"""Formulas for the largest step size with which checking once per step finds one impact accurately enough.
 
 Between first contact and closest approach, two discs overlap and still approach. A method that checks once per step
 finds the impact at the first check in this interval. If the step dt is at most as long as the interval, the method
@@ -77,7 +77,7 @@ class ContactWindow:
 def compute_direction_limit(
     window: ContactWindow, velocity_before: Vector, sign: float, push: float, angle_rad: float
 ) -> float:
-    """Return how late an impact may be found, so that a disc's direction after it has at most the allowed error.
+    """Return how late an impact may be found without changing a disc's later direction by more than the allowed error.
 
     Args:
         window: The two discs at contact.
@@ -138,8 +138,8 @@ class PairLimit:
 
     Attributes:
         window: The two discs at contact; None for a wall.
-        miss_dt_s: Largest step size at which the method finds the impact with the required probability.
-        direction_dt_s: Largest step size at which no disc's direction is wrong by more than the required angle.
+        miss_dt_s: Largest step size at which the impact is missed at no more than the allowed fraction of phases.
+        direction_dt_s: Largest step size at which no disc's direction has more than the allowed error.
     """
 
     window: ContactWindow | None
@@ -180,16 +180,16 @@ GRAZE = math.cos(math.pi / 6)
 class Cause(Enum):
     """Reason why an impact is hard to find. Each value is the phrase that the report shows, with numbers in braces."""
 
-    GRAZE = "a graze, off centre by {offset} of the contact distance"
+    GRAZE = "a graze, off centre by {offset} times the contact distance"
     FAST = "the discs are fast for their size ({size})"
     TURN = "the line between their centres turns fast ({size})"
     WALL = "the other body is a wall, which a disc cannot pass without overlapping it in some frame"
-    EDGE = "the other body is a thin wall, which a disc passes unnoticed if it moves too far in a step"
+    EDGE = "the other body is a thin wall, which a disc passes unnoticed if the disc moves too far in a step"
 
 
 @dataclass(frozen=True)
 class HardImpact:
-    """An impact of the reference, with the largest step sizes for which a check once per step is accurate enough.
+    """An impact of the reference, with the largest step sizes at which checking once per step is accurate enough.
 
     Attributes:
         time_s: Time of the impact.

@@ -45,24 +45,23 @@ FINEST = 1 / 64
 class SearchEnding(Enum):
     """Reason why no further step size was tested. Each value is the phrase that the report shows."""
 
-    FOUND = "both step sizes were found"
-    BUDGET = "its budget of engine steps was used up"
-    FINEST = "the search tests no smaller step size"
+    FOUND = "both recommended step sizes were found"
+    BUDGET = "the budget of engine steps was used up"
+    FINEST = "the search reached its smallest step size"
     FLAT = "the error does not depend on the step size"
     BROKE = "the engine or its adapter failed"
 
 
 @dataclass(frozen=True)
 class StepRange:
-    """A range of step sizes that are accurate enough: every tested one from `largest_passing` to `smallest_tested_s`.
+    """Step sizes from `largest_passing` to `smallest_tested_s`, of which all tested ones are accurate enough.
 
     Attributes:
         largest_passing: The largest step size that passes, confirmed at `CONFIRM` phases; None if there is none.
         frame_divisor: The largest step size that passes and divides a frame into equal steps, also confirmed; None if
             there is none.
         smallest_tested_s: The smallest tested step size, in seconds; NaN if none was tested.
-        smallest_failing: The smallest failing step size, which is the next one above `largest_passing`; None if no step
-            size fails.
+        smallest_failing: The smallest tested step size that fails; None if none fails.
         coarser_passes: Step sizes that pass although a smaller one fails, the largest first.
         finer_failures: Step sizes that fail although a larger one passes, the largest first.
     """
@@ -95,8 +94,7 @@ class StepAdvice:
         never_misses: Range of step sizes with which the engine misses and invents no impact at any phase.
         meets_target: Range of step sizes that meet the whole accuracy target.
         ending: Reason why no smaller step size was tested.
-        refused_s: The smallest step size that the method refuses, in seconds; None if the method refuses none. Larger
-            step sizes were not run.
+        refused_s: The smallest step size that the method refuses, in seconds; None if the method refuses none.
         refusal: Reason why the method refuses step sizes; empty if none is refused.
     """
 
@@ -115,7 +113,7 @@ class StepAdvice:
 
     @property
     def flat_from_s(self) -> float | None:
-        """The step size in seconds below which the direction error no longer decreases; None if there is none.
+        """The step size, in seconds, below which the direction error stays about the same; None if there is none.
 
         Only step sizes below the smallest step size with a missed or invented impact are considered.
         """
@@ -128,7 +126,7 @@ class StepAdvice:
 
 @dataclass(frozen=True)
 class StepRequest:
-    """A step size that a search wants to test, with the number of evenly spread phases."""
+    """Request of a search to test a step size at a number of evenly spread phases."""
 
     dt_s: float
     even_phases: int
@@ -166,9 +164,9 @@ class StepSearch:
         scene: The scene.
         method: Engine and profile.
         target: Required accuracy.
-        guess_s: Largest step size at which checking once per step is accurate enough for the hardest impact.
+        guess_s: Largest step size at which checking once per step finds the hardest impact accurately enough.
         phases: Number of evenly spread phases at which each step size is tested.
-        aimed_phases: Number of additional phases, at which a check comes just before a hard impact.
+        aimed_phases: Number of additional phases, at which a step ends just before a hard impact.
         budget_steps: Largest number of engine steps in the search. A step size is tested only if the rest of this
             budget covers its estimated number of steps. The estimate assumes that runs end as early as with the
             previous step size.
@@ -279,7 +277,7 @@ class StepSearch:
         return [trial for trial in run if count_steps_per_frame(trial.dt_s, self.scene.frame_rate_hz)][:1]
 
     def _is_long_enough(self, run: Sequence[StepTrial]) -> bool:
-        """Whether enough smaller step sizes were tested to recommend the largest step size in `run`."""
+        """Whether `run` has enough step sizes to recommend the largest of them."""
         falling = _is_constant([trial.direction_error_rad / trial.dt_s for trial in run])
         return _has_octaves(run, OCTAVES_BELOW if falling else LONGEST) and run[-1].dt_s <= self._coarsest_end_s
 
@@ -288,7 +286,7 @@ class StepSearch:
         return self._is_long_enough(run) and run[0].dt_s in self._confirmed
 
     def _is_flat(self, dt_s: float) -> bool:
-        """Whether smaller step sizes can't help, because the error is too large and no longer decreases.
+        """Whether smaller step sizes can't help, because the error is too large and stays about the same.
 
         The result is False for step sizes above a frame, or above the step size that PIT needs.
         """
@@ -321,6 +319,6 @@ def _has_octaves(run: Sequence[StepTrial], octaves: int) -> bool:
 
 
 def _is_constant(values: Sequence[float]) -> bool:
-    """Whether the largest number is at most 1.25 times the smallest. False if a number is NaN or infinite."""
+    """Whether the largest number is at most 1.25 times the smallest. False if a number is not positive and finite."""
     sound = all(0.0 < value < math.inf for value in values)
     return sound and max(values, default=0.0) <= SAME * min(values, default=0.0)

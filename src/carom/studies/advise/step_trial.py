@@ -54,7 +54,7 @@ class PhaseResult:
 
 @dataclass(frozen=True)
 class StartTask(JobTask):
-    """Task that runs an engine, and compares its impacts up to the scene's end with those of PIC."""
+    """Task that runs an engine and compares its impacts with PIC's, up to the scene's end."""
 
     def carry_out(self) -> PhaseResult:
         """Return the result of the run.
@@ -90,13 +90,13 @@ class StepTrial:
     Attributes:
         dt_s: The step size, in seconds.
         even_phases: Number of evenly spread phases at which the engine did not fail.
-        phases: Number of all phases.
+        phases: Number of all phases at which the engine ran or failed.
         lost_even_phases: Number of evenly spread phases at which an impact was missed or invented, or the run ended
             early.
         lost_phases: Number of all phases at which an impact was missed or invented, or the run ended early.
         direction_error_rad: Largest direction error at any phase; NaN if no impact was found.
         steps: Number of engine steps.
-        reason: Error message of the engine or its adapter, which makes the step size fail; empty without an error.
+        reason: Error message of the engine or its adapter; empty without an error. A step size with an error fails.
     """
 
     dt_s: float
@@ -110,7 +110,7 @@ class StepTrial:
 
     @property
     def never_misses(self) -> bool:
-        """Whether no impact was missed or invented at any phase."""
+        """Whether every run reached its end, and missed and invented no impact."""
         return not self.reason and self.lost_phases == 0
 
     def is_within(self, target: AccuracyTarget) -> bool:
@@ -125,7 +125,7 @@ class StepTrial:
     def of(
         cls, dt_s: float, even: Sequence[Answer[PhaseResult]], aimed: Sequence[Answer[PhaseResult]]
     ) -> StepTrial | str:
-        """Combine the results of the phases. If the engine could run at no phase, return the reason as text."""
+        """Combine the results of the phases. Return the reason as text if the method supports none of the phases."""
         answers = [*even, *aimed]
         broken = [answer for answer in answers if answer.status.is_failure or answer.status is Status.UNAVAILABLE]
         results = [answer.value for answer in answers if answer.value is not None]
@@ -146,7 +146,7 @@ class StepTrial:
 
 
 def list_start_phases(dt_s: float, even: int, aimed_s: Iterable[float]) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return evenly spread phases, and the phases with a check just before each given instant."""
+    """Return evenly spread phases, and the phases at which a step ends just before each given instant."""
     spread = list_even_phases(even)
     aimed = dict.fromkeys((JUST_BEFORE - time_s / dt_s) % 1.0 for time_s in aimed_s)
     return spread, tuple(phase for phase in aimed if phase not in spread)

@@ -63,6 +63,6 @@ _TEXTS = {
     ErrorKind.DIRECTION: ("largest direction error, rad", "direction error of the worst impact, radians"),
     ErrorKind.POSITION: (
         "largest position error at the end, % of a radius",
-        "error of the worst final position, divided by the largest radius",
+        "position error of the worst disc at the end, divided by the largest radius",
     ),
 }

@@ -60,8 +60,8 @@ class PointChange:
         scene: Name of the scene.
         point: The point of the new bench.
         before: The same point in the earlier bench.
-        ratio: Quotient of the new and the earlier run time, each divided by PIT's run time; NaN if a bench has too few
-            rounds.
+        ratio: The new run time divided by the earlier one. Each was first divided by PIT's run time. NaN if a bench has
+            too few rounds.
         low: Lower end of the ratio's confidence interval. The confidence level holds for the intervals of all points
             together.
         high: Upper end of the ratio's confidence interval.
@@ -83,9 +83,9 @@ class PointChange:
 
     @property
     def accuracy(self) -> BaselineChange:
-        """Change of the point's missed and invented impacts, and of its error rounded to two digits.
+        """Change of the point's number of missed and invented impacts, or if it is equal, of the error.
 
-        Errors have no noise, because repeated runs of one version have equal errors.
+        Errors are rounded to two digits. They have no noise, because repeated runs of one version have equal errors.
         """
         current, earlier = ((one.missed_and_spurious, _round_error(one.error)) for one in (self.point, self.before))
         if current == earlier:
@@ -139,7 +139,7 @@ def _read_point(point: dict[str, Any]) -> BaselinePoint:
 
 
 def compare_points(bench: Bench, before: dict[tuple[str, At], BaselinePoint]) -> list[PointChange]:
-    """Compare each scored point with the same point of the baseline, if the baseline has it.
+    """Compare scored points with the same points of the baseline, as far as the baseline has them.
 
     PIT's points are omitted, because all run times are divided by PIT's.
     """
@@ -179,7 +179,7 @@ def _round_error(error: float) -> float:
 def describe_baseline(changes: Sequence[PointChange]) -> Iterator[str]:
     """Describe how many points became worse, became better or did not change, and name the worst point."""
     if not changes:
-        yield "The baseline has none of these points. Run the baseline with the same scenes, engines and steps."
+        yield "The baseline has none of these points. Make a baseline with the same scenes, engines and steps."
         return
     times = [one.time for one in changes]
     counts = [f"{times.count(change)} {change.value}" for change in BaselineChange]
@@ -205,9 +205,9 @@ def build_baseline_section(changes: Sequence[PointChange], kind: ErrorKind) -> S
     )
     changed = [one for one in changes if (one.time, one.accuracy) != (BaselineChange.SAME, BaselineChange.SAME)]
     note = (
-        f"Run time divided by PIT's in the same round, with a {CONFIDENCE:.0%} confidence interval for all points "
-        "together. A point has changed if its whole confidence interval differs from 1 by more than "
-        f"{LEAST_CHANGE:.0%}."
+        "Run times are divided by PIT's in the same round. 'Now / then' is their ratio, with confidence intervals that "
+        f"all hold together at a level of {CONFIDENCE:.0%}. A run time has changed if the whole interval differs from "
+        f"1 by more than {LEAST_CHANGE:.0%}."
     )
     tables = (
         Table(columns, changed, title="Changes from the baseline", note=note),

@@ -77,8 +77,8 @@ def fit_power(x: Sequence[float], y: Sequence[float]) -> tuple[float, float, flo
     Return the exponent, both ends of its confidence interval, and the factor.
 
     The fit uses least squares on the logarithms. The interval assumes that deviations from the fitted line are
-    independent and normally distributed. The interval is NaN for fewer than three points. All values are NaN if fewer
-    than two values of `x` differ.
+    independent and normally distributed. The interval is NaN for fewer than three points. All values are NaN if `x` has
+    fewer than two different values.
     """
     if len(set(x)) < 2:
         return math.nan, math.nan, math.nan, math.nan
@@ -97,7 +97,7 @@ def fit_power(x: Sequence[float], y: Sequence[float]) -> tuple[float, float, flo
 
 
 def compute_student_quantile(probability: float, freedom: int) -> float:
-    """Return the quantile of Student's t for a probability of 1/2 to 1 (exclusive) and whole degrees of freedom."""
+    """Return a quantile of Student's t-distribution. The probability must be at least 1/2 and below 1."""
     low, high = 0.0, 1.0
     while _compute_student_cdf(high, freedom) < probability:
         high *= 2.0
@@ -108,7 +108,7 @@ def compute_student_quantile(probability: float, freedom: int) -> float:
 
 
 def _compute_student_cdf(t: float, freedom: int) -> float:
-    """Return Student's distribution function by its finite series (Abramowitz and Stegun, 26.7.3 and 26.7.4)."""
+    """Compute Student's distribution function by its finite series (Abramowitz and Stegun, 26.7.3 and 26.7.4)."""
     angle = math.atan2(t, math.sqrt(freedom))
     sine, cosine = math.sin(angle), math.cos(angle)
     odd = freedom % 2

@@ -30,7 +30,7 @@ SCENES_SHOWN = 2
 def build_bench_document(
     bench: Bench, axes: Sequence[Diagram] = tuple(Diagram), changes: Sequence[PointChange] | None = None
 ) -> Document:
-    """Return the document of a bench: for each scene its diagrams, tables, omitted points and the conditions of timing.
+    """Return the document of a bench. Each scene has diagrams, tables, a list of omitted points, and notes on timing.
 
     Args:
         bench: The bench.
@@ -104,8 +104,8 @@ def _build_scene_sections(
             f"The runs were timed at {scene.timed_at} in {formatting.format_count(scene.rounds, 'round')} of random "
             f"order (seed {bench.plan.seed}). During a timed run, the bench runs nothing else and does not observe "
             f"the engine. To measure noise, fixed work of {formatting.format_number(noise.work_s * 1e3)} ms was timed "
-            f"{noise.probes} times between the runs. The middle half of these times has a range of "
-            f"{formatting.format_percent(noise.interquartile)} of the median, and the slowest time is "
+            f"{noise.probes} times between the runs. The middle half of these times spans "
+            f"{formatting.format_percent(noise.interquartile)} of the median, and the longest time is "
             f"{formatting.format_ratio(noise.worst)} the median."
         )
         yield Section("How it was timed", (Text(how, Media.IN_FULL),), level=3)
@@ -132,7 +132,8 @@ def _describe_bench(bench: Bench) -> Iterator[str]:
     if lossy:
         parts.append(f"every engine misses or invents impacts on {_format_scenes(lossy, bench)}")
     if len(unreached) > len(lossy):
-        parts.append(f"no engine reaches {target_text} on {len(unreached) - len(lossy) if fastest or lossy else 'any'}")
+        rest = formatting.format_count(len(unreached) - len(lossy), "scene") if fastest or lossy else "any scene"
+        parts.append(f"no engine reaches {target_text} on {rest}")
     yield formatting.capitalise(f"{'; '.join(parts)}.")
     if len(bench.scenes) <= SCENES_SHOWN:
         yield from (describe_scene(scene, target, kind, next_best=False) for scene in bench.scenes)
@@ -172,7 +173,7 @@ def describe_scene(scene: SceneBench, target: float, kind: ErrorKind, *, next_be
     if sound:
         parts += _describe_engines(scene, sound[0], target, kind)
         other_points = [point for point in sound if point.engine != sound[0].engine]
-        parts += [f"the next engine is {_describe_point(point, kind)}" for point in other_points[:next_best]]
+        parts += [f"the next best engine is {_describe_point(point, kind)}" for point in other_points[:next_best]]
     elif not best_points:
         parts.append("no engine was scored")
     elif (best := best_points[0]).missed_and_spurious:
@@ -181,7 +182,7 @@ def describe_scene(scene: SceneBench, target: float, kind: ErrorKind, *, next_be
             f"{tables.format_losses(best)}{_format_run_time(best)} at steps of {formatting.format_step(best.dt_s)}"
         )
     else:
-        parts.append("the scene has no error to measure")
+        parts.append("no error could be measured")
     return f"{scene.scene.name}: {'. '.join([parts[0], *map(formatting.capitalise, parts[1:])])}."
 
 
@@ -222,7 +223,7 @@ def _format_pic_ratio(scene: SceneBench, point: Point) -> str:
 
 
 def _describe_coverage(bench: Bench) -> Iterator[str]:
-    """Yield a sentence on the number of points without a score or a run time, if there are any."""
+    """Yield a sentence that counts the points without a score or a run time, if there are any."""
     points = [point for scene in bench.scenes for point in scene.points]
     unrun, untimed = [p.reason for p in points if p.reason], [p.untimed for p in points if p.untimed]
     parts = [

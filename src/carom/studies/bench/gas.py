@@ -20,8 +20,8 @@ def build_hard_disc_gas(discs: int, packing: float, seed: int = 1) -> DiscArrays
     Args:
         discs: Number of discs.
         packing: Fraction of the box's area that the discs cover.
-        seed: Seed of the random velocities. They have the Maxwell distribution, and a kinetic energy of `discs` joules
-            in total.
+        seed: Seed of the random velocities. The velocities have the Maxwell distribution. The total kinetic energy is 1
+            joule times the number of discs.
 
     Raises:
         InputError: The discs do not fit.

@@ -105,7 +105,7 @@ class GrowthTask:
 
 @dataclass(frozen=True)
 class GrowthKey:
-    """Identity of a run: runs with equal keys have the same machine and versions.
+    """Key of a run in the journal. Runs with equal keys ran the same gas on the same machine with the same versions.
 
     Attributes:
         discs: Number of discs.
@@ -139,8 +139,8 @@ class GrowthPoint:
         memory_bytes: Peak memory of the process minus its memory before the world was built; NaN if the gas was not
             run.
         peak_bytes: Peak memory of the process; NaN if the gas was not run.
-        ratio: `advance_s` divided by PIT's with the same number of discs. NaN if the two run times were not measured
-            in one session of the bench.
+        ratio: `advance_s` divided by that of PIT with the same number of discs. NaN if the two run times were not
+            measured in one session of the bench.
         reason: Reason why the gas was not run; empty if it was run.
         bench_start: Start time (UTC) of the bench that ran the gas; empty if the gas was not run.
     """
@@ -309,7 +309,7 @@ def _build_point(discs: int, answer: Answer[GrowthRun]) -> GrowthPoint:
 
 
 def select_same_method(points: Sequence[GrowthPoint]) -> list[GrowthPoint]:
-    """Return the points after the last decrease of the run time, because these points were run by one algorithm.
+    """Return the points from the last decrease of the run time on, because one algorithm ran them all.
 
     If the run time decreases with more discs, the engine has changed its algorithm. For example, PIC solves two discs
     by a closed form. One power law can't describe both algorithms.

@@ -172,7 +172,7 @@ def _format_command(run: _Run) -> str:
 
 
 def _format_largest(format_point: Callable[[GrowthPoint], str]) -> Callable[[GrowthCurve], str]:
-    """Return a function that formats a curve's point with the largest number of discs."""
+    """Return a function that formats, for a given curve, the run with the largest number of discs."""
     return lambda curve: format_point(curve.ran[-1]) if curve.ran else formatting.ABSENT
 
 

@@ -39,7 +39,7 @@ BUDGET_S = 80.0
 
 
 def compute_geometric_steps(coarsest_s: float, finest_s: float, count: int) -> tuple[float, ...]:
-    """Return step sizes that are evenly spread on a logarithmic axis.
+    """Return up to `count` step sizes that are evenly spread on a logarithmic axis.
 
     If both ends are whole numbers of steps per second, the others are rounded to whole numbers of steps per second.
     `count` is 2 or more.
@@ -92,8 +92,8 @@ class BenchPlan(LimitOptions):
         budget_s: Time limit for a scene, in seconds: half of it for errors, half for run times. Runs that would take
             longer are omitted with a reason.
         timing: Whether to measure run times.
-        own: Whether PIC and PIT run in addition to the chosen engines. PIC and PIT are the scale for engines: PIC is
-            exact, and PIT checks once per step.
+        own: Whether PIC and PIT run in addition to the chosen engines. Engines are compared with PIC, which is exact,
+            and with PIT, which checks once per step.
 
     Raises:
         InputError: A value is invalid.
@@ -103,12 +103,12 @@ class BenchPlan(LimitOptions):
     dts: Sequence[float] | None = declare_option(
         None,
         build_step_kind(
-            parse_step_series, f", or in the shell a series such as 1/60..1/10000:6, of {MOST_SERIES} steps at most"
+            parse_step_series, f", or in the shell a series such as 1/60..1/10000:6 (at most {MOST_SERIES} steps)"
         ),
         f"Step size in seconds, or a series such as 1/60..1/10000:6 of up to {MOST_SERIES} step sizes; repeatable.",
         "--dt",
         many=True,
-        default_text="six step sizes, from one frame of each scene to 1/167 of it",
+        default_text="six step sizes, from a scene's frame to 1/167 of the frame",
     )
     profiles: Sequence[str] = declare_profiles("default", "tuned")
     phases: int = declare_phases(4)
@@ -116,7 +116,7 @@ class BenchPlan(LimitOptions):
     target: float = declare_option(
         0.01,
         build_measure_kind("a positive number", "NUMBER", 0.0, LARGEST),
-        "Error for which the fastest engine is named.",
+        "Name the fastest engine with at most this error.",
         "--target",
     )
     rounds: int = declare_option(
@@ -139,7 +139,8 @@ class GrowthOptions(LimitOptions):
     Attributes:
         engines: Names of adapters; None for all.
         profile: Name of the profile.
-        sizes: Numbers of discs; None for `carom.studies.bench.growth.SIZES`, and `OWN_SIZES` for Carom's own methods.
+        sizes: Numbers of discs. By default `carom.studies.bench.growth.SIZES`, and for PIC and PIT the longer list
+            `OWN_SIZES`.
         budget_s: Time limit for all runs of a gas, in seconds. A run is omitted with a reason if it would probably take
             longer than the rest of this time.
         own: Whether PIC and PIT run in addition to the chosen engines.
@@ -156,7 +157,7 @@ class GrowthOptions(LimitOptions):
         "With --grow: number of discs, repeatable.",
         "--discs",
         many=True,
-        default_text="10 to 10,000, PIC and PIT to 100,000",
+        default_text="10 to 10,000, for PIC and PIT to 100,000",
     )
     budget_s: float = declare_option(BUDGET_S, build_seconds_kind(), "Seconds per gas.", "--budget")
     own: bool = declare_own_methods()

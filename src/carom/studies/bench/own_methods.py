@@ -14,7 +14,7 @@ EXACT_METHOD = Method("pic", "event-driven")
 
 
 def list_own_methods(engine_names: Sequence[str] | None) -> dict[str, Method]:
-    """Return PIC and PIT by engine name, without a method that the user requests by name.
+    """Return PIC and PIT, except for a method that the user requests by name. The keys are engine names.
 
     Args:
         engine_names: Names of the requested adapters; None for all.

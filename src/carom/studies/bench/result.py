@@ -28,7 +28,7 @@ class Point:
         error: Largest error over all phases; NaN if no impact was found or nothing was run.
         error_median: Median error over the phases.
         error_least: Smallest error over the phases.
-        phases: Number of scored phases.
+        phases: Number of phases.
         expected: Number of the reference's impacts, added up over all phases.
         missed: Number of missed impacts, added up over all phases.
         spurious: Number of invented impacts, added up over all phases.
@@ -80,8 +80,8 @@ class Curve:
         engine: Name of the adapter.
         profile: Name of the profile.
         points: Points from the largest to the smallest step size.
-        order: The order of convergence, fitted to the points with every impact found and none invented.
-        cheapest: The fastest point with an error of at most the target; None if there is none.
+        order: The order of convergence, fitted only to points that find every impact and invent none.
+        cheapest: The fastest point that finds every impact with an error of at most the target; None if there is none.
     """
 
     engine: str
@@ -122,10 +122,10 @@ class SceneBench:
         curves: One entry per engine and profile.
         front: The points that no other point beats in both error and run time, from the fastest to the most accurate.
             PIC's points are not included.
-        cheapest: The fastest point with an error of at most the target; None if there is none.
+        cheapest: The fastest point that finds every impact with an error of at most the target; None if there is none.
         noise: Spread of the run times of fixed work while this scene was timed; None if the scene was not timed.
         rounds: Number of rounds of the timing pass.
-        timed_at: Time of the timing pass, UTC. A resumed bench may have the time of an earlier session.
+        timed_at: Time of the timing pass, UTC. If a bench is resumed, this may be the time of an earlier session.
     """
 
     scene: Scene
@@ -156,7 +156,7 @@ class SceneBench:
         return []
 
     def find_cheapest_engine(self, target: float) -> Point | None:
-        """Return the fastest point of any engine with an error of at most the target; None if there is none."""
+        """Return the fastest engine's point that finds every impact and reaches the target; None if there is none."""
         return find_cheapest([point for curve in self.engines for point in curve.points], target)
 
 
@@ -180,7 +180,7 @@ class Bench:
 
 
 def read_run_time(point: Point | None) -> float:
-    """Return the run time of all steps of a point, in seconds; infinity if there is no point or it was not timed."""
+    """Return the run time of all steps of a point, in seconds. Without a point or a run time, return infinity."""
     return point.timing.advance_s.median if point is not None and point.timing else math.inf
 
 

@@ -127,7 +127,7 @@ def _build_jobs(
 def _build_point(
     method_step: At, phase_answers: Sequence[Answer[Measures] | None], unscored: str, kind: ErrorKind
 ) -> Point:
-    """Combine the answers for all phases into one point of a method and step size.
+    """Combine the answers for all phases into the point of one method and step size.
 
     The answer of an omitted job is None.
     """

@@ -26,11 +26,11 @@ def score_scene(
     before: int,
     total: int,
 ) -> tuple[dict[JobKey, Answer[Measures]], dict[At, str]]:
-    """Return the results of all jobs of one scene, and the reasons for missing results by method and step size.
+    """Run the jobs of one scene. Return their results, and for each method and step size without a result the reason.
 
     All methods run with a step size before any method runs with a smaller step size. A method is omitted if its
-    expected run time exceeds the remaining time. The best profile of each engine is chosen first, so that every engine
-    gets the smallest step size that the time limit permits.
+    expected run time exceeds the remaining time. The best profile of each engine comes first, so that each engine is
+    tested with step sizes as small as the time limit permits.
 
     Args:
         jobs: Every job of the scene.
@@ -82,8 +82,8 @@ def _rank_methods(
 ) -> list[Method]:
     """Return the best profile of each engine, then the second best profile of each engine, and so on.
 
-    Profiles are ranked by their numbers of missed and invented impacts, and then by their errors with the smallest step
-    size that has run.
+    Profiles are ranked by their results with the smallest step size so far: first by the number of missed and invented
+    impacts, then by the error.
     """
 
     def severity(method: Method) -> tuple[int, float]:

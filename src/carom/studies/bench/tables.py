@@ -26,13 +26,13 @@ from carom.studies.bench.timing_pass import CellTiming
 TABLE_NOTE = (
     "The best method is first. 'Least error' is the smallest error of all step sizes that find every impact at every "
     "phase. If no step size finds every impact, the column shows the missed (-) and spurious (+) impacts of the best "
-    "step size. A column headed by an error shows the shortest run time with which the method finds every impact and "
-    "reaches this error. 'Order' is the slope of error against step size on logarithmic axes, without step sizes that "
-    "miss an impact or reach rounding. Checking once per step has order 1. A method does not converge if the whole "
-    "confidence interval of its order is below 1/2."
+    "step size. If the heading of a column is an error, the column shows the shortest run time with which the method "
+    "finds every impact and reaches this error. 'Order' is the slope of error against step size on logarithmic axes. "
+    "Step sizes that miss an impact, or whose error is only rounding, are left out. Checking once per step has order "
+    "1. A method does not converge if the whole confidence interval of its order is below 1/2."
 )
 TABLE_SHORT = (
-    "'ms' is the run time, -n and +n are missed and spurious impacts, and the error grows as (step size)^order."
+    "'ms' is the run time in ms. -n counts missed impacts, +n spurious ones. The error grows as (step size)^order."
 )
 EXACT = "exact"
 
@@ -58,7 +58,7 @@ def format_error(error: float, kind: ErrorKind) -> str:
 def list_reached_targets(bench: Bench) -> list[float]:
     """Return the targets that an engine reaches on at least one scene, from the largest error to the smallest.
 
-    If a method is exact on a scene, the list ends with the rounding error.
+    If a method is exact on a scene, the last target is the largest error that counts as rounding.
     """
     engines = [point for scene in bench.scenes for curve in scene.engines for point in curve.points]
     all_points = [point for scene in bench.scenes for point in scene.points]
@@ -93,7 +93,7 @@ def build_method_table(scene: SceneBench, kind: ErrorKind, targets: Sequence[flo
 
 
 def _select_media(targets: Sequence[float], exact: Media = Media.EVERYWHERE) -> list[Media]:
-    """Return the media that show each target. A terminal shows only the smallest errors.
+    """For each target, return the media that show its column. A terminal shows only the columns of the smallest errors.
 
     Args:
         targets: Targets, from the largest error to the smallest.
@@ -128,7 +128,7 @@ def build_suite_table(bench: Bench, targets: Sequence[float]) -> Table:
         columns,
         sorted(methods, key=lambda method: method.build_sort_key(targets)),
         title=f"All methods on {formatting.format_count(len(bench.scenes), 'scene')}",
-        note="n counts scenes that reach the error; × is the median run time divided by PIC's.",  # noqa: RUF001
+        note="n: scenes in which a method reaches the error; ×: median run time / PIC's.",  # noqa: RUF001
     )
 
 
@@ -211,7 +211,7 @@ def format_losses(point: Point) -> str:
     """Describe a point's missed and invented impacts over all phases."""
     losses = [f"{verb} {count}" for verb, count in (("misses", point.missed), ("invents", point.spurious)) if count]
     if not losses:
-        return "has no error to measure"
+        return "has no measurable error"
     return f"{formatting.join_words(losses)} of {formatting.format_count(point.expected, 'impact')}"
 
 
@@ -227,7 +227,7 @@ def _format_best_step(curve: Curve) -> str:
 
 
 def _build_cost_cell(scene: SceneBench, target: float, curve: Curve) -> Cell:
-    """Return a cell for the fastest point within a target error: the run time, and the run time divided by PIC's."""
+    """Return a cell with the run time of the fastest point that reaches a target. The title compares it with PIC's."""
     point = find_cheapest(curve.points, target)
     if point is None or point.timing is None:
         reaching_point = next((p for p in curve.points if _is_within_target(p, target)), None)
@@ -287,7 +287,7 @@ def build_point_table(bench: SceneBench, plan: BenchPlan) -> Table:
         ),
         [point for point in bench.points if not point.reason],
         title=f"{name}: all points",
-        note=f"The error is the {plan.error.meaning}. Each number is the largest over "
+        note=f"'Error' is the {plan.error.meaning}. Each error is the largest over "
         f"{formatting.format_count(plan.phases, 'phase')} that are spread evenly over a step. '-1 +2' means that over "
         "all phases one impact is missed and two are invented. The error then covers only the other impacts. Times are "
         "medians over rounds. 'Spread' is the distance between the quartiles, divided by the median. 'Empty world' is "

@@ -1,9 +1,9 @@
 """Timing pass: measures run times, one run at a time, in several rounds of random order.
 
-The most important time is that of all steps, in as few calls as the adapter allows. The construction of the engine's
-world is timed separately. Two more times show costs that do not depend on the scene. One is the time of a Python call
-without a step. The other is the time of the same number of steps in a world without impacts. Times are only compared
-with other times of the same round.
+The most important time is the time of all steps, which run in as few calls as the adapter allows. The construction of
+the engine's world is timed separately. Two more times show costs that do not depend on the scene. One is the time of a
+Python call without a step. The other is the time of the same number of steps in a world without impacts. Each time is
+only compared with other times of the same round.
 """
 
 from __future__ import annotations
@@ -120,9 +120,10 @@ class CellTiming:
             steps.
         empty_s: Part of `advance_s` for the same number of steps of a world with one disc at rest.
         net_s: Rest of `advance_s`, without `call_s` and `empty_s`.
-        ratio: `advance_s` divided by PIT's with the same step size in the same round; None if PIT was not timed.
-        whole_ratio: `whole_s` divided by PIT's with the same step size in the same round; None if PIT was not timed.
-        ratios: For each round, `advance_s` divided by PIT's; empty if PIT was not timed.
+        ratio: `advance_s` divided by that of PIT with the same step size in the same round; None if PIT was not timed.
+        whole_ratio: `whole_s` divided by that of PIT with the same step size in the same round; None if PIT was not
+            timed.
+        ratios: For each round, `advance_s` divided by that of PIT; empty if PIT was not timed.
     """
 
     steps: int
@@ -140,7 +141,9 @@ class CellTiming:
 
 @dataclass(frozen=True)
 class TimingKey:
-    """Identity of a scene's timing pass: passes with equal keys have the same machine, versions and random order.
+    """Key of a scene's timing pass in the journal.
+
+    Passes with equal keys have the same machine, versions and random order.
 
     Attributes:
         scene: Name of the scene, for readers.
@@ -179,7 +182,7 @@ class SceneTiming:
 
     @property
     def cut_off(self) -> bool:
-        """Whether some methods or step sizes were not timed, so that a repeated pass may time them."""
+        """Whether some methods or step sizes were not timed. A repeated pass may time them."""
         return bool(self.untimed)
 
 
@@ -286,7 +289,7 @@ class _Cell:
 
 
 def _warm_up(scene: Scene, cells: Sequence[_Cell], runner: TaskRunner, budget_s: float, progress: Progress) -> None:
-    """Measure the seconds of one run of each cell, or state why the cell was not run."""
+    """Measure how long one run of each cell takes, or store the reason why the cell was not run."""
     last: dict[Method, _Cell] = {}
     for k, cell in enumerate(cells):
         method, dt_s = cell.at

@@ -80,8 +80,8 @@ class Report(NamedTuple):
     """A report before it is written.
 
     Attributes:
-        results: The results on which the report is based. A result that can't be written or replayed is replaced by a
-            failure.
+        results: The results on which the report is based. A failure replaces each result that can't be written or
+            replayed.
         document: The content of `index.html` and `report.md`.
         files: Content of the files by name: `index.html`, `report.md`, `results.jsonl`, `junit.xml`, and `play.html`
             with the scenes that the play page can show.
@@ -105,7 +105,7 @@ def build_report(results: Results, fail_on: Grade | None = Grade.INACCURATE) -> 
 
     Args:
         results: The results to report.
-        fail_on: In `junit.xml`, a run with this grade or a worse one is a failed test; None if no grade is a failure.
+        fail_on: Runs with this grade or a worse one are failed tests in `junit.xml`. If None, no grade is a failure.
 
     Raises:
         MissingExtraError: jinja2 or matplotlib is not installed.
@@ -137,7 +137,7 @@ def _render_report(results: Results, fail_on: Grade | None) -> Report:
 
 
 def _replace_unreportable(results: Results) -> Results:
-    """Replace each result that can't be written or replayed by a failure with the reason."""
+    """Return the results. If a result can't be written or replayed, it becomes a failure that states the reason."""
     from carom.report.replay_data import build_replay_data
     from carom.report.results_file.results_jsonl import format_record
 
@@ -154,7 +154,7 @@ def _replace_unreportable(results: Results) -> Results:
 
 
 def _format_python_call(grid: Grid) -> str:
-    """Return a Python call that repeats a cross-check, for results that were not made from the command line."""
+    """Return a Python call that repeats a cross-check. Reports show it if the cross-check was started from Python."""
     engines = list(dict.fromkeys(method.engine for method in grid.methods))
     profiles = list(dict.fromkeys(method.profile for method in grid.methods))
     overrides = next((dict(method.overrides) for method in grid.methods if method.overrides), {})

@@ -65,7 +65,7 @@ def explain(plan: Plan) -> Iterator[str]:
 
 
 def _list_skipped(scene: Scene, reference: Trace, dt_s: float) -> str:
-    """Describe the steps that methods skip with this step size; empty if no steps are skipped."""
+    """Describe the work that methods skip with this step size; empty if they skip nothing."""
     skipped = ["event queue", "grid"] if time_saved.is_closed_form(reference) else []
     skipped += [] if scene.walls else ["wall tests"]
     frames = scene.step_count(dt_s)
@@ -81,7 +81,8 @@ def _list_skipped(scene: Scene, reference: Trace, dt_s: float) -> str:
 def _count_needed_steps(scene: Scene, reference: Trace, dt_s: float) -> int:
     """Return the number of steps after which all discs fly freely, according to PIC.
 
-    Return the number of all steps if forces act, if no impact occurs, or if impacts would follow after the scene's end.
+    Return the number of all steps if forces act, if no impact occurs, or if later impacts would follow within twice the
+    duration.
     """
     steps = scene.step_count(dt_s)
     forces = any(scene.gravity_m_s2) or scene.damping_per_s or scene.table_deceleration_m_s2
@@ -91,7 +92,7 @@ def _count_needed_steps(scene: Scene, reference: Trace, dt_s: float) -> int:
 
 
 def describe_pic(scene: Scene, trace: Trace) -> str:
-    """Describe which variant of PIC solves a scene, with the numbers of its impacts and predictions."""
+    """Describe which variant of PIC solves a scene, and how many impacts and predictions it computes."""
     predicted = format_count(trace.counts.get("predictions", 0), "prediction")
     impacts = f"{format_count(len(trace.impacts), 'impact')} in {predicted}"
     walls = "" if scene.walls else ", no walls to test"
@@ -115,7 +116,7 @@ def describe_pit(scene: Scene, dt_s: float) -> str:
     looked_at = f"{counts['frames_looked_at']} of {counts['frames']} frames are tested"
     if counts["frames_looked_at"] < counts["frames"]:
         looked_at += ", because no pair can touch at the other frames"
-    return f"{looked_at}; {counts['pair_tests']} pairs are tested, and without skipping {plain} would be tested"
+    return f"{looked_at}; {counts['pair_tests']} pairs are tested, instead of {plain} without skipping"
 
 
 def _describe_saving(saved: time_saved.SkippedTime | None, plain: str) -> str:
@@ -138,7 +139,7 @@ def _describe_engines(scene: Scene, reference: Trace, dt_s: float) -> str:
     if scene.damping_per_s or scene.table_deceleration_m_s2:
         slows = "damping" if scene.damping_per_s else "the table"
         return f"{full_run}: {slows} changes velocities between impacts"
-    until = "the state shows only free flight"
+    until = "all discs fly freely"
     if not _is_last_impact(scene, reference):
         return f"{full_run}, or until {until}: PIC finds later impacts within twice the duration"
     if not len(reference.impacts):
@@ -160,11 +161,11 @@ def _describe_samples(scene: Scene, *, drawn: bool) -> str:
         return "not kept, because no report is written"
     if len(scene.discs) > MOST_DISCS_DRAWN:
         return f"not kept, because no picture shows more than {MOST_DISCS_DRAWN} discs"
-    return "kept at the largest step size, because only these runs are drawn"
+    return "kept for runs at the largest step size, because only these runs are drawn"
 
 
 def _describe_runs(planned: Sequence[Job], plan: Plan, info: EngineInfo, profile: str, steps: int) -> str:
-    """Describe with which step sizes a profile is run, and why other step sizes are omitted."""
+    """Describe the step sizes with which a profile is run, and state why other step sizes are skipped."""
     if not planned:
         is_duplicate = profile in info.profiles
         return f"skipped: {'another profile has the same settings' if is_duplicate else 'no such profile'}"

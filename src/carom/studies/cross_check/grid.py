@@ -46,7 +46,7 @@ class GridCell(NamedTuple):
         method: Engine and profile.
         mark: The grade, or the kind of failure.
         reasons: Every verdict with its reason, or the reason why there is no run, as sentences without a full stop.
-        line: All numbers of the run, as in results.jsonl; unknown if no run was planned.
+        line: All numbers of the run, as in results.jsonl. Without a planned run, they are unknown.
         scene_line: Number of impacts, horizon and scales of the scene.
         pit: PIT's errors by name for the same scene and step size; empty if PIT was not run.
         row: The run with its trace; None if no run was planned, or if the grid comes from results.jsonl.
@@ -65,7 +65,7 @@ class GridCell(NamedTuple):
     def rank(self) -> int | None:
         """Rank of the grade. Better grades have smaller ranks.
 
-        A run that failed ranks last. The rank is None for other runs without a grade.
+        A failed run ranks last. Other runs without a grade have no rank (None).
         """
         return _BROKEN_RANK if self.mark in BROKEN else self.mark.rank
 
@@ -76,7 +76,7 @@ class GridCell(NamedTuple):
 
     @property
     def compared_run(self) -> tuple[Trace, Score] | None:
-        """The run and its score, for replays and pictures; None without a score, or if only its numbers are known."""
+        """The run and its score, to draw them. None without a score, or if the grid comes from results.jsonl."""
         row = self.row
         return None if row is None or row.trace is None or row.score is None else (row.trace, row.score)
 
@@ -92,7 +92,7 @@ class GridCell(NamedTuple):
 
     @property
     def expected(self) -> int:
-        """Number of the reference's impacts with which the run was compared."""
+        """Number of the reference's impacts that the run should have; 0 if the run was not compared."""
         return self.scene_line.expected if self.scored else 0
 
     @property
@@ -147,7 +147,7 @@ class GridCell(NamedTuple):
     def has_miss(self) -> bool:
         """Whether a verdict of the run states that an impact was missed.
 
-        After a trajectory has diverged, only the comparison of single steps can show a missed impact.
+        If the trajectory has diverged, missed impacts are only found by a comparison of single steps.
         """
         return any(one.verdict in _MISSES for one in self.line.verdicts)
 
@@ -303,7 +303,7 @@ def merge_own_profiles(contents: Mapping[Method, object]) -> list[list[Method]]:
     Every method of an engine is a separate group, because the profiles of an engine differ in settings.
 
     Args:
-        contents: The values by which the profiles are compared, for each method.
+        contents: For each method, the value that its profile must share with others of the group.
     """
     found = (((method.engine if method.is_own else method, content), method) for method, content in contents.items())
     return list(formatting.group_by(found).values())
@@ -322,7 +322,8 @@ def select_worst(items: Sequence[T], max_items: int, cells_of: Callable[[T], Seq
 
 def build_omission_note(listed: Sequence[T], items: Sequence[T], noun: str, media: Media) -> tuple[Text, ...]:
     """Return a note if `select_worst` has omitted items, and an empty tuple if not."""
-    worst = f"Only the {len(listed):,} {noun} with the worst grades of {len(items):,} are shown; results.jsonl has all."
+    shown = f"{len(listed):,} of {len(items):,} {noun} are shown"
+    worst = f"{shown}, those with the worst grades; results.jsonl has all."
     return (Text(worst, media),) if len(listed) < len(items) else ()
 
 

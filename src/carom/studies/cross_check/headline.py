@@ -59,7 +59,7 @@ def _describe_run(cell: GridCell) -> str:
 
 
 def _describe_scenes(grid: Grid, methods: Sequence[Method]) -> str:
-    """Summarise several scenes: impacts that default settings miss, and tuned settings' errors compared with PIT's."""
+    """Summarise several scenes: how often default settings miss impacts, how often tuned ones are as good as PIT."""
     by_profile = formatting.group_by((method.profile_shown, method) for method in methods)
     first = SHIPPED if SHIPPED in by_profile else next(iter(by_profile))
     other_profiles = [profile for profile in by_profile if profile != first]
@@ -103,7 +103,7 @@ def _describe_sampled(grid: Grid, methods: Sequence[Method]) -> str:
     counts = [sum(cell.mark in good for cell in grid.list_cells(method)) for method in methods]
     names, does = _join_names([method.heading for method in methods]), "is" if len(methods) == 1 else "are"
     scenes = "scene" if max(counts) == 1 else "scenes"
-    return f"{names} {does} within sampling error in {_format_count_range(counts)} {scenes}"
+    return f"{names} {does} at least as accurate as PIT in {_format_count_range(counts)} {scenes}"
 
 
 def _format_count_range(counts: Sequence[int]) -> str:
@@ -166,5 +166,5 @@ def _describe_phase_dependence(grid: Grid) -> Iterator[str]:
         owes = "its grade" if len(scores) == 1 else f"the grade in {len(found)} of {len(scores)} scenes"
         shares = sorted({share for share, _ in found})
         share_text = str(shares[0]) if len(shares) == 1 else f"{shares[0]} to {shares[-1]}"
-        right = f"PIT is equally accurate at {share_text} of {found[0][1]} phases"
+        right = f"PIT reaches this accuracy at only {share_text} of {found[0][1]} phases"
         yield f"{method.title}: {owes} depends on the phase of the step; {right}."

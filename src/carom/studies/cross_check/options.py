@@ -62,21 +62,20 @@ class Options(LimitOptions):
     Attributes:
         engines: Names of adapters; by default all adapters with installed engines.
         dts: Step sizes, in seconds; by default the result of `compute_default_dts` for each scene.
-        profiles: Names of profiles, or "all"; by default the profiles of `carom.execution.methods.DEFAULT_PROFILES`
-            that an engine offers. If two profiles of an engine have the same settings, only the later profile is run.
-            By default, the profile `located` is run only at a scene's largest step size, since its results do not
-            depend on the step size.
+        profiles: Names of profiles, or "all". By default, each engine runs with those profiles of
+            `carom.execution.methods.DEFAULT_PROFILES` that it offers. If two profiles of an engine have the same
+            settings, only the later profile is run. By default, the profile `located` is run only at a scene's largest
+            step size, since its results do not depend on the step size.
         settings: Settings that replace settings of the profiles, by name. Every requested engine must have these
             settings. A text is converted to the type of the setting.
-        phases: Number of phases at which to run each job, in addition to the run without a shift, to measure how much
-            errors vary.
+        phases: Number of phases at which each job is run again, to measure how much errors vary.
         seed: Start of the quasi-random sequence of phases.
         certified: Whether to compare engines with certified runs. By default, engines are compared with PIC. If
-            python-flint is installed, certified runs show up to which impact PIC is reliable in scenes of three or more
-            discs.
+            python-flint is installed, scenes of three or more discs have certified runs, which show how long PIC is
+            reliable.
         certify_s: Time limit for the certified run of each scene, in seconds.
         timing: Whether to also time each job with its scene's largest step size, while nothing else runs.
-        samples: Whether to store positions of the discs, which the pictures of reports need.
+        samples: Whether to store positions of the discs. The pictures of reports need them.
 
     Raises:
         InputError: A value is invalid.
@@ -110,7 +109,7 @@ class Options(LimitOptions):
         build_flag_kind(),
         "Compare with certified runs, which need python-flint.",
         "--certify/--no-certify",
-        default_text="PIC, certified for three discs or more",
+        default_text="PIC, with certified runs for three discs or more",
     )
     certify_s: float = declare_option(
         CERTIFY_SECONDS, build_seconds_kind(), "Seconds per certified run.", "--certify-time"

@@ -26,7 +26,7 @@ class Plan(NamedTuple):
     Attributes:
         scenes: The scenes; no two have the same name.
         answers: Known answers of the catalogue scenes, by name.
-        engines: Description of each requested engine; of every engine if none is requested.
+        engines: Descriptions of the requested engines, or of all engines if none is requested.
         profiles: Names of the profiles to run.
         jobs: The jobs, sorted by scene, engine, step size and profile.
         options: The requested options.

@@ -148,7 +148,7 @@ def build_film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation
 
 
 def _draw_crosses(axes: Axes, rows: Iterable[Json], places: Sequence[ContactPoint]) -> list[tuple[float, Artist]]:
-    """Draw a cross at each missed impact. Return the crosses with the times from which they are shown, in seconds."""
+    """Draw a cross at each missed impact. Return each cross with the time, in seconds, from which it is shown."""
     style: dict[str, Any] = {"color": _MISSED_COLOUR, "markersize": 12, "markeredgewidth": 3}
     missed = [row for row in rows if row["flag"] == "missed"]
     return [(row["true"], axes.plot(*places[row["at"]][:2], "x", **style)[0]) for row in missed]
@@ -171,7 +171,7 @@ def _compute_frame_times(scene: Scene, pause_time_s: float | None) -> Array:
 
 
 def _compute_lead_time(scene: Scene) -> float:
-    """Return the simulated seconds before the first fault that the film shows in slow motion."""
+    """Return for how many simulated seconds before the first fault the film is slower."""
     return scene.duration_s * _LEAD_S / _FILM_S
 
 
@@ -215,7 +215,7 @@ def _draw_frames(
 
 
 def _compute_inset_side(limits: Limits) -> float:
-    """Return the side of the inset, converted to metres of the surrounding picture."""
+    """Return the side length of the inset, in metres at the scale of the surrounding picture."""
     return float(np.min(np.array(_INSET_SIZE) * (limits[1] - limits[0])))
 
 

@@ -215,7 +215,7 @@ class _Observer:
     def observe_traces(self, jobs: Iterable[Job], *, shifted: bool = False) -> Iterator[tuple[Job, Answer[Trace]]]:
         """Yield the result of each job as it arrives.
 
-        For drawing, states are kept at the largest step size if the scene has few enough discs for a picture.
+        States are kept for pictures: with the largest step size, and if a picture can show all discs of the scene.
         """
         asks, samples = [], self.plan.options.samples and not shifted
         for job in jobs:
@@ -262,7 +262,7 @@ def _build_pit_job(job: Job) -> Job:
 
 
 def _score_jobs(jobs: Sequence[Job], usable: Mapping[str, Reference], observer: _Observer) -> dict[Key, Row]:
-    """Score all jobs by comparison with the reference and with PIT's run of the same scene and step size.
+    """Run and score all jobs. A run is compared with the reference, and with PIT's run of the same scene and step size.
 
     PIT always runs first on each scene with each step size, even if it was not requested.
     """
@@ -315,7 +315,7 @@ def _build_failed_row(job: Job, error: Exception) -> Row:
 def _shift_references(
     jobs: Sequence[Job], usable: Mapping[str, Reference], phases: Sequence[float]
 ) -> dict[Key, list[Trace]]:
-    """Return the references of each job's scene at all phases, without phases that change the scene's impacts."""
+    """For each job, return the references of its scene at all phases, except phases that change the scene's impacts."""
     if not phases:
         return {}
     steps = {(job.scene.name, job.dt_s) for job in jobs}
@@ -326,7 +326,7 @@ def _shift_references(
 def _run_phases(
     rows: Mapping[Key, Row], shifted: Mapping[Key, list[Trace]], usable: Mapping[str, Reference], observer: _Observer
 ) -> dict[Key, Row]:
-    """Run every successful job again at each phase, and return the job's row with the spread of the errors."""
+    """Run every successful job again at each phase, and return its row, with the spread of the errors added."""
     scores: dict[Key, list[Score]] = {key: [] for key in shifted if rows[key].status is Status.RAN}
     origins = [(key, reference) for key in scores for reference in shifted[key]]
     if omitted := sum(map(len, shifted.values())) - len(origins):
@@ -350,7 +350,7 @@ def _run_phases(
 def _time_jobs(rows: Sequence[Row], observer: _Observer) -> dict[Key, Row]:
     """Time the jobs that ran, one after another with nothing else running.
 
-    Each run time is also divided by PIT's on the same scene with the same step size, if PIT was timed.
+    If PIT was timed, each run time is also divided by PIT's run time for the same scene and step size.
     """
     completed_rows = {_build_key(row.job): row for row in rows if row.status is Status.RAN}
     if len(completed_rows) < len(rows):

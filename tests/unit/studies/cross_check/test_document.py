@@ -69,4 +69,4 @@ def test_large_report_lists_only_the_worst_scenes_and_runs(results: Results, mon
     assert [len(rows) for rows in few["Every scene on every engine"]] == [1]
     said = " ".join(block.text for section in document.sections for block in section.blocks if isinstance(block, Text))
     for shown, kind, count in ((2, "runs", len(whole.runs)), (1, "scenes", len(whole.rows))):
-        assert f"Only the {shown} {kind} with the worst grades of {count} are shown; results.jsonl has all." in said
+        assert f"{shown} of {count} {kind} are shown, those with the worst grades; results.jsonl has all." in said

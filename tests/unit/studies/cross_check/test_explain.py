@@ -34,7 +34,7 @@ SAID = [
     ("paper/late", {}, "pit: run at "),
     ("paper/late", {"samples": False}, "not kept, because no report is written"),
     # after the last impact of two discs an engine is stopped; in a box it is followed to the end
-    ("paper/late", {}, "stopped once the state shows only free flight"),
+    ("paper/late", {}, "stopped once all discs fly freely"),
     ("classics/gas", {"dts": [1 / 60]}, "run for all 60 steps"),
     ("gravity/falling-pair", {"dts": [1 / 60]}, "PIC: event-driven along parabolas"),
     ("gravity/falling-pair", {"dts": [1 / 60]}, " of 75 frames are tested, because no pair can touch "),

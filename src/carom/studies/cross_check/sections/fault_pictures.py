@@ -1,4 +1,4 @@
-"""Pictures of faults: the cases of the paper by which Carom is inspired, and the worst runs.
+"""Pictures of faults: PIT's runs of the scenes from the paper that inspired Carom, and the worst other runs.
 
 Each run is shown next to PIC's run.
 """
@@ -15,7 +15,7 @@ from carom.report.document import Media, Pair, Pairs, Section, Text
 from carom.studies.cross_check.grid import Grid, GridCell
 from carom.support.limits import MOST_DISCS_DRAWN
 
-#: Group of the four scenes from the paper by which Carom is inspired, always shown with the paper's method, PIT.
+#: Group of the four scenes from the paper that inspired Carom. They are always shown with the paper's method, PIT.
 PAPER_GROUP = "paper"
 WORST_SHOWN = 3
 
@@ -31,7 +31,7 @@ def build_picture_sections(grid: Grid) -> Iterator[Section]:
     paper, worst = find_divergences(grid)
     if paper or worst:
         yield Section("What goes wrong", (Text(PICTURE_NOTE, Media.ON_PAPER),))
-    for heading, runs in (("The source paper's cases with PIT", paper), ("The worst runs of other scenes", worst)):
+    for heading, runs in (("PIT on the source paper's scenes", paper), ("The worst runs of other scenes", worst)):
         if runs:
             yield Section(heading, (Pairs(tuple(_build_pair(grid, cell) for cell in runs)),), level=3)
 
@@ -56,7 +56,7 @@ def _draw_pair(reference: Trace, observed: Trace, missed: Sequence[int], labels:
 
 
 def find_divergences(grid: Grid) -> tuple[tuple[GridCell, ...], tuple[GridCell, ...]]:
-    """Find PIT's runs of the paper's scenes, and the worst run of each other scene, worst first.
+    """Find PIT's runs of the paper's scenes, and the worst runs of the `WORST_SHOWN` worst other scenes, worst first.
 
     Scenes with too many discs for a picture are omitted.
     """
@@ -72,7 +72,7 @@ def find_divergences(grid: Grid) -> tuple[tuple[GridCell, ...], tuple[GridCell, 
 
 
 def _compute_severity(cell: GridCell) -> tuple[int, float, bool, float, float]:
-    """Return a sort key that is largest for the worst run.
+    """Return a sort key, which is largest for the worst run.
 
     The key consists of the grade, the fraction of wrong impacts, whether an engine ran the scene, the velocity error
     and the energy error.

@@ -31,15 +31,15 @@ METHOD_DETAIL = (
     "The error is the largest velocity or spin error, divided by PIT's largest error at any phase of the step. 1 is "
     "the error of checking once per step, and 0 is no error. Scenes without a unique answer have no error. The cell of "
     "a group of scenes shows how many of the graded scenes are exact or close, and links to the worst scene. "
-    f"{Mark.WRONG.symbol} in a corner of a cell means that an impact is missed in at least one scene of the group. "
+    f"{Mark.WRONG.symbol} in a corner of a cell means that an impact is missed in one or more scenes of the group. "
 )
 METHOD_SHORT = (
     "The numbers after - and + count missed and invented impacts. The error is the largest velocity or spin error, "
     "divided by PIT's error{median}."
 )
 SCENE_NOTE = (
-    "Each error is the largest of one run. Times with + are late. n/a is a missed or diverged impact. "
-    "\N{MULTIPLICATION SIGN} is the error divided by PIT's error."
+    "Each row shows the largest errors of a run. Times with + are late. n/a means that no impact was found, or that "
+    "the trajectory diverged. A number with \N{MULTIPLICATION SIGN} is the error divided by PIT's."
 )
 
 #: Column headings, each with the outcomes that are counted in this column.
@@ -159,7 +159,7 @@ def _build_group_column(grid: Grid, name: str, scenes: Sequence[str]) -> Column:
 
 
 def _build_group_cell(grid: Grid, names: Sequence[str], method: Method) -> Cell:
-    """Return a cell that counts the scenes of a group graded *exact* or *close*, and links to the worst scene."""
+    """Return a cell that counts a group's scenes with grades *exact* and *close*, and that links to the worst scene."""
     cells = [cell for cell in grid.list_cells(method) if cell.scene in names]
     worst, graded = _find_worst(cells), [cell.mark for cell in cells if cell.mark.rank is not None]
     if worst is None:
@@ -255,7 +255,7 @@ def _format_error(cell: GridCell, value: float, unit: float, *, sign: bool = Fal
         value: The error; NaN if it is unknown.
         unit: Factor that converts the error to the unit of the column.
         sign: Whether to show the sign of a positive error.
-        limit: Errors up to this size are shown as 0; None for the rounding error of the cell's floats.
+        limit: Errors up to this size are shown as 0. If None, the limit is the rounding error of the engine's floats.
     """
     if math.isnan(value) or cell.has_verdict(Verdict.DIVERGED):
         return formatting.ABSENT
@@ -300,7 +300,7 @@ def build_impacts_section(grid: Grid) -> Section:
 
 
 def _format_verdict_lines(runs: Sequence[GridCell]) -> tuple[str, ...]:
-    """Return one line with verdicts for each scored run that is not exact, in the order of the runs."""
+    """For each scored run that is not exact, return one line with its verdicts, in the order of the runs."""
     has_several_steps = len({cell.line.dt_s for cell in runs}) > 1
     lines: dict[tuple[str, str], str] = {}
     for cell in runs:
@@ -312,7 +312,7 @@ def _format_verdict_lines(runs: Sequence[GridCell]) -> tuple[str, ...]:
 
 
 def _format_short_verdict_lines(runs: Sequence[GridCell]) -> tuple[str, ...]:
-    """Return the verdicts, without numbers, of those runs at the largest step size that are scored but not exact.
+    """For the largest step size, return the verdicts of each scored run that is not exact. Numbers are left out.
 
     Methods with the same verdicts share a line.
     """
