@@ -47,7 +47,7 @@ def build_reference_section(grid: Grid) -> Section:
         if phrases:
             lines.append(f"{name}: {'; '.join(phrases)}.")
     rests = [
-        f"{name}: impacts are compared up to {formatting.format_seconds(reference.contact_s)} of "
+        f"{name}: runs are compared up to {formatting.format_seconds(reference.contact_s)} of "
         f"{formatting.format_seconds(reference.scene.duration_s)}, when a disc {reference.contact_of_disc}."
         for name, reference in results.references.items()
         if reference.contact_s < math.inf

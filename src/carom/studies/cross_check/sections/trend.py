@@ -134,7 +134,7 @@ def build_trend_section(grid: Grid) -> Section:
     trend = build_trend(grid)
     if not any(point.graded for series in trend.series for point in series.points):
         return Section("", ())
-    wrong = "Number of scenes with a missed or invented impact, a wrong order of impacts, or a different end."
+    wrong = "Scenes in which a method misses or invents an impact, has impacts out of order, or ends differently."
     velocity = "Velocity error. The shaded area extends from PIT's smallest to PIT's largest error."
     charts = (
         Figure(partial(_render_velocity_chart, trend), velocity),
