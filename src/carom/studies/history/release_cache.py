@@ -78,7 +78,7 @@ class ReleaseCache:
     def prune(self, most_bytes: float) -> None:
         """Remove interrupted installations.
 
-        Then remove the least recently used releases, until the rest has at most `most_bytes` bytes.
+        Then keep only the most recently used releases, with a total size of at most `most_bytes` bytes.
         """
         for broken in self.root.glob("*/*/.new-*"):
             shutil.rmtree(broken, ignore_errors=True)
@@ -95,7 +95,7 @@ class ReleaseCache:
 
 
 def _build_platform_tag(registry: str) -> str:
-    """Return a folder name that differs between kinds of machines and between interpreters."""
+    """Return the ending of a folder name: the machine's platform and, for pip, also the version of Python."""
     machine = re.sub(r"[^A-Za-z0-9]+", "_", sysconfig.get_platform())
     return f"cp{sys.version_info[0]}{sys.version_info[1]}-{machine}" if registry == "pip" else machine
 

@@ -89,7 +89,7 @@ def _list_versions(origin: Origin, options: HistoryOptions, cache: ReleaseCache)
         requested = {word.strip() for text in options.versions or () for word in text.split(",")} - {""}
         if requested and requested <= set(cached_versions):
             return cached_versions
-        hint = f"; cached releases can be named by --versions: {', '.join(cached_versions)}" if cached_versions else ""
+        hint = f"; --versions can name these cached releases: {', '.join(cached_versions)}" if cached_versions else ""
         raise UnavailableError(f"the releases of {origin.package} can't be listed: {error}{hint}") from None
 
 

@@ -1,7 +1,7 @@
 """Stress tests with a disc and a finite wall.
 
-Each test varies one quantity: the disc's speed, the wall's speed, width, or number of pieces or velocity changes, the
-angle of a corner, or the distance by which the disc almost misses the wall's end.
+Each test varies one quantity: the speed of the disc or the wall, the wall's width, its number of pieces or of velocity
+changes, or the angle of a corner. In another test, a disc grazes the wall's end, and the distance from a miss varies.
 """
 
 from __future__ import annotations

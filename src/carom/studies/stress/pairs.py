@@ -89,7 +89,7 @@ def _build_stress_test(name: str, template: str, **functions: Callable[[float], 
     return build_stress_test(name, trials)
 
 
-_GRAZING = "A disc grazes another, {value} contact distances from a miss."
+_GRAZING = "A disc grazes a disc at rest. It would miss if it were {value} contact distances further away."
 _TUNNELLING = "A disc that moves {value} radii per step meets a disc at rest head-on."
 _SIZE = "Discs of radius {value} m meet head-on. The speed is a fiftieth of the radius per step."
 _SIZES = {"radius": lambda value: value, "speed": lambda value: 0.02 * value * RATE_HZ}

@@ -141,7 +141,9 @@ class StressTest:
 
 
 def build_stress_test(name: str, trials: Callable[[float], Iterable[Trial]]) -> StressTest:
-    """Return the stress test with a name such as "mass-ratio" or "_mass_ratio", which ``stress_tests.json`` describes.
+    """Return the stress test with these trials, and with its description from ``stress_tests.json``.
+
+    `name` is the test's name, such as "mass-ratio", or the name of a function, such as "_mass_ratio".
 
     If a text in `stress_tests.json` contains a name in braces, the name is replaced by a sentence that several stress
     tests share. All scenes get the stress test's name.

@@ -94,7 +94,7 @@ def test_cached_releases_run_without_network(registry: Toys, tmp_path: Path) -> 
     first = run_history("toy", [PAIR], kept, build_options("1.0", "1.2"))
     registry.reached = False
     assert run_history("toy", [PAIR], kept, build_options("1.0,1.2")).releases == first.releases
-    with pytest.raises(UnavailableError, match=r"no network; cached releases can be named by --versions: 1\.0, 1\.2$"):
+    with pytest.raises(UnavailableError, match=r"no network; --versions can name these cached releases: 1\.0, 1\.2$"):
         run_history("toy", [PAIR], kept, build_options())
 
 

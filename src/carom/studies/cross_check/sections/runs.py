@@ -20,9 +20,9 @@ from carom.studies.cross_check.grid import Grid, GridCell, build_omission_note, 
 MOST_CELLS = 10_000
 
 SPREAD_NOTE = (
-    "An engine can find an impact by luck, because a check happens to fall into the overlap. Therefore each run was "
-    "repeated at several phases (shifts by fractions of a step). For two discs, a formula gives the fraction of phases "
-    "at which PIT must miss the impact."
+    "An engine finds an impact by luck if one of its checks happens to come while the discs overlap. Therefore each "
+    "run was repeated at several phases (shifts by fractions of a step). For two discs, a formula gives the fraction "
+    "of phases at which PIT must miss the impact."
 )
 RUN_TIME_NOTE = (
     "Each number is a method's run time divided by PIT's run time for the same scene and step size. The median is over "
@@ -31,7 +31,7 @@ RUN_TIME_NOTE = (
 RUN_TIME_DETAIL = (
     "The times are for all steps of a run, with each scene's largest step size. A method and PIT are timed in the same "
     "session. Carom's PIT skips frames at which nothing can touch. 'Bit-identical repeats' counts scenes in which all "
-    "timed runs ended with the same positions and velocities. Each run had a new world in the same process."
+    "timed runs ended with the same positions and velocities. Each run created a new simulation in the same process."
 )
 SETTINGS_NOTE = (
     "The settings are those of the first scene that the engine ran, at the largest step size. Carom reads settings "

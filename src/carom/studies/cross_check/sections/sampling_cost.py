@@ -44,7 +44,8 @@ class EngineCost(NamedTuple):
 
     Attributes:
         method: The engine and profile.
-        cells: The runs in scenes that PIT also ran and whose simultaneous impacts have a unique result.
+        cells: The runs in scenes that PIT also ran. Scenes whose simultaneous impacts have no unique result are
+            omitted.
     """
 
     method: Method
