@@ -1,4 +1,4 @@
-"""Checks settings that replace settings of a profile (``--set``), and converts their values to the settings' types."""
+"""Checks settings that the user has replaced (``--set``), and converts their values to the settings' types."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ _KINDS = {bool: "true or false", int: "a whole number", float: "a finite number"
 def resolve_settings(
     info: EngineInfo, overrides: Mapping[str, Setting], profiles: Sequence[str], dt_s: float, runner: TaskRunner
 ) -> SettingOverrides:
-    """Check and convert settings that replace settings of a profile, and return them sorted by name.
+    """Check settings that the user has replaced, convert their values, and return them sorted by name.
 
     Args:
         info: Description of the engine.
-        overrides: The settings by name. Texts are converted to the type of the setting.
+        overrides: The new values by name of the setting. Texts are converted to the type of the setting.
         profiles: The profiles whose settings are replaced.
-        dt_s: Step size for the query of the profiles' settings, in seconds.
-        runner: Runner that queries the adapter.
+        dt_s: Step size for which the adapter returns the profiles' settings, in seconds.
+        runner: Runner that requests the settings from the adapter.
 
     Raises:
         UnknownNameError: The engine lacks a setting.
@@ -54,7 +54,7 @@ def resolve_settings(
 
 def _check_setting(engine: str, name: str, value: Setting, known: Mapping[str, Setting]) -> Setting:
     if name == STEP:
-        raise InputError(f"{STEP} is the step size: give it with --dt, or dt in Python")
+        raise InputError(f"{STEP} is the step size: set it with --dt, or with the argument dt in Python")
     if name not in known:
         names = ", ".join(sorted(known.keys() - {STEP})) or "none"
         hints = build_name_hints(name, known, f"there are: {names}")

@@ -32,12 +32,12 @@ class Kind(Enum):
 
 @dataclass(frozen=True)
 class BeforeAfter:
-    """A number of a run in the old and the new report; None if the number is not measured.
+    """A number of a run in the old and the new report.
 
     Attributes:
         name: Name of the number.
-        old: The number in the old report, with its sign.
-        new: The number in the new report.
+        old: The number in the old report, with its sign; None if it was not measured.
+        new: The number in the new report; None if it was not measured.
         rounding: Largest difference that does not count as a change.
         unit: Unit of the number; empty without a unit.
     """
@@ -62,7 +62,7 @@ class BeforeAfter:
 
     @property
     def growth(self) -> float:
-        """Increase of the number's magnitude; 0 within rounding, or if one of the two numbers is not measured."""
+        """Increase of the number's absolute value; 0 within rounding, or if only one of the runs has the number."""
         if self.old is None or self.new is None:
             return 0.0
         grown = abs(self.new) - abs(self.old)
@@ -88,14 +88,14 @@ class Change:
     Attributes:
         kind: Kind of the change.
         scene: Name of the scene.
-        method: Engine and profile. If the methods of the two reports differ, both are named.
+        method: Engine and profile; the old and the new ones if they differ.
         dt_s: Step size, in seconds.
         old: Grade or failure in the old report.
         new: Grade or failure in the new report.
         measures: The numbers that changed.
-        verdicts: Verdicts that only one run has.
-        changed: Changed settings, versions and reference values. Each item is a name, and the old and the new value as
-            text.
+        verdicts: New verdicts. If the old run failed, also its reasons that no longer apply.
+        changed: Changed settings, versions and reference values: pairs of a name, and a text with the old and the new
+            value.
     """
 
     kind: Kind
@@ -110,22 +110,22 @@ class Change:
 
     @property
     def causes(self) -> tuple[str, ...]:
-        """New verdicts, and changed settings, versions and reference values, each as a phrase."""
+        """The `verdicts`, and the changed settings, versions and reference values, as phrases."""
         split_names = ((name.partition(": "), values) for name, values in self.changed)
         kinds = formatting.group_by((kind, f"{subject} {values}") for (kind, _, subject), values in split_names)
         return (*self.verdicts, *(f"{kind}: {', '.join(phrases)}" for kind, phrases in kinds.items()))
 
     @property
     def graded(self) -> bool:
-        """Whether each of the two runs has a grade or failed, so that the change can be better or worse."""
+        """Whether the change can be better or worse: neither run is ungraded, or one of them failed."""
         return _are_graded(self.old, self.new)
 
     @property
     def severity(self) -> tuple[float, ...]:
         """Sort key that is largest for the worst change.
 
-        Changes are ordered by whether the runs are graded, then by kind, new grade, old grade, growth of the number of
-        missed and spurious impacts, and largest growth of an error.
+        The key consists of: whether the runs are graded, the kind, the new grade, the old grade, the increase in missed
+        and invented impacts, and the largest increase of an error.
         """
         impacts = sum(measure.growth for measure in self.measures if measure.is_count)
         # Only errors without a unit are compared, because seconds and degrees are not comparable.
@@ -137,9 +137,10 @@ class Change:
     def most_important(self) -> BeforeAfter | None:
         """The most important changed number; None if no number changed.
 
-        If the run became worse, a number that became worse is preferred, and vice versa. The order of importance is:
-        missed and spurious impacts, errors without a unit, errors with a unit, verdicts. Among equally important
-        numbers, the first is returned. Errors of impacts are first, because they cause the other errors.
+        If the run became better, a number that became better is preferred. Otherwise, a number that became worse is
+        preferred. The order of importance is: missed and invented impacts, errors without a unit, errors with a unit,
+        verdicts. Among equally important numbers, the first is returned. Errors of impacts are first, because they
+        cause the other errors.
         """
         direction = -1.0 if self.kind is Kind.BETTER else 1.0
 
@@ -149,7 +150,7 @@ class Change:
         return max(self.measures, key=order, default=None)
 
     def is_regression_to(self, fail_on: Grade) -> bool:
-        """Whether a graded run became worse, and its new grade is `fail_on` or a worse one.
+        """Whether a graded run became worse, and its new grade is at least as bad as `fail_on`.
 
         A mixed change counts as worse, and a failed run is worse than all grades.
         """
@@ -181,8 +182,8 @@ def compare_records(old: Path, new: Path, match: Sequence[tuple[str, str]] | Non
         match: See `carom.studies.diff.options.DiffOptions`.
 
     Raises:
-        InputError: A file can't be read or has another format, the reports have no run in common, or `match` is not a
-        list of pairs.
+        InputError: A file can't be read or is not a results.jsonl, the reports have no run in common, or `match` is not
+            a list of pairs.
     """
     match = DiffOptions(match).match
     (before, old_cells), (after, new_cells) = read_cells(old), read_cells(new)
@@ -213,7 +214,7 @@ def compare_records(old: Path, new: Path, match: Sequence[tuple[str, str]] | Non
 
 
 def _has_run(cell: DiffCell | None) -> bool:
-    """Whether an engine was run for this cell, even if the run failed."""
+    """Whether an engine was started for this cell. A failed run also counts."""
     return cell is not None and (cell.mark.ran or cell.mark in BROKEN)
 
 
@@ -232,11 +233,11 @@ def _find_method(cells: Sequence[DiffCell], name: str, path: Path) -> list[DiffC
 def _select_pairs(cells: Sequence[DiffCell], match: Sequence[tuple[str, str]], side: int, path: Path) -> list[DiffCell]:
     """Return the runs of one report that `match` selects.
 
-    Each run stores the number of the pair of names that selects the run.
+    Each returned run also stores which pair of names selected it, as a number.
 
     Args:
         cells: All runs of the report.
-        match: Pairs of names in the old and the new report.
+        match: Pairs of a name in the old report and a name in the new report.
         side: 0 for the old report, 1 for the new one.
         path: Path of the report, for messages.
     """
@@ -248,9 +249,9 @@ def _select_pairs(cells: Sequence[DiffCell], match: Sequence[tuple[str, str]], s
 
 
 def _find_changed_versions(old: Environment, new: Environment) -> dict[str, str]:
-    """Return the versions and properties of the machine that changed.
+    """Return the changed versions and the changed properties of the machine.
 
-    Each name has a text with the old and the new value.
+    The result maps each name to a text with the old and the new value.
     """
     olds, news = (
         {"Carom": one.carom, **one.versions, "python": one.python, "system": one.system, "processor": one.processor}
@@ -267,7 +268,7 @@ def _find_differences(old: Mapping[str, Any], new: Mapping[str, Any]) -> dict[st
 def _are_equal(a: object, b: object) -> bool:
     """Whether two values are equal.
 
-    Numbers may differ by rounding, because the reports may be from different machines.
+    Floats that differ only by rounding count as equal, because the reports may be from different machines.
     """
     if not (isinstance(a, float) and isinstance(b, float)):
         return a == b
@@ -290,9 +291,9 @@ def _compare_cell(old: DiffCell | None, new: DiffCell | None, versions: Mapping[
 
 
 def _list_changed_numbers(old: DiffCell, new: DiffCell) -> Iterator[BeforeAfter]:
-    """Yield the errors and numbers of impacts that changed.
+    """Yield the changed numbers: counts of impacts, verdicts and errors.
 
-    If the runs have floats of different widths, the smaller rounding error is used.
+    If one run has 32-bit floats and the other 64-bit floats, the smaller rounding error is used.
     """
     for a, b, before, after in zip(old.measures, new.measures, old.numbers, new.numbers, strict=True):
         if before != after:
@@ -341,7 +342,7 @@ def _list_causes(old: DiffCell | None, new: DiffCell | None, versions: Mapping[s
         return
     if new.mark.ran and old.mark.ran:
         for name, values in _find_differences(old.reference, new.reference).items():
-            yield f"another scene or reference: {name}", values
+            yield f"changed scene or reference: {name}", values
     if old.method.engine == new.method.engine:
         if old.settings and new.settings:
             for name, values in _find_differences(old.settings, new.settings).items():

@@ -32,7 +32,7 @@ _Group = list[Change]
 
 
 def build_diff_document(diff: Diff, old: str, new: str) -> Document:
-    """Return a document with the changed runs and their numbers.
+    """Return a document with the changed runs and the numbers that changed.
 
     On a terminal, only the most important changes are shown, in 25 lines.
 
@@ -42,12 +42,12 @@ def build_diff_document(diff: Diff, old: str, new: str) -> Document:
         new: Name of the new cross-check.
     """
     changes, left_out = diff.changes, len(diff.changes) - MOST_ROWS
-    note = f"{left_out} more are not shown; --page FILE writes all" if left_out > 0 else ""
+    note = f"{left_out} more changes are not shown; --page FILE writes all changes" if left_out > 0 else ""
     tables = (
         Table(_COLUMNS, changes, css="cells diff", only=Media.PAGE | Media.DETAIL),
         Table(_COLUMNS, changes[:MOST_ROWS], note=note, only=Media.MARKDOWN),
     )
-    around = Text(f"These differ between the runs: {'; '.join(diff.environment_changes)}.", Media.IN_FULL)
+    around = Text(f"The two cross-checks differ in: {'; '.join(diff.environment_changes)}.", Media.IN_FULL)
     sections = (
         Section("Summary", (_build_summary_table(changes),) if changes else (), only=Media.TERMINAL),
         Section("Changes, worst first", tables if changes else (), only=Media.IN_FULL),
@@ -70,7 +70,9 @@ def _build_summary_table(changes: Sequence[Change]) -> Table:
     kinds = zip((bad, other_changes, ungraded), most_groups, strict=True)
     groups = [group for selected, most in kinds for group in _group_changes(selected)[:most]]
     shown_count = sum(map(len, groups))
-    note = "" if shown_count == len(changes) else f"{shown_count} of {len(changes)} runs; -v for all"
+    note = (
+        "" if shown_count == len(changes) else f"{shown_count} of {len(changes)} changed runs are shown; -v shows all"
+    )
     columns = (
         Column("cells", lambda group: str(len(group)), number=True),
         Column("change", lambda group: Cell(_format_kind(group[0]), _format_marks(group[0]))),
@@ -81,9 +83,9 @@ def _build_summary_table(changes: Sequence[Change]) -> Table:
 
 
 def _group_changes(changes: Sequence[Change]) -> list[_Group]:
-    """Group changes that have the same kind, the same grades and the same changed settings.
+    """Group changes that have the same kind, the same grades, and the same names of changed settings.
 
-    Groups are in the order of their worst changes.
+    The groups are sorted by their worst changes.
     """
 
     def shared(change: Change) -> tuple[object, ...]:
@@ -112,7 +114,7 @@ def _build_headline(diff: Diff) -> list[str]:
 
 
 def _describe_setting_changes(changes: Sequence[Change]) -> Iterator[str]:
-    """Yield one sentence on changed settings and versions, if there are any."""
+    """Yield a sentence that lists changed settings and versions, if there are any."""
     values = formatting.group_by(pair for change in changes for pair in change.changed)
     if not values:
         return

@@ -26,10 +26,10 @@ class DiffOptions(DeclaredOptions):
     """Options of `carom diff`, except for the two reports.
 
     Attributes:
-        match: Pairs of old and new engines ("pymunk") or methods ("pymunk/tuned") to compare. Other engines and methods
-            are omitted. By default, methods with the same name are compared. If each report has only one method, the
-            two methods are compared.
-        fail_on: The comparison fails if a run became worse and now has this grade or a worse one.
+        match: Pairs of names to compare: an engine ("pymunk") or method ("pymunk/tuned") in the old report, and one in
+            the new report. Others are omitted. By default, methods with the same name are compared. If each report has
+            only one method, these two methods are compared.
+        fail_on: The comparison fails if a run became worse, and its new grade is this grade or worse.
 
     Raises:
         InputError: A value is invalid.
@@ -38,7 +38,7 @@ class DiffOptions(DeclaredOptions):
     match: Sequence[tuple[str, str]] | None = declare_option(
         None,
         _PAIRS,
-        "Compare only these engines (pymunk=mujoco) or methods (pymunk/default=pymunk/tuned), repeatable.",
+        "Compare the old engine or method OLD with the new one NEW, such as pymunk=mujoco; repeatable.",
         "--engine",
         "-e",
         many=True,
@@ -47,6 +47,6 @@ class DiffOptions(DeclaredOptions):
     fail_on: FailOn = declare_option(
         FailOn.INACCURATE,
         build_enum_kind(FailOn),
-        "Exit with code 1 if a run became worse and now has this grade or a worse one.",
+        "Exit with code 1 if a run became worse, and its new grade is this grade or worse.",
         "--fail-on",
     )

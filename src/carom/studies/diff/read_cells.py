@@ -1,4 +1,4 @@
-"""Runs from a results.jsonl, for a comparison with another results.jsonl.
+"""Reads the runs of a results.jsonl, to compare them with the runs of another results.jsonl.
 
 The file is read row by row, so that a large file need not fit into memory.
 """
@@ -33,7 +33,7 @@ _ERRORS = ("time_s", "velocity", "spin", "direction_rad", "energy", "final_posit
 
 
 class Measure(NamedTuple):
-    """Name, rounding and unit of a number that is compared."""
+    """Name and unit of a compared number, and the largest difference that rounding can cause."""
 
     name: str
     rounding: float
@@ -42,7 +42,10 @@ class Measure(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class DiffCell:
-    """A run from results.jsonl, with the data of its scene. Cells share equal values to save memory."""
+    """A run from results.jsonl, with the data of its scene.
+
+    If runs have equal settings or methods, they share one object, which saves memory.
+    """
 
     method: Method
     scene: str
@@ -99,22 +102,22 @@ def _build_cell(
 
 
 def _read_measures(line: RowLine, scales: Scales) -> tuple[Measure, ...]:
-    """Return name, rounding and unit of each number of a line.
+    """Return a description of each number of a line.
 
-    Each run must contain the width of its floats, its errors, and its missed and spurious impacts.
+    The line must contain the width of the run's floats, its errors, and its missed and spurious impacts.
 
     Raises:
         ValueError: The line lacks one of the required values.
     """
     if line.float_bits is None or line.total is None or line.missed is None or line.spurious is None:
         lacking = [name for name in ("float_bits", "total", "missed", "spurious") if getattr(line, name) is None]
-        raise ValueError(f"it has a grade and no {lacking}")
+        raise ValueError(f"it has a grade, but lacks {lacking}")
     return _list_measures(line.float_bits, line.dt_s, scales)
 
 
 @lru_cache
 def _list_measures(bits: int, dt_s: float, scales: Scales) -> tuple[Measure, ...]:
-    """Return name, rounding and unit of each number that `_list_numbers` yields, for floats of this width in bits."""
+    """Return a description of each number that `_list_numbers` yields. `bits` is the width of the run's floats."""
     rounding, time_s = THRESHOLDS.rounding_of(bits), scales.time_s
     place = THRESHOLDS.place_rounding_of(bits, time_s / dt_s) * scales.reach_m / scales.length_m
     limits = {

@@ -1,4 +1,4 @@
-"""Stored result of a release's run, and the comparison of two releases in one cell (a scene, profile and step size)."""
+"""Result of a release's run, and the comparison of two releases for one scene, profile and step size (a cell)."""
 
 from __future__ import annotations
 
@@ -50,15 +50,15 @@ class ReleaseRun:
         settings: The settings that were read back from the engine, as text.
         grade: Name of the grade.
         verdicts: Names of the verdicts.
-        expected: Number of impacts of the reference.
-        found: Number of impacts that were found from the contacts that the engine reports.
+        expected: Number of impacts in the reference.
+        found: Number of impacts that follow from the contacts reported by the engine.
         lost: Number of missed and invented impacts.
         velocity: Largest velocity error divided by the scene's greatest speed; NaN if no impact was matched.
         late_steps: Largest time error, in steps; NaN if no impact was matched.
-        position_errors_m: Errors of positions at `PLACES` evenly spread instants up to the end: x and y of each disc,
-            in metres. An error is infinite if the run or the reference ends before the instant.
-        velocity_errors_m_s: Errors of final velocities: x and y of each disc, in metres per second.
-        place_rounding_m: Rounding error of a position, in metres.
+        position_errors_m: Errors of x and y of each disc's position at `PLACES` evenly spread instants, in metres. The
+            last instant is the end. An error is infinite if the run or the reference ends before the instant.
+        velocity_errors_m_s: Errors of x and y of each disc's final velocity, in metres per second.
+        place_rounding_m: Largest error of a position that rounding explains, in metres.
         speed_m_s: The scene's greatest speed, in metres per second.
         float_bits: Width of the floats that the adapter declares.
     """
@@ -80,18 +80,18 @@ class ReleaseRun:
 
     @property
     def observes_no_contact(self) -> bool:
-        """Whether velocities changed but no impact was reported, so that the adapter does not observe contacts."""
+        """Whether velocities changed and no impact was reported. Then the adapter can't observe contacts."""
         return self.expected > 0 and self.found == 0 and self.misses_contacts
 
     @property
     def misses_contacts(self) -> bool:
-        """Whether a velocity changed without a reported impact, so that the adapter does not observe every contact."""
+        """Whether a velocity changed without a reported impact. Then the adapter does not observe every contact."""
         return Verdict.TURNS.name in self.verdicts
 
 
 @dataclass(frozen=True)
 class HistoryTask(JobTask):
-    """Task that runs an engine on a scene, shifted to the job's phase, and scores the run."""
+    """Task that shifts a scene to the job's phase, runs an engine on it, and scores the run."""
 
     def carry_out(self) -> ReleaseRun:
         """Return the stored result.
@@ -128,7 +128,7 @@ class HistoryTask(JobTask):
 
 
 def _compute_largest_error(coordinates: Sequence[float]) -> float:
-    """Return the length of the longest vector in a list of coordinates x, y, x, y and so on."""
+    """Return the length of the longest vector. The list contains x and y of each vector in turn."""
     return max(map(math.hypot, coordinates[::2], coordinates[1::2]))
 
 
@@ -169,7 +169,7 @@ history_journal = partial(Journal[JobKey, ReleaseRun], "releases", JournalEntry[
 
 @dataclass(frozen=True)
 class ReleaseCell:
-    """Results of one release for a scene, profile and step size, at phase 0 and, if requested, at other phases."""
+    """Results of one release for a scene, profile and step size: at phase 0, and at other phases if requested."""
 
     at_phase_0: Answer[ReleaseRun]
     phases: tuple[Answer[ReleaseRun], ...] = ()
@@ -184,19 +184,19 @@ class ChangeKind(Enum):
     """Change of a run from one release to the next. Each value is the phrase that the report shows."""
 
     NOTHING = "same bits"
-    ROUNDING = "other bits, but equal except for rounding at this phase"
-    OVERLAP = "changed, but the ranges over phases overlap"
+    ROUNDING = "bits changed, but the difference is within rounding"
+    OVERLAP = "changed, but by no more than results at different phases differ"
     WORSE = "worse"
     BETTER = "better"
     NEITHER = "changed, but neither better nor worse"
-    OTHER_SETTINGS = "the settings read back from the engine differ"
-    OTHER_CONTACTS = "reported contacts differ, but the motion differs no more than between phases"
+    OTHER_SETTINGS = "the engine reports other settings"
+    OTHER_CONTACTS = "reported contacts changed, but the motion changed by no more than it differs between phases"
     UNOBSERVED = "changed, but the adapter does not observe every contact"
     NOT_RUN = "not run by both releases"
 
     @property
     def is_engine_change(self) -> bool:
-        """Whether the engine's motion changed, and not only its settings, its adapter or its reported contacts."""
+        """Whether the change is attributed to the engine's motion, not to settings, contacts, phases or rounding."""
         return self in {ChangeKind.WORSE, ChangeKind.BETTER, ChangeKind.NEITHER}
 
 
@@ -206,7 +206,7 @@ class CellChange:
 
     Attributes:
         kind: Kind of change.
-        numbers: The numbers that show the change, as a phrase; empty if there are none.
+        numbers: Phrase with the numbers that show the change, or with its reason; empty if there are none.
     """
 
     kind: ChangeKind
@@ -245,8 +245,10 @@ def _compute_place_error(run: ReleaseRun) -> float:
 
 #: Numbers that describe the motion, and do not depend on reported contacts.
 _MOTION = (
-    _Measure("error of final velocities, divided by the greatest speed", _compute_velocity_error, _read_rounding),
-    _Measure("error of positions in metres", _compute_place_error, attrgetter("place_rounding_m")),
+    _Measure(
+        "largest error of a final velocity, divided by the greatest speed", _compute_velocity_error, _read_rounding
+    ),
+    _Measure("largest error of a position, in metres", _compute_place_error, attrgetter("place_rounding_m")),
 )
 #: Numbers that describe the reported contacts.
 _CONTACTS = (
@@ -274,7 +276,7 @@ def _is_changed(a: float, b: float, rounding: float) -> bool:
 
 
 def _has_same_motion(old: ReleaseRun, new: ReleaseRun) -> bool:
-    """Whether positions and final velocities are equal, except for rounding."""
+    """Whether all positions and final velocities of two runs are equal, except for rounding."""
     place_m = max(old.place_rounding_m, new.place_rounding_m)
     speed_m_s = max(_read_rounding(old), _read_rounding(new)) * old.speed_m_s
     positions = zip(old.position_errors_m, new.position_errors_m, strict=True)
@@ -286,11 +288,11 @@ def _has_same_motion(old: ReleaseRun, new: ReleaseRun) -> bool:
 def classify_change(old: ReleaseCell, new: ReleaseCell) -> CellChange:
     """Compare two releases for one scene, profile and step size, and classify the change.
 
-    A change is attributed to the engine if the settings read back from the engine are equal and the motion differs. The
-    motion is described by coordinates, and by the errors of positions and final velocities. Each of these numbers has a
-    range over at least `FEWEST_PHASES` phases. The motion differs if the ranges of one number do not overlap. The gap
-    between the ranges must exceed rounding and the estimated effect of untested phases. If the motion does not differ,
-    only reported contacts changed, or the phase explains the change. If velocities change without a reported impact,
+    A change is attributed to the engine if the settings read back from the engine are equal and the motion differs.
+    Three kinds of numbers describe the motion: final velocity errors, position errors and single coordinates. Each
+    release has a range of each number over at least `FEWEST_PHASES` phases. The motion differs if the two ranges of a
+    number are further apart than rounding and untested phases can explain. If the motion does not differ, either only
+    the reported contacts changed, or the phase explains the change. If a velocity changes without a reported impact,
     the adapter does not observe every contact, and the releases are not compared.
     """
     a, b = old.at_phase_0.value, new.at_phase_0.value
@@ -305,7 +307,9 @@ def classify_change(old: ReleaseCell, new: ReleaseCell) -> CellChange:
     if not _has_changed(a, b):
         return CellChange(ChangeKind.ROUNDING)
     if (fewest := min(len(old.runs), len(new.runs))) < FEWEST_PHASES:
-        return CellChange(ChangeKind.OVERLAP, f"only {fewest} of the required {FEWEST_PHASES} phases ran")
+        return CellChange(
+            ChangeKind.OVERLAP, f"the run completed at only {fewest} phases, but {FEWEST_PHASES} are required"
+        )
     separate = list(_find_separated_measures(_MOTION, old.runs, new.runs))
     elsewhere = "" if separate else _describe_coordinate(old.runs, new.runs)
     if separate or elsewhere:
@@ -334,12 +338,12 @@ def _find_separated_measures(
 
 
 def _compute_range_gaps(before: NDArray[np.float64], after: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return by how much the range of new values is above the range of old values, and by how much below.
+    """Return two gaps: from the old range up to the new range, and from the new range up to the old range.
 
-    The first axis of the arrays is the run.
+    Each row of the arrays is a run. A gap is negative if the ranges overlap.
 
-    Untested phases may extend a range. Therefore each end of a range is moved outwards by the distance between the two
-    numbers nearest to the end.
+    Values at untested phases may be outside a range. Therefore both ends of each range are moved outwards: the upper
+    end by the distance between the two largest values, the lower end by the distance between the two smallest values.
     """
 
     def reach(values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -352,7 +356,7 @@ def _compute_range_gaps(before: NDArray[np.float64], after: NDArray[np.float64])
 
 
 def _describe_coordinate(old: Sequence[ReleaseRun], new: Sequence[ReleaseRun]) -> str:
-    """Describe where two releases differ most: in which coordinate and when. Empty if no coordinate differs."""
+    """Name the coordinate and the instant at which two releases differ most. Empty if no coordinate differs."""
     before, after = (np.array([run.position_errors_m for run in runs]) for runs in (old, new))
     gaps = _compute_range_gaps(before, after).max(axis=0)
     k = int(gaps.argmax())
@@ -360,7 +364,7 @@ def _describe_coordinate(old: Sequence[ReleaseRun], new: Sequence[ReleaseRun]) -
         return ""
     instant, disc = divmod(k // 2, len(gaps) // (2 * PLACES))
     ranges = f"{_format_range(before[:, k].tolist())} m before, {_format_range(after[:, k].tolist())} m now"
-    return f"error of {'xy'[k % 2]} of disc {disc} after {instant + 1}/{PLACES} of the run: {ranges}"
+    return f"error of disc {disc}'s {'xy'[k % 2]} coordinate after {instant + 1}/{PLACES} of the run: {ranges}"
 
 
 def _describe_all_ranges(old: Sequence[ReleaseRun], new: Sequence[ReleaseRun]) -> Iterator[str]:
@@ -386,7 +390,7 @@ def _describe_changed_settings(old: Sequence[tuple[str, str]], new: Sequence[tup
 
 
 def _find_verdict_changes(old: Sequence[ReleaseRun], new: Sequence[ReleaseRun]) -> list[str]:
-    """Describe the verdicts that one release has at every phase, and the other release at no phase."""
+    """List the verdicts that one release has at every phase, and the other release at none."""
 
     def own(own_runs: Sequence[ReleaseRun], other_runs: Sequence[ReleaseRun]) -> list[str]:
         shared = set.intersection(*(set(run.verdicts) for run in own_runs))

@@ -27,12 +27,13 @@ from carom.support.folders import write_files
 _WIDTH_IN, _HEIGHT_IN = 8.6, 4.2
 
 RULE = (
-    "A change is attributed to the engine if the settings read back are equal and the motion differs. The motion is "
-    "compared for the unshifted scene, and for the scene shifted to {phases} phases of the step. The motion differs if "
-    "the ranges of one number (a final velocity error, a position error at one of eight instants, or one coordinate) "
-    "do not overlap. Before the comparison, each end of a range is moved outwards by the distance between the two "
-    "values nearest to this end. The gap between the ranges must exceed rounding. Differences of reported contacts do "
-    "not count. 'Same bits' means that impacts and final states are bit-identical for the unshifted scene."
+    "A change is attributed to the engine if the settings that it reports are equal and the motion differs. The motion "
+    "is compared for the unshifted scene, and for the scene shifted to {phases} phases of the step. Three kinds of "
+    "numbers describe the motion: final velocity errors, position errors at eight instants, and single coordinates. "
+    "The motion differs if the two releases' ranges of a number do not overlap, and the gap exceeds rounding. Before "
+    "the comparison, both ends of each range are moved outwards: the upper end by the distance between the two largest "
+    "values, the lower end by the distance between the two smallest values. Differences of reported contacts do not "
+    "count. 'Same bits' means that impacts and final states are bit-identical for the unshifted scene."
 )
 
 
@@ -50,7 +51,7 @@ _HEADINGS = {
 
 
 class _Row(NamedTuple):
-    """A table row with a release, and the changes since the previous release that ran (None for the first release)."""
+    """A release and its changes since the previous release that ran. The changes are None for the first release."""
 
     release: Release
     since: Transition | None
@@ -83,7 +84,7 @@ def build_history_document(history: History) -> Document:
 
 
 def write_history(history: History, document: Document, folder: Path) -> Path:
-    """Write a history's document as ``history.md`` and its ``history.svg``, and return the path of ``history.md``.
+    """Write a history as ``history.md`` with the chart ``history.svg``, and return the path of ``history.md``.
 
     Raises:
         InputError: The folder contains files that Carom did not write.
@@ -109,12 +110,12 @@ def describe_listing(origin: Origin, versions: tuple[str, ...]) -> Iterator[str]
 
 
 def describe_bisection(bisection: Bisection | None) -> Iterator[str]:
-    """Yield sentences with the result of a bisection."""
+    """Yield sentences that describe the result of a bisection."""
     if bisection is None:
-        yield "In this run, the oldest and the newest release differ no more than runs at different phases."
+        yield "The results of the oldest and the newest release differ by no more than results at different phases."
         return
     oldest = bisection.tested_versions[0]
-    agrees = f"{bisection.last}, which agrees with the oldest, {oldest}"
+    agrees = f"{bisection.last}, which agrees with {oldest}, the oldest"
     before = f"{oldest}, the oldest" if bisection.last == oldest else agrees
     why = f"{bisection.change.kind.value}: {bisection.change.numbers}"
     cell = f"{bisection.cell.scene} with {bisection.cell.profile} at {formatting.format_step(bisection.cell.dt_s)}"
@@ -127,7 +128,11 @@ def _build_headline(history: History) -> Iterator[str]:
     changed_steps = [step for step in history.transitions if step.engine_changes]
     if len(run_releases) >= 2 and not changed_steps:
         is_identical = all(step.count(ChangeKind.NOTHING) == step.compared for step in history.transitions)
-        nothing = "no bit changed" if is_identical else "no change is larger than the differences between phases"
+        nothing = (
+            "no bit changed"
+            if is_identical
+            else "no change is larger than the difference between results at different phases"
+        )
         yield f"In {engine} from {run_releases[0].version} to {run_releases[-1].version}, {nothing}."
     for step in reversed(changed_steps):
         counts = Counter(change.kind for change in step.engine_changes.values())
@@ -160,7 +165,7 @@ def _build_release_columns(history: History) -> tuple[Column, ...]:
 
 
 def _count_changes(kind: ChangeKind, row: _Row) -> str:
-    """Return the number of runs with this kind of change since the previous release; an empty text for 0."""
+    """Return the number of runs that have this kind of change since the previous release; an empty text for 0."""
     return "" if row.since is None else str(row.since.count(kind) or "")
 
 
@@ -175,12 +180,12 @@ def _count_grade(grade: Grade, row: _Row) -> str:
 
 def _release_note(release: Release) -> str:
     if release.observes_no_contact:
-        return "the adapter can't read contacts of this release, so nothing is compared"
+        return "the adapter can't read contacts of this release, so its results are not compared"
     return release.not_run
 
 
 def _describe_settings(history: History) -> Iterator[Lines]:
-    """Describe the settings that differ between consecutive releases, and the runs that failed."""
+    """List the settings that differ between consecutive releases, and the runs without a result."""
     setting_changes = dict.fromkeys(
         f"Different settings: {step.old.version} → {step.new.version}, {cell.profile}: {change.numbers}"
         for step in history.transitions
@@ -194,7 +199,7 @@ def _describe_settings(history: History) -> Iterator[Lines]:
         if cell not in release.results
     )
     not_run = (
-        f"Not run in some scenes, {profile}: {reason} ({', '.join(dict.fromkeys(versions))})"
+        f"Not run in some scenes with {profile}: {reason} ({', '.join(dict.fromkeys(versions))})"
         for (profile, reason), versions in lacking.items()
     )
     yield from (Lines(lines) for lines in (tuple(setting_changes), tuple(not_run)) if lines)
@@ -212,10 +217,10 @@ _CHANGE_COLUMNS = (
 
 
 def render_error_chart(history: History) -> str:
-    """Draw the median and the largest velocity error of each profile against the release, as SVG.
+    """Draw a chart as SVG: the median and the largest velocity error of each profile, by release.
 
-    Only scenes and step sizes with a known error in every release are included. A vertical line marks a release in
-    which a bit of a result changed.
+    A scene and step size is only included if its error is known in every release. A vertical line marks a release that
+    changed at least one bit of a result.
     """
     with use_drawing_style():
         figure, axes = build_framed_figure(_WIDTH_IN, _HEIGHT_IN, f"{history.origin.engine}: velocity error by release")
@@ -240,7 +245,7 @@ def render_error_chart(history: History) -> str:
 
 
 def _list_errors(releases: list[Release], profile: str) -> list[list[float]]:
-    """Return each release's velocity errors in those runs of a profile that have an error in every release."""
+    """Return each release's velocity errors of a profile, for scenes and step sizes with an error in every release."""
     errors = [
         {cell: run.velocity for cell, run in release.results.items() if math.isfinite(run.velocity)}
         for release in releases

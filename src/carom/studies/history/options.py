@@ -35,11 +35,12 @@ class HistoryOptions(LimitOptions):
     """Options of `carom history`, except for its engine and scenes.
 
     Attributes:
-        versions: Releases to run: versions, and conditions such as ">=6" or "3.0..4.0" (default: all).
-        most: Largest number of releases that meet the conditions; the newest releases are used.
+        versions: Releases to run, as versions or as conditions such as ">=6" or "3.0..4.0" (default: all).
+        most: Largest number of releases to run. If more meet the conditions, the newest are run. Releases that are
+            named by their version are not counted.
         installed: Whether the installed engine also runs, after all releases.
         profiles: Names of profiles.
-        dts: Step sizes, in seconds (default: each scene's own frame).
+        dts: Step sizes, in seconds (default: one frame of each scene).
         phases: Number of additional phases at which a changed run is repeated.
         seed: Start of the quasi-random sequence of phases.
         kept_mb: Largest size of cached releases, in megabytes.
@@ -57,7 +58,7 @@ class HistoryOptions(LimitOptions):
         default_text="all",
     )
     most: int = declare_option(
-        12, build_whole_number_kind(1, 1000), "Maximum number of releases; the newest are used.", "--most"
+        12, build_whole_number_kind(1, 1000), "Maximum number of releases to run; the newest are preferred.", "--most"
     )
     installed: bool = declare_option(
         False, build_flag_kind(), "Also run the installed engine, after all releases.", "--with-installed"
@@ -72,7 +73,7 @@ class HistoryOptions(LimitOptions):
     )
     seed: int = declare_seed()
     kept_mb: float = declare_option(
-        2000.0, build_megabytes_kind(), "Megabytes of downloaded releases to keep.", "--keep"
+        2000.0, build_megabytes_kind(), "Maximum size of downloaded releases to keep, in megabytes.", "--keep"
     )
     _: KW_ONLY
     scheduler: str | None = declare_no_scheduler("each release is installed into a folder of this machine")

@@ -1,7 +1,7 @@
-"""Registry clients (pip and npm): list the releases of a package, and install a release into a folder.
+"""Registry clients (pip and npm), which list the releases of a package and install a release into a folder.
 
 No code of a package runs during installation: pip only installs wheels, and npm runs no scripts. The run time and the
-output of a client are limited, and no process of a client outlives its call.
+    output of a client are limited. When a call ends, no process of the client continues.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class Client(Protocol):
     """A program that lists and installs the releases of packages."""
 
     def list_versions(self, package: str) -> tuple[str, ...]:
-        """Return the versions that the registry lists for a package, unordered.
+        """Return the versions that the registry lists for a package, in no order.
 
         Raises:
             ClientError: The registry is unreachable, or does not have the package.
@@ -56,7 +56,7 @@ class Client(Protocol):
 
 
 class Pip:
-    """The pip of this environment, which installs releases as wheels into a folder.
+    """The pip of this environment. It installs releases as wheels into a folder.
 
     This folder must be first on Python's path.
     """
@@ -70,7 +70,7 @@ class Pip:
         return tuple(word.strip() for word in found[1].split(","))
 
     def install(self, package: str, version: str, folder: Path) -> tuple[str, ...]:
-        """Install the wheels of a release, and of missing requirements, into an empty folder."""
+        """Install a release and its missing requirements from wheels into an empty folder."""
         requirement = f"{_check_name(package)}=={require_version(version)}"
         words = [*_PIP, "install", "--dry-run", "--quiet", *_LIMITS, *_WHEELS, "--report", "-", requirement]
         report = _read_json(_run(words, LISTING_S), "pip")
@@ -122,7 +122,7 @@ _QUIET = ("--no-audit", "--no-fund", "--no-update-notifier", "--fetch-retries", 
 
 
 def _check_name(package: str) -> str:
-    """Return a package's name. Raise an error if the name could be mistaken for an option or a path."""
+    """Return a package's name, or raise an error if the name could be mistaken for an option or a path."""
     if not _NAME.fullmatch(package):
         raise ClientError(f"{format_value(package)} is not a package name")
     return package

@@ -1,8 +1,8 @@
 """Cache of installed releases, with a limited size. Each release has a separate folder.
 
 A folder is filled under a temporary name and renamed when it is complete, so an interrupted installation is never used.
-Each running `carom history` holds a shared lock. Folders are only removed under an exclusive lock, so folders in use
-are never removed.
+Each running `carom history` holds a shared lock. Folders are only removed with an exclusive lock, so folders in use are
+never removed.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _NOTE = "carom-release.json"
 
 @dataclass(frozen=True)
 class ReleaseCache:
-    """Installed releases, each in a separate folder below a root folder."""
+    """Installed releases. Each has its own folder in the cache's folder."""
 
     root: Path
 
@@ -41,7 +41,7 @@ class ReleaseCache:
         return note.parent
 
     def install(self, client: Client, registry: str, package: str, version: str) -> Path:
-        """Install a release unless it is installed, and return its folder.
+        """Install a release if it is not yet installed, and return its folder.
 
         For pip, the folder must be first on Python's path. For npm, the folder contains a `node_modules`.
 
@@ -78,7 +78,7 @@ class ReleaseCache:
     def prune(self, most_bytes: float) -> None:
         """Remove interrupted installations.
 
-        Then remove the least recently used releases, until the rest has at most `most_bytes` bytes.
+        Then keep only the most recently used releases, with a total size of at most `most_bytes` bytes.
         """
         for broken in self.root.glob("*/*/.new-*"):
             shutil.rmtree(broken, ignore_errors=True)
@@ -95,7 +95,7 @@ class ReleaseCache:
 
 
 def _build_platform_tag(registry: str) -> str:
-    """Return a folder name that differs between kinds of machines and between interpreters."""
+    """Return the ending of a folder name: the machine's platform and, for pip, also the version of Python."""
     machine = re.sub(r"[^A-Za-z0-9]+", "_", sysconfig.get_platform())
     return f"cp{sys.version_info[0]}{sys.version_info[1]}-{machine}" if registry == "pip" else machine
 
@@ -121,7 +121,7 @@ def open_release_cache(most_bytes: float, root: Path | None = None) -> Iterator[
 
 
 def _lock(file: int, *, is_exclusive: bool) -> bool:
-    """Try to acquire the exclusive or the shared lock, and return whether this succeeded."""
+    """Try to acquire the exclusive or the shared lock. Return whether the lock was acquired."""
     try:
         import fcntl
     except ImportError:  # not a POSIX system, so other processes can't be detected

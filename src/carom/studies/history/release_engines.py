@@ -1,4 +1,4 @@
-"""Manifests with which each release of an engine runs as a separate engine, with the installed adapter."""
+"""Manifests that register each release of an engine as a separate engine. All releases use the installed adapter."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Origin:
 
     Attributes:
         engine: Display name of the engine.
-        registry: Client of the registry, "pip" or "npm"; empty without a registry.
+        registry: Name of the registry's client, "pip" or "npm"; empty without a registry.
         package: Name of the engine's package in the registry.
         oldest: Oldest release that the adapter supports; empty if all known releases are supported.
         newest_tried: Newest release that was tested with the adapter; empty if unknown.
@@ -70,7 +70,7 @@ class OriginTask(AdapterTask):
 
 @dataclass(frozen=True)
 class ServedManifestTask(AdapterTask):
-    """Task that builds a TOML manifest, which runs an adapter in Python with a given release of its engine."""
+    """Task that builds a TOML manifest for a release of an engine whose adapter is in Python."""
 
     name: str
     version: str
@@ -83,14 +83,14 @@ class ServedManifestTask(AdapterTask):
 
 
 def release_engine_name(engine: str, version: str) -> str:
-    """Return the name of a release in the list of engines."""
+    """Return the name under which a release is registered as an engine."""
     return f"{engine}-{re.sub('[^A-Za-z0-9_.-]', '_', version)}"
 
 
 def copy_program(manifest: Path, name: str, version: str, overlay: Path, folder: Path) -> Path:
-    """Copy the program of an npm engine next to a release of the engine, and return the copied manifest.
+    """Copy the program of an npm engine into a folder with a release of the engine. Return the path of the manifest.
 
-    The manifest's folder and the files next to it are copied, because Node resolves modules from their real paths.
+    Node searches for modules from a file's real path. Therefore the files are copied and not linked.
     """
     source_folder, target_folder = manifest.parent, folder / manifest.parent.name
     shutil.copytree(source_folder, target_folder, ignore=shutil.ignore_patterns("node_modules"))
@@ -106,7 +106,7 @@ def copy_program(manifest: Path, name: str, version: str, overlay: Path, folder:
 
 @contextmanager
 def registered_engines(manifests: list[Path]) -> Iterator[list[str]]:
-    """Register manifests as engines within a block, and yield their names."""
+    """Register manifests as engines for the duration of a `with` block, and yield the engines' names."""
     before = os.environ.get(MANIFESTS)
     try:
         yield [resolve_engine(str(path)) for path in manifests]

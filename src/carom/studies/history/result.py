@@ -1,4 +1,4 @@
-"""Results of `carom history`: releases, the changes between consecutive ones, and the release that caused a change."""
+"""Results of `carom history`: releases, changes between consecutive releases, and the release that made a change."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Release:
 
     Attributes:
         version: Version of the release.
-        name: Name of the release in the list of engines; empty if it is not in the list.
+        name: Name under which the release is registered as an engine; empty if it is not registered.
         reason: Reason why the release was not run; empty if it was run.
         cells: Results by scene, profile and step size.
     """
@@ -45,17 +45,20 @@ class Release:
 
     @property
     def observes_no_contact(self) -> bool:
-        """Whether the release never reports a contact when velocities change, so that its results are useless."""
+        """Whether the adapter observes no contact of this release, although velocities change.
+
+        Its results are useless.
+        """
         results = [run for run in self.results.values() if run.expected]
         return bool(results) and all(run.observes_no_contact for run in results)
 
     @property
     def not_run(self) -> str:
-        """Most frequent reason why the release could not run; empty if the release ran at least one scene."""
+        """The most frequent reason why the release has no result; empty if it has at least one result."""
         if self.reason or self.results:
             return self.reason
         reasons = [one.at_phase_0.problem for one in self.cells.values()]
-        return max(dict.fromkeys(reasons), key=reasons.count, default="there is no cell")
+        return max(dict.fromkeys(reasons), key=reasons.count, default="there is no run")
 
 
 @dataclass(frozen=True)
@@ -72,7 +75,7 @@ class Transition:
 
     @cached_property
     def changes(self) -> dict[RunCell, CellChange]:
-        """The change for each scene, profile and step size that both releases have."""
+        """The change for each scene, profile and step size that belongs to both releases."""
         old, new = self.old.cells, self.new.cells
         return {cell: classify_change(old[cell], new[cell]) for cell in old if cell in new}
 
@@ -115,7 +118,7 @@ class History:
 
     @property
     def completed(self) -> tuple[Release, ...]:
-        """Releases that ran at least one scene."""
+        """Releases that completed at least one run."""
         return tuple(release for release in self.releases if release.results)
 
     @cached_property
@@ -125,7 +128,7 @@ class History:
 
     @property
     def is_worse(self) -> bool:
-        """Whether the newest release is worse than the previous one in some run, beyond the effect of the phase."""
+        """Whether at least one run of the newest release is worse by more than results at different phases differ."""
         last = self.transitions[-1:] if self.completed and self.completed[-1] is self.releases[-1] else ()
         return any(change.kind is ChangeKind.WORSE for one in last for change in one.changes.values())
 

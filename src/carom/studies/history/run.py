@@ -1,4 +1,4 @@
-"""Execution of `carom history`: runs releases from a registry, compares consecutive releases, and bisects a change."""
+"""Execution of `carom history`: runs releases, compares consecutive releases, and finds the origin of a change."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ PURPOSE, JOURNAL = "history", "journal.jsonl"
 
 
 def list_releases(engine: str, options: HistoryOptions, cache: ReleaseCache) -> tuple[Origin, tuple[str, ...]]:
-    """Return an engine's registry and package, and the releases that the registry lists, from the oldest to the newest.
+    """Return an engine's registry and package, and the releases in the registry, from the oldest to the newest.
 
     Raises:
         UnknownNameError: The engine does not exist.
@@ -69,16 +69,18 @@ def _find_origin(engine: str, pool: Pool) -> Origin:
     describe_engines([engine], pool)  # an unknown name raises an error
     answer = pool.run(OriginTask(engine))
     if answer.value is None:
-        raise AdapterError(f"{engine} could not return its origin: {answer.problem}")
+        raise AdapterError(f"{engine} could not return its registry and package: {answer.problem}")
     if not answer.value.registry:
-        raise InputError(f"{engine} has no registry: its adapter names neither a distribution nor an npm package")
+        raise InputError(
+            f"{engine} has no registry: its adapter declares neither a Python distribution nor an npm package"
+        )
     return answer.value
 
 
 def _list_versions(origin: Origin, options: HistoryOptions, cache: ReleaseCache) -> Sequence[str]:
-    """Return the registry's list.
+    """Return the versions that the registry lists.
 
-    If the registry is unreachable, but all requested releases are cached, return the cached releases instead.
+    If the registry is unreachable, return the cached versions, but only if they include all requested versions.
     """
     try:
         return CLIENTS[origin.registry].list_versions(origin.package)
@@ -87,13 +89,13 @@ def _list_versions(origin: Origin, options: HistoryOptions, cache: ReleaseCache)
         requested = {word.strip() for text in options.versions or () for word in text.split(",")} - {""}
         if requested and requested <= set(cached_versions):
             return cached_versions
-        hint = f"; cached releases can be named by --versions: {', '.join(cached_versions)}" if cached_versions else ""
+        hint = f"; --versions can name these cached releases: {', '.join(cached_versions)}" if cached_versions else ""
         raise UnavailableError(f"the releases of {origin.package} can't be listed: {error}{hint}") from None
 
 
 @dataclass
 class _ReleaseRuns:
-    """Runs of one engine's releases on some scenes."""
+    """Runs releases of an engine on scenes, and counts finished jobs for the progress report."""
 
     engine: str
     scenes: Mapping[str, Scene]
@@ -133,7 +135,7 @@ class _ReleaseRuns:
     ) -> dict[str, dict[RunCell, ReleaseCell]]:
         """Return the results of each engine for each scene, profile and step size.
 
-        If the results of consecutive engines differ, both engines are run again at all phases.
+        If the results of two consecutive engines differ and the phase may explain this, both are run at all phases.
         """
         answers = self.run_jobs((self.job(name, cell) for name in names for cell in cells), pool)
         found = {name: {cell: ReleaseCell(answers[self.job(name, cell)]) for cell in cells} for name in names}
@@ -155,7 +157,7 @@ class _ReleaseRuns:
 def _install_releases(
     study: _ReleaseRuns, origin: Origin, versions: Sequence[str], cache: ReleaseCache, pool: Pool
 ) -> Iterator[tuple[Release, ...]]:
-    """Install releases and register them as engines. Yield the releases, and unregister them afterwards."""
+    """Install releases and register them as engines. Yield the releases. At the end, remove them from the engines."""
     client: Client = CLIENTS[origin.registry]
     with tempfile.TemporaryDirectory(prefix="carom-history-") as place:
         releases: list[Release] = []
@@ -203,7 +205,7 @@ def run_history(
     Args:
         engine: Name of an adapter.
         scenes: Scenes to run.
-        cache: The cache of releases, into which missing releases are installed.
+        cache: Cache of releases. Missing releases are installed into it.
         options: Options of the history.
         notes: Journal of results, to which new results are added.
         progress: Function that is called with the number of finished jobs, the number of all jobs, and a description.
@@ -265,8 +267,8 @@ def bisect_change(
 ) -> Bisection | None:
     """Find two consecutive releases between which the result of a run changed; None if the oldest and the newest agree.
 
-    The search bisects the list of releases, and compares each tested release with the oldest one. If there are several
-    changes, only one of them is found.
+    The search bisects the list of releases, and compares each tested release with the oldest release. If there are
+    several changes, only one of them is found.
 
     Raises:
         CaromError: A release can't run this scene with this profile and step size. See also `run_history`.
@@ -325,10 +327,10 @@ def select_versions(listed: Sequence[str], terms: Sequence[str] | None, max_rele
 
     Args:
         listed: All listed releases.
-        terms: Versions, "latest", and conditions that must all be met (default: all final releases). A pre-release must
-            be named by its version.
-        max_releases: Largest number of releases that meet the conditions; the newest releases are used. Versions that
-            are named individually are not counted.
+        terms: Versions, "latest" and conditions (default: all final releases). A release is selected if it is named, or
+            if it is final and meets all conditions. A pre-release must be named.
+        max_releases: Largest number of releases that conditions select; the newest are preferred. Named releases are
+            not counted.
 
     Raises:
         UnknownNameError: A named version is not listed.

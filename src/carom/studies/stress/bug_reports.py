@@ -37,17 +37,17 @@ def check_bug_report(bug_report: BugReport, method: Method, runner: TaskRunner) 
     else:
         is_seen, figure, reason = find_symptom(bug_report, answer.value)
     ending, value = CellEnding.SEEN if is_seen else CellEnding.NOT_SEEN, figure if math.isfinite(figure) else None
-    reason = reason if is_seen or not reason else f"not as reported, but {reason}"
+    reason = reason if is_seen or not reason else f"the reported bug does not occur, but {reason}"
     return UnsavedResult(cell(ending, value, reason=reason, runs=1), (scene,))
 
 
 def find_symptom(bug_report: BugReport, trace: Trace) -> tuple[bool, float, str]:
-    """Return whether a trace shows the reported bug, the size of the deviation, and an explanation.
+    """Return whether a trace shows the reported bug, the trace's deviation, and an explanation.
 
-    If the bug report is about energy, or the correct final velocities are unknown, the deviation is the energy error,
-    divided by the scene's energy. In all other cases, the deviation is the error of final velocities, and of rim speeds
-    if spins are known, divided by the scene's greatest speed. If a trace does not show the bug, but is wrong by a per
-    cent or more, the explanation mentions this error.
+    The deviation is usually the largest error of a final velocity or known rim speed, divided by the scene's greatest
+    speed. If the bug report is about energy, or the correct final velocities are unknown, the deviation is the energy
+    error, divided by the scene's energy. If a trace does not show the bug, but deviates by more than a per cent, the
+    explanation contains the deviation.
     """
     symptom, known, scene = bug_report.symptom, bug_report.known, bug_report.scene
     finite = bool(np.isfinite(trace.final_velocity_m_s).all() and np.isfinite(trace.final_position_m).all())
@@ -78,7 +78,11 @@ def find_symptom(bug_report: BugReport, trace: Trace) -> tuple[bool, float, str]
         is_seen = velocity > threshold
         reason = f"velocities are wrong by {format_number(velocity)} times the scene's greatest speed"
     if not is_seen:
-        reason = f"off by {format_number(figure)} times the scene's {quantity}" if abs(figure) > NOTICED else ""
+        reason = (
+            f"the result is wrong by {format_number(figure)} times the scene's {quantity}"
+            if abs(figure) > NOTICED
+            else ""
+        )
     return is_seen, figure, reason
 
 

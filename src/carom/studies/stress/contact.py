@@ -1,8 +1,8 @@
 """Stress tests with a disc on a wall under gravity: restitution, friction, rolling resistance, and critical slopes.
 
 Each scene is a disc of unit mass on the wall y = 0. On a slope, gravity is tilted instead of the wall, because a tilted
-wall would have rounded coordinates. A disc's motion depends continuously on the slope, so its motion at a critical
-slope is the limit from both sides.
+wall would have rounded coordinates. Slightly above or below a critical slope, a disc must move almost like at the
+critical slope.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def _build_floor_trial(
 ) -> Trial:
     """Make a trial of a disc `up` metres above the line y = 0.
 
-    `tangent` is the tangent of gravity's angle with the vertical. `laws` contains further fields of the scene.
+    `tangent` is the tangent of the angle between gravity and the vertical. `laws` contains further fields of the scene.
     """
     long = math.hypot(1.0, tangent)
     place = complex(0.0, RADIUS_M + up)
@@ -66,7 +66,7 @@ def _build_floor_trial(
 
 
 def _build_contact_check(along: float, rim: float, change: float) -> TraceCheck:
-    """Return a function that checks a disc's final velocity along the wall and rim speed.
+    """Return a function that checks a disc's final rim speed and its final velocity along the wall.
 
     Errors are divided by `change`.
     """
@@ -86,23 +86,25 @@ def _lively(value: float, phase: float) -> Trial:
 
 @stress_test_at_phases
 def _rests(value: float, phase: float) -> Trial:
-    """Make a trial of a ball that bounces until it rests, at least half a second before the end of the scene."""
+    """Make a trial of a ball that bounces and comes to rest at least half a second before the end of the scene."""
     e, fall_s = 1.0 - value, (24 + phase) * DT_S
-    description = f"A ball that loses {format_number(value, 3)} of its speed at each bounce bounces until it rests."
+    description = (
+        f"A ball that loses {format_number(value, 3)} of its speed at each bounce bounces until it comes to rest."
+    )
     ends_s = math.ceil((fall_s * (1.0 + e) / value + 0.5) * RATE_HZ) * DT_S  # the scene ends at the end of a step
     check = build_closed_form_check([(0.0, 0.0)], 0, [(1.0 + e) * _G * fall_s])
     return _build_floor_trial(description, check, ends_s, up=0.5 * _G * fall_s**2, wall_restitution=e)
 
 
 def _build_slope_trial(kind: str, value: float, side: float) -> Trial:
-    """Make a trial of a disc on a slope that differs from a critical slope by a fraction of this slope."""
+    """Make a trial of a disc on a slope whose tangent is `1 + side * value` times that of a critical slope."""
     steepest, e = _STEEPEST[kind], 0.5
     tangent = steepest * (1.0 + side * value)
     normal_pull, pull = (_G * part / math.hypot(1.0, tangent) for part in (1.0, tangent))
     beyond = max(0.0, tangent - steepest)
     description = (
-        f"A disc on a slope with the critical tangent {format_number(steepest, 3)}, changed by "
-        f"{format_number(side * value, 3)} of it."
+        f"A disc on a slope. Its tangent differs from the critical tangent {format_number(steepest, 3)} by a fraction "
+        f"of {format_number(side * value, 3)}."
     )
     slip, fields = normal_pull * beyond * _LASTS_S, dict[str, Any]()
     along = (pull * _LASTS_S + _K * slip) / (1.0 + _K)
@@ -129,9 +131,9 @@ def _build_slope_trials(kind: str, value: float) -> Sequence[Trial]:
 
 @stress_test
 def _slide_friction(value: float) -> Iterator[Trial]:
-    """Make trials of a disc that is thrown along a floor with backspin, and slides, then rolls.
+    """Make trials of a disc that is thrown along a floor with backspin. The disc slides, then rolls.
 
-    The rim speed of the spin is equal to the speed of the throw.
+    At the start, the disc's rim speed is equal to its speed.
     """
     for friction in _list_with_reciprocal(value):
         description = f"A disc with backspin is thrown along a floor with friction of {format_number(friction, 3)}."

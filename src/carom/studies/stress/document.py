@@ -26,13 +26,13 @@ WORDS = {"attack": "stress test", "relation": "invariance", "complaint": "report
 HEADINGS = {"attack": "Where each method fails", "relation": "Invariances", "complaint": "Scenes of reported bugs"}
 
 NOTES = {
-    "attack": "A cell shows the value at which a method first fails, starting from the harmless end of the range. 'to' "
-    "marks a method that passes the whole range. The second line of a cell shows the error at the last value at which "
-    "the method passed. The bar shows the passed part of the range, in decades.",
-    "relation": "A cell shows the largest difference between the changed scene's result and the expected result, "
-    "divided by the scene's length or speed; 0 is bit-identical.",
-    "complaint": "'seen' marks a method that still has the reported bug. The number is the method's deviation from the "
-    "known answer.",
+    "attack": "A cell shows the value at which a method first fails, starting from the harmless end of the range. If "
+    "the method passes the whole range, the cell shows 'to' and the last value. The second line of a cell shows the "
+    "error at the last value at which the method passed. The bar shows the passed part of the range, in decades.",
+    "relation": "A cell shows how much the changed scene's result differs from the expected result. Differences "
+    "are divided by the largest radius or the greatest speed; 0 means that the results are bit-identical.",
+    "complaint": "'seen' marks a method that still has the reported bug. The number shows how much the method's "
+    "result deviates from the known answer.",
 }
 
 #: Largest number of methods for which the summary has a sentence for each method. For more methods, the summary is a
@@ -40,8 +40,8 @@ NOTES = {
 SENTENCES = 4
 
 HEAT = (
-    "Each character is one test, and the worst test is first. '=' is a pass, '-' is a test that was not run, and a "
-    "digit n is a failure after n tenths of the range."
+    "Each character is one test, the hardest first. '=' is a pass, '-' is a test that was not run, and a digit n is a "
+    "failure after n tenths of the range."
 )
 
 #: Largest number of methods that a sentence names. If there are more methods, a sentence states only their number.
@@ -60,9 +60,9 @@ _SHOWN = {
 #: `HEADINGS`.
 _COUNTED = (("passed", CellEnding.PASSES), ("hold", CellEnding.HOLDS), ("seen", CellEnding.SEEN))
 _MEANINGS = (
-    (_GOOD, "passes", "passes the whole range, keeps the invariance, or does not show the bug"),
-    (_WAY, "fails at", "fails at the shown value"),
-    (_BAD, "fails", "fails at the harmless end, violates the invariance, or shows the bug"),
+    (_GOOD, "passes", "passes the whole range, or keeps the invariance, or does not have the bug"),
+    (_WAY, "fails at", "passes the harmless end, and fails at the shown value"),
+    (_BAD, "fails", "fails at the harmless end, or violates the invariance, or has the bug"),
     (_NOT, "not run", "the method is unavailable, or does not support the scene"),
 )
 
@@ -90,7 +90,7 @@ def build_stress_document(results: StressResults) -> Document:
 
 
 def _sort_worst_first(results: StressResults, rows: list[StressRow]) -> list[StressRow]:
-    """Sort stress tests by the fraction of their range that methods pass on average, smallest first.
+    """Sort stress tests by the average fraction of the range that methods pass, smallest first.
 
     Invariances and reported bugs keep their order.
     """
@@ -104,7 +104,7 @@ def _sort_worst_first(results: StressResults, rows: list[StressRow]) -> list[Str
 
 
 def _build_method_blocks(results: StressResults, kinds: Mapping[str, list[StressRow]]) -> Iterator[Block]:
-    """Yield a table with a row per method: a heat map of its stress tests, and the numbers of passed tests."""
+    """Yield a table with a heat map and the numbers of passed tests for each method, and texts about the methods."""
     stress_tests = kinds["attack"]
     columns = [Column("method", lambda method: method.label)]
     for group, group_rows in formatting.group_by((row.group, row) for row in stress_tests).items():
@@ -134,7 +134,7 @@ def _build_method_blocks(results: StressResults, kinds: Mapping[str, list[Stress
 
 
 def _list_endings(results: StressResults, rows: list[StressRow], method: Method) -> list[CellEnding]:
-    """Return the outcomes of the tests that a method could run."""
+    """Return the outcomes of all tests that ran with a method."""
     endings = [results.cells[row.name, method.name].ending for row in rows]
     return [ending for ending in endings if ending is not CellEnding.NOT_RUN]
 
@@ -144,7 +144,7 @@ def _format_count_of(results: StressResults, rows: list[StressRow], ending: Cell
 
 
 def _build_heat_cell(results: StressResults, rows: list[StressRow], method: Method) -> Cell:
-    """Return the number of tests of a group that a method passes. A terminal shows a character for each test."""
+    """Return a cell with the number of passed tests of a group. A terminal shows a character for each test instead."""
     run_endings = _list_endings(results, rows, method)
     passed = run_endings.count(CellEnding.PASSES)
     _, css = _WAY if passed else _BAD
@@ -156,7 +156,7 @@ def _build_heat_cell(results: StressResults, rows: list[StressRow], method: Meth
 
 
 def _format_sign(row: StressRow, result: CellResult) -> str:
-    """Return the character of a test: passed, not run, or how many tenths of the range were passed."""
+    """Return the character of a test. It means passed, not run, or failed after this number of tenths of the range."""
     depth = row.compute_depth(result)
     if depth is None:
         return _NOT[0]
@@ -164,7 +164,7 @@ def _format_sign(row: StressRow, result: CellResult) -> str:
 
 
 def _describe_method(results: StressResults, rows: list[StressRow], method: Method, *, short: bool = False) -> str:
-    """Describe how many stress tests a method passes, and the first failed test with the varied quantity."""
+    """Describe how many stress tests a method passes, and the test in which it fails earliest."""
     run_endings = _list_endings(results, rows, method)
     if not run_endings:
         return f"{method.phrase}: none of {formatting.format_count(len(rows), WORDS['attack'])} could be run."
@@ -178,7 +178,7 @@ def _describe_method(results: StressResults, rows: list[StressRow], method: Meth
 
 
 def _find_first_failure(results: StressResults, rows: list[StressRow], method: Method) -> tuple[StressRow | None, Cell]:
-    """Return the failed test in which a method passes the smallest fraction of the range, and a cell for the test."""
+    """Return the failed test in which a method passes the smallest fraction of the range, and a cell that shows it."""
     cells = [(row, results.cells[row.name, method.name]) for row in rows]
     failed = [one for one in cells if one[1].ending not in {CellEnding.PASSES, CellEnding.NOT_RUN}]
     if not failed:
@@ -198,7 +198,10 @@ def _build_kind_sections(results: StressResults, kind: str, rows: list[StressRow
         *(Column(method.engine, partial(_build_cell, results, method), method.profile) for method in results.methods),
     ]
     table = Table(columns, rows, note=NOTES[kind], css="grid", only=Media.IN_FULL)
-    yield Section(HEADINGS[kind], (table, Text("A cell links to its evidence: reason, scene and command.", Media.PAGE)))
+    yield Section(
+        HEADINGS[kind],
+        (table, Text("A cell links to the details of the result: reason, scene and command.", Media.PAGE)),
+    )
     why = tuple(reason for row in rows for reason in _list_reasons(results, row))
     yield Section(f"{HEADINGS[kind]}: reasons", (Lines(why, Media.DETAIL),), level=3)
     yield Section(f"{HEADINGS[kind]}: evidence", tuple(_build_evidence_table(results, row) for row in rows), level=3)
@@ -305,7 +308,7 @@ def _describe_ranking(results: StressResults, kind: str, rows: list[StressRow], 
     endings = [(method.phrase, _list_endings(results, rows, method)) for method in results.methods]
     passed = formatting.group_by((ran.count(good), name) for name, ran in endings if ran and len(ran) == len(rows))
     partly = [
-        f"{name} passed {ran.count(good)} of {len(ran)} that it can run"
+        f"{name} passed {ran.count(good)} of the {len(ran)} that it could run"
         for name, ran in endings
         if 0 < len(ran) < len(rows)
     ]
@@ -313,7 +316,7 @@ def _describe_ranking(results: StressResults, kind: str, rows: list[StressRow], 
         most, fewest = max(passed), min(passed)
         each = "each " if len(passed[most]) > 1 else ""
         tests = formatting.format_count(len(rows), WORDS[kind])
-        few = f"only {fewest}, the fewest" if fewest else "none"
+        few = f"only {fewest}" if fewest else "none"
         worst = f"; {_name_methods(passed[fewest])} passed {few}" if fewest < most else ""
         yield f"{_name_methods(passed[most])} {each}passed {most} of {tests}{worst}."
     if partly and (kind != "attack" or len(partly) <= FEW):  # sentences about each method already have these numbers
@@ -327,7 +330,7 @@ def _name_methods(methods: list[str]) -> str:
 
 
 def _describe_bug_reports(results: StressResults, bug_reports: list[StressRow]) -> str:
-    """Describe how many reported bugs still occur in the engines for which they were reported."""
+    """Describe how many reported bugs still occur in the engines that the reports are about."""
     endings = {
         row.name: {result.ending for method, result in _list_cells(results, row) if method.engine == row.about}
         for row in bug_reports

@@ -1,6 +1,6 @@
 """Search for the value at which a method fails a stress test.
 
-Values are tried up to the first failure. The last interval is then bisected.
+Values are tried from harmless to extreme until the method fails. Then the interval before the failure is bisected.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class _NotRunError(Exception):
 
 
 class _TriedValue(NamedTuple):
-    """A trial for one value, with the result of the check."""
+    """A value, one of its trials, and the result of this trial's check."""
 
     value: float
     trial: Trial
@@ -91,7 +91,7 @@ def _try_value(
 ) -> tuple[_TriedValue, int]:
     """Run the trials for a value up to the first failure. Return the worst result, and the number of runs.
 
-    If the engine fails, the check fails with the engine's error as the reason.
+    If the engine fails, the result is a failure with the engine's error as the reason.
 
     Raises:
         _NotRunError: The engine is unavailable, or does not support the scene at the harmless end.

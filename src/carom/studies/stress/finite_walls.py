@@ -1,7 +1,7 @@
 """Stress tests with a disc and a finite wall.
 
-Each test varies one quantity: the disc's speed, the wall's speed, width, or number of pieces or velocity changes, the
-angle of a corner, or the distance by which the disc almost misses the wall's end.
+Each test varies one quantity: the speed of the disc or the wall, the wall's width, its number of pieces or of velocity
+changes, or the angle of a corner. In another test, a disc grazes the wall's end, and the distance from a miss varies.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def _compute_impact_time(phase: float) -> float:
 def _build_one_impact_trial(
     sentence: str, phase: float, start: complex, velocity: complex, wall: Chain, after: complex
 ) -> Trial:
-    """Make a trial of a disc that meets a wall once. The check uses the known velocity after the impact."""
+    """Make a trial of a disc that meets a wall once. `after` is the known velocity after the impact."""
     discs = [build_disc(start, velocity, RADIUS_M)]
     check = build_closed_form_check([to_vector(after)], 1, [abs(after - velocity)])
     return build_trial(f"{sentence} Phase {phase:g} of a step.", discs, check, walls=[wall])
@@ -56,7 +56,9 @@ def _thin_wall(value: float, phase: float) -> Trial:
 @stress_test_at_phases
 def _paddle(value: float, phase: float) -> Trial:
     speed = value * RADIUS_M * RATE_HZ
-    description = f"A wall without thickness moves {format_number(value, 3)} radii per step, head-on at a disc at rest."
+    description = (
+        f"A wall without thickness moves {format_number(value, 3)} radii per step, and strikes a disc at rest head-on."
+    )
     start, wall = RADIUS_M + speed * _compute_impact_time(phase), _build_upright_wall(velocity_m_s=(speed, 0.0))
     return _build_one_impact_trial(description, phase, start, 0, wall, 2.0 * speed)
 
@@ -71,12 +73,17 @@ def _wall_width(value: float, phase: float) -> Trial:
 
 @stress_test_at_phases
 def _wall_end(value: float, phase: float) -> Trial:
-    """Make a trial of a disc that grazes the end of a wall. The normal points from the end to the disc's centre."""
+    """Make a trial of a disc that grazes a wall's end.
+
+    The impact's normal points from this end to the disc's centre.
+    """
     height = RADIUS_M * (1.0 - value)
     offset = Decimal(height) / Decimal(RADIUS_M)  # from the rounded height, as in the scene
     along = (1 - offset * offset).sqrt()
     after = complex(float(2 * offset * offset - 1), float(2 * offset * along)) * SPEED_M_S
-    description = f"A disc grazes the end of a thin wall, {format_number(value, 3)} radii from a miss."
+    description = (
+        f"A disc grazes a wall's end. It would miss the wall if it were {format_number(value, 3)} radii higher."
+    )
     start = complex(-RADIUS_M * float(along) - SPEED_M_S * _compute_impact_time(phase), height)
     wall = edges(-1j * _HALF_LENGTH_M, 0)
     return _build_one_impact_trial(description, phase, start, SPEED_M_S, wall, after)
@@ -87,7 +94,7 @@ def _seam(value: float, phase: float) -> Trial:
     pieces = int(value)
     joint = _HALF_LENGTH_M * (2 * (pieces // 2) / pieces - 1)
     velocity = SPEED_M_S * (4 - 1j)
-    description = f"A disc obliquely strikes a floor of {pieces} pieces where two of them meet."
+    description = f"A disc obliquely strikes a floor of {pieces} pieces, at a point where two pieces meet."
     start = complex(joint, RADIUS_M) - velocity * _compute_impact_time(phase)
     floor = edges(-_HALF_LENGTH_M, _HALF_LENGTH_M, pieces=pieces)
     return _build_one_impact_trial(description, phase, start, velocity, floor, velocity.conjugate())
@@ -95,9 +102,9 @@ def _seam(value: float, phase: float) -> Trial:
 
 @stress_test_at_phases
 def _corner(value: float, phase: float) -> Trial:
-    """Make a trial of a disc that is thrown into a corner, but not exactly towards its apex.
+    """Make a trial of a disc that is thrown into a corner, slightly past the apex.
 
-    The scene has sides of finite length. The correct motion is computed with half-planes in their place.
+    The scene's walls have a finite length. The correct motion is computed with half-planes instead.
     """
     angle = math.radians(value)
     inwards = cmath.exp(0.5j * angle)
@@ -117,16 +124,17 @@ def _corner(value: float, phase: float) -> Trial:
 
 @stress_test_at_phases
 def _legs(value: float, phase: float) -> Trial:
-    """Make a trial of a wall that repeatedly moves forwards and then a third as far back, until it strikes a disc.
+    """Make a trial of a wall that moves forwards and backwards in turn, until it strikes a disc at rest.
 
-    The impact comes in the middle of the wall's last forward motion, when the wall is farther forward than ever before.
+    Each backward motion is a third as long as a forward motion. The impact comes in the middle of the last forward
+    motion, when the wall is farther forward than ever before.
     """
     legs, until_s = int(value), _compute_impact_time(phase)
     leg_duration_s = until_s / (legs - 0.5)
     speeds = [SPEED_M_S * (3.0 if (legs - k) % 2 else -1.0) for k in range(legs)]
     path = tuple(Leg(from_s=k * leg_duration_s, velocity_m_s=(speed, 0.0)) for k, speed in enumerate(speeds))
     displacement, _ = build_drive(path, (0.0, 0.0)).moved_at(until_s)
-    description = f"A wall that turns {legs - 1} times strikes a disc at rest."
+    description = f"A wall that reverses its motion {legs - 1} times strikes a disc at rest."
     wall = _build_upright_wall(legs=path)
     return _build_one_impact_trial(description, phase, RADIUS_M + displacement, 0, wall, 2.0 * speeds[-1])
 

@@ -1,8 +1,8 @@
 """Stress tests with friction and spin, which vary a coefficient, a spin, an inertia, or the number of sticking impacts.
 
-All impacts are head-on or with a wall. Therefore the normal is correct even if an impact is found late, and a method
-fails only because of its friction. In the long chain of sticking impacts, however, a method may fail because late
-detection loses an impact.
+All impacts are head-on or with a wall. Therefore the normal is correct even if an impact is found late, so late
+detection is no reason to fail. There is one exception: in the long chain of sticking impacts, late detection may lose
+an impact.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _GRIP = 10.0
 def _compute_tangential_impulse(
     friction: float, normal_impulse: float, slip: float, inverse_effective_mass: float
 ) -> float:
-    """Return the smaller of two impulses on a disc of unit mass: one stops the slip, the other is sliding friction."""
+    """Return the impulse of friction: the impulse that stops the slip, or that of sliding friction if it is smaller."""
     return math.copysign(min(abs(slip) / inverse_effective_mass, friction * normal_impulse), slip)
 
 
@@ -55,7 +55,7 @@ def _build_head_on_trial(description: str, phase: float, friction: float, spin_r
 def _friction(value: float) -> Iterator[Trial]:
     description = (
         f"With friction of {format_number(value, 3)}, a disc hits a floor at 45 degrees, and a spinning disc hits "
-        "another head-on."
+        "a disc at rest head-on."
     )
     yield from (_build_wall_trial(description, phase, value, 0.5) for phase in PHASES)
     yield from (_build_head_on_trial(description, phase, value, 5.0) for phase in PHASES)
@@ -64,7 +64,7 @@ def _friction(value: float) -> Iterator[Trial]:
 @stress_test
 def _spin(value: float) -> Iterator[Trial]:
     description = (
-        f"A disc that spins at {format_number(value, 3)} rad/s hits another head-on and slides with friction of 0.1."
+        f"A disc that spins at {format_number(value, 3)} rad/s hits a disc at rest head-on. The friction is 0.1."
     )
     return (_build_head_on_trial(description, phase, 0.1, value) for phase in PHASES)
 
@@ -72,8 +72,8 @@ def _spin(value: float) -> Iterator[Trial]:
 @stress_test
 def _inertia(value: float) -> Iterator[Trial]:
     description = (
-        f"A disc with a moment of inertia of {format_number(value, 3)} m R^2 hits a floor at 45 degrees, sticks, and "
-        "leaves rolling."
+        f"A disc with a moment of inertia of {format_number(value, 3)} m R^2 hits a floor at 45 degrees. It "
+        "sticks during the impact, and leaves the floor without slip."
     )
     return (_build_wall_trial(description, phase, _GRIP, value) for phase in PHASES)
 
@@ -82,7 +82,7 @@ def _inertia(value: float) -> Iterator[Trial]:
 def _grip_chain(value: float) -> Iterator[Trial]:
     """Make a trial of a superball that bounces between two plates.
 
-    The ball takes twelve steps from one plate to the other.
+    It moves from one plate to the other in twelve steps.
     """
     rounds = max(1, round(value / 2))
     height = 12.0 / RATE_HZ

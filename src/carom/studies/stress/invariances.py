@@ -1,8 +1,8 @@
-"""Invariances: changes of a scene that must change the result in a known way, even if the result itself is unknown.
+"""Invariances: changes of a scene that must change its result in a known way. The result itself may be unknown.
 
 For example, if a scene is rotated, its result must be rotated. An engine that violates an invariance is wrong in at
-least one of the two scenes. An engine that uses absolute lengths, speeds or times (slops, thresholds, margins) fails
-when the units are changed.
+least one of the two scenes. An engine whose slops, thresholds or margins are fixed lengths, speeds or times fails when
+the units are changed.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ DEVIATION_LIMIT = 1e-9
 #: A coefficient of friction with which superballs never slide. Every engine supports this coefficient.
 _GRIP = 10.0
 
-_SUPERBALLS = "Four unequal spinning superballs, and their oblique impacts."
+_SUPERBALLS = "Four unequal spinning superballs with oblique impacts."
 
 Run = Callable[[Scene], Trace]
 
@@ -61,12 +61,12 @@ class State(NamedTuple):
 
 
 def build_base_scene() -> Scene:
-    """Return the base scene: four unequal discs with three oblique impacts, which are far apart in time.
+    """Return the base scene: four unequal discs with three oblique impacts, with long times between the impacts.
 
     One invariance stops the run at 1 s and continues it. The second impact is at 0.59 s and the third at 1.39 s.
     Therefore even a contact of a tenth of a second is over at 1 s.
     """
-    description = "Four unequal discs, three oblique impacts."
+    description = "Four unequal discs with three oblique impacts."
     discs = [
         Disc(position_m=(-1.5, 0.1), velocity_m_s=(3.0, 0.0), radius_m=0.25),
         Disc(position_m=(0.0, 0.0), radius_m=0.25, mass_kg=2.0),
@@ -79,12 +79,12 @@ def build_base_scene() -> Scene:
 def build_rough_scene() -> Scene:
     """Return the base scene with spins and friction.
 
-    The discs slide in the first and the third impact, and stick in the second impact.
+    The discs slide on each other in the first and the third impact, and stick in the second impact.
     """
     base = build_base_scene()
     turning = zip(base.discs, (12.0, -2.0, 0.0, 3.0), (0.5, 0.4, 1.0, 0.5), strict=True)
     discs = [disc.model_copy(update={"spin_rad_s": spin, "inertia_factor": factor}) for disc, spin, factor in turning]
-    description = "Four unequal spinning discs, and three oblique impacts with friction."
+    description = "Four unequal spinning discs with three oblique impacts and friction."
     return _build_variant(base, discs, name="stress/rough-relations", description=description, friction=0.1)
 
 
@@ -104,8 +104,8 @@ class Invariance:
         statement: The invariance in one sentence.
         deviation: Function that measures the deviation from the invariance.
         base: Function that returns the base scene.
-        starts_from_result: Whether the changed scene starts from the final state of the first run, so that it
-            differs between methods.
+        starts_from_result: Whether the changed scene starts from the final state of the first run. If so, the changed
+            scene is different for each method.
     """
 
     name: str
@@ -147,7 +147,7 @@ def _final_state_of(trace: Trace) -> State:
 
 
 def _relate_scenes(change: Callable[[Scene], Scene], undo: Callable[[State], State]) -> Deviation:
-    """Return the deviation of an invariance: if a scene is changed by `change`, its result changes in a known way.
+    """Return a function that measures the deviation between a scene and the scene that `change` returns.
 
     `undo` converts a final state of the changed scene to the corresponding state of the unchanged scene.
     """
@@ -160,9 +160,9 @@ def _relate_scenes(change: Callable[[Scene], Scene], undo: Callable[[State], Sta
 
 
 def _relate_motions(change: Callable[[State], State], undo: Callable[[State], State]) -> Deviation:
-    """Return the deviation of an invariance: if the starting state is changed, the final state changes in the same way.
+    """Return a function that measures the deviation if `change` is applied to the starting state of a scene.
 
-    `undo` is the inverse function of `change`.
+    `undo` converts the final state of the changed scene to the corresponding state of the unchanged scene.
     """
     return _relate_scenes(lambda scene: _build_scene_at_state(scene, change(_start_state_of(scene))), undo)
 
@@ -231,13 +231,15 @@ def _mirror(at: State) -> State:
 
 
 def list_invariances() -> list[Invariance]:
-    """Return all invariances in the order of the table: first those without friction, then those with friction."""
+    """Return all invariances, in the order of the table. Those with friction are last."""
     mirrored = "The mirror image of the scene has the mirror image of its result."
     reverse_order = _relate_scenes(
         lambda scene: _build_variant(scene, scene.discs[::-1]),
         lambda state: State(*(part[::-1] for part in state)),
     )
-    exact = "Units of 2^10 m, 2^6 s and 2^-10 kg multiply every number by a power of two without changing a digit."
+    exact = (
+        "In units of 2^10 m, 2^6 s and 2^-10 kg, every number is multiplied by a power of two, and no digit changes."
+    )
     general = [
         Invariance("boost", "Adding a velocity of (11, -7) m/s to all discs changes nothing else.", _relate_boost()),
         Invariance("rotation", "Turning the scene by 0.7 rad turns its result.", _relate_rotation()),
@@ -245,7 +247,7 @@ def list_invariances() -> list[Invariance]:
         Invariance("relabelling", "Listing the discs in reverse order changes nothing.", reverse_order),
         Invariance("units-of-two", exact, _relate_units(length=2.0**-10, time=2.0**-6, mass=2.0**10)),
     ]
-    slow_motion = "Slowing the scene and its frames a thousandfold changes nothing but the unit of time."
+    slow_motion = "Making the scene and its frames a thousand times slower changes only the unit of time."
     far = Disc(position_m=(1000.0, 1000.0), radius_m=0.25)
     add_far_disc = _relate_scenes(
         lambda scene: _build_variant(scene, [*scene.discs, far]),
@@ -253,7 +255,7 @@ def list_invariances() -> list[Invariance]:
     )
     returns = "If all velocities are reversed at the end, the run returns to its start."
     reversal = Invariance("reversal", returns, _measure_reversal_deviation, starts_from_result=True)
-    continued = "A run that is stopped at 1 s and continued from its state there ends like the whole run."
+    continued = "If a run is stopped at 1 s and continued from its state, it ends like an uninterrupted run."
     split = Invariance("split", continued, _measure_split_deviation, starts_from_result=True)
     with_friction = "With friction and spin: "
     rough = [
@@ -263,11 +265,11 @@ def list_invariances() -> list[Invariance]:
     superballs = "If velocities and spins of superballs are reversed at the end, the run returns to its start."
     return [
         *general,
-        Invariance("kilometres", "Measuring in kilometres changes nothing but the unit.", _relate_units(length=1e-3)),
-        Invariance("millimetres", "Measuring in millimetres changes nothing but the unit.", _relate_units(length=1e3)),
+        Invariance("kilometres", "Measuring in kilometres changes only the unit.", _relate_units(length=1e-3)),
+        Invariance("millimetres", "Measuring in millimetres changes only the unit.", _relate_units(length=1e3)),
         Invariance("slow-motion", slow_motion, _relate_units(time=1e3)),
-        Invariance("light", "Masses that are a million times smaller change nothing.", _relate_units(mass=1e-6)),
-        Invariance("far-disc", "A disc at rest a kilometre away changes nothing.", add_far_disc),
+        Invariance("light", "Making all masses a million times smaller changes nothing.", _relate_units(mass=1e-6)),
+        Invariance("far-disc", "Adding a disc at rest, a kilometre away, changes nothing.", add_far_disc),
         reversal,
         split,
         *rough,
@@ -276,7 +278,7 @@ def list_invariances() -> list[Invariance]:
 
 
 def check_invariance(invariance: Invariance, method: Method, runner: TaskRunner) -> UnsavedResult:
-    """Check whether a method keeps an invariance. Return the check's result with both scenes."""
+    """Check whether a method keeps an invariance. Return the result, and the scenes that were run."""
     used: list[Scene] = []
 
     def run(scene: Scene) -> Trace:
@@ -293,12 +295,12 @@ def check_invariance(invariance: Invariance, method: Method, runner: TaskRunner)
     value, status = None, Status.RAN
     try:
         value = invariance.deviation(invariance.base(), run)
-        deviates = f"it deviates by {format_number(value)} times the scene's length or speed"
+        deviates = f"the result deviates by {format_number(value)} times the largest radius or the greatest speed"
         reason = "" if value <= DEVIATION_LIMIT else deviates
     except _StoppedError as error:
         reason, status = error.args
     except InputError as error:
-        why = "a run can't start from the final state of the first run"
+        why = "the second run can't start from the final state of the first run"
         reason = f"no second scene: {why} ({str(error).splitlines()[0]})"
     if status in {Status.UNAVAILABLE, Status.UNSUPPORTED}:
         return UnsavedResult(cell(CellEnding.NOT_RUN, reason=reason, status=status))

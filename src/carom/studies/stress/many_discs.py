@@ -34,7 +34,10 @@ _TURN = math.pi * (3.0 - math.sqrt(5.0))  # golden angle, whose multiples are ev
 
 
 def _build_row_trial(description: str, gaps: Sequence[float], phase: float, steps_after: int) -> Trial:
-    """Make a trial of a disc that strikes a row of equal discs at rest. The discs of the row have the given gaps."""
+    """Make a trial of a disc that strikes a row of equal discs at rest.
+
+    `gaps` are the gaps between the discs of the row.
+    """
     places = [-(2 * RADIUS_M + SPEED_M_S * DT_S * (4 + phase)), 0.0]
     for gap in gaps:
         places.append(places[-1] + 2 * RADIUS_M + gap)
@@ -44,7 +47,7 @@ def _build_row_trial(description: str, gaps: Sequence[float], phase: float, step
 
 @stress_test
 def _cradle_gap(gap: float) -> Iterator[Trial]:
-    description = f"Newton's cradle of five discs with gaps of {format_metres(gap)}: only the last disc must leave."
+    description = f"Newton's cradle of five discs with gaps of {format_metres(gap)}. Only the last disc must move away."
     # The scene is twice as long as needed, so that a late method also finds every impact.
     steps = 40 + math.ceil(3 * gap / (SPEED_M_S / RATE_HZ))
     return (_build_row_trial(description, [gap] * 3, phase, steps) for phase in PHASES)
@@ -62,9 +65,9 @@ def _crowded_frame(impacts: float) -> Iterator[Trial]:
 
 @stress_test
 def _at_once(pairs: float) -> Iterator[Trial]:
-    """Make a trial of pairs of discs, far from each other.
+    """Make a trial of several pairs of discs, which are far from each other.
 
-    The discs of all pairs meet at the same instant. Each pair is a rotated copy of the first pair.
+    All pairs collide at the same instant. Each pair is a rotated copy of the first pair.
     """
     count = round(pairs)
     side, pitch = math.ceil(math.sqrt(count)), 8.0 * RADIUS_M
@@ -77,7 +80,7 @@ def _at_once(pairs: float) -> Iterator[Trial]:
         pair = [build_disc(place - along * turn, SPEED_M_S * turn, RADIUS_M), build_disc(place, 0, RADIUS_M)]
         discs += pair
         truth.append(compute_true_motion(Scene(name="pair", discs=pair, duration_s=48 * DT_S)))
-    description = f"{count} pairs of discs, far from each other, meet in one step."
+    description = f"{count} pairs of discs, far from each other. All pairs collide in one step."
     final = [velocity for motion in truth for velocity in motion.final_velocity_m_s]
     change = [change for motion in truth for change in motion.greatest_change_m_s]
     yield build_trial(description, discs, build_closed_form_check(final, count, change), 48 * DT_S)
@@ -95,8 +98,8 @@ def _packing(gap: float) -> Iterator[Trial]:
     width = 2 * margin + (side - 0.5) * pitch
     height = 2 * margin + (side - 1) * pitch * math.sqrt(3) / 2
     packing = math.pi / (2 * math.sqrt(3)) / (1 + gap) ** 2
-    gaps = f"gaps of {format_number(gap, 3)} diameters (packing {packing:.4f})"
-    description = f"Nine discs in a box, packed hexagonally with {gaps}."
+    gaps = f"gaps of {format_number(gap, 3)} diameters (packing fraction {packing:.4f})"
+    description = f"Nine discs in a box. They are packed hexagonally with {gaps}."
     yield build_trial(description, discs, check_energy, 24 / RATE_HZ, walls=build_box_walls(width, height))
 
 
@@ -110,7 +113,7 @@ def _duration(impacts: float) -> Iterator[Trial]:
     # are in a strip of four radii's width.
     a_second = n * (2 / math.pi) * speed * 2 / free + n / 2 * 4 * radius * (n / free**2) * (4 / math.pi) * speed
     duration_s = max(1.0, round(impacts / a_second * rate)) / rate
-    description = f"Nine discs in a box for the time of approximately {format_number(impacts, 3)} impacts."
+    description = f"Nine discs in a box, which collide approximately {format_number(impacts, 3)} times."
     fields = {"frame_rate_hz": rate, "walls": gas.half_planes()}
     yield build_trial(description, gas.discs, check_energy, duration_s, **fields)
 
@@ -126,7 +129,7 @@ COMPRESSIBILITY = 1.0 + 2 * PACKING + sum(b * (2 * PACKING) ** k for k, b in enu
 
 @stress_test
 def _gas_pressure(advance: float) -> Iterator[Trial]:
-    """Make a trial of a hard-disc gas with known pressure. `advance` is the mean path in a step, in radii."""
+    """Make a trial of a hard-disc gas with known pressure. `advance` is the discs' initial speed, in radii per step."""
     side, radius, speed = 12, 0.05, 1.0
     count = side * side
     # The packing is computed for the box in which the centres can move. With this definition, a gas with walls is most
@@ -139,7 +142,9 @@ def _gas_pressure(advance: float) -> Iterator[Trial]:
         for k, (row, column) in enumerate(product(range(side), repeat=2))
     ]
     width = free + 2 * radius
-    description = f"{count} discs at packing {PACKING} in a box, moving {format_number(advance, 3)} radii per step."
+    description = (
+        f"{count} discs in a box (packing fraction {PACKING}) start with {format_number(advance, 3)} radii per step."
+    )
     # Each disc has about fifteen impacts. From a thousand impacts, the pressure follows with an accuracy of 3 %.
     duration_s = round(1.25 * rate) / rate
     fields = {"frame_rate_hz": rate, "walls": build_box_walls(width, width)}
@@ -164,7 +169,7 @@ def _restitution(restitution: float) -> Iterator[Trial]:
 @stress_test
 def _galperin(mass_ratio: float) -> Iterator[Trial]:
     radius, light_gap, heavy_gap, speed = 0.1, 0.25, 0.5, 1.0
-    description = f"A disc of {format_number(mass_ratio, 4)} kg pushes one of 1 kg against a wall."
+    description = f"A disc of {format_number(mass_ratio, 4)} kg pushes a disc of 1 kg against a wall."
     discs = [build_disc(light_gap + radius, 0, radius), build_disc(heavy_gap + 3 * radius, -speed, radius, mass_ratio)]
     wall = Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))
     root = math.sqrt(mass_ratio)
@@ -185,7 +190,7 @@ def _unstable_orbit(bounces: float) -> Iterator[Trial]:
     count = round(bounces)
     contact, free, axis = 0.5, 1.0, cmath.rect(1.0, 0.7)
     half = (free / 2 + contact) * axis
-    description = f"A disc bounces {count} times between two immovable ones along a slanted axis."
+    description = f"A disc bounces {count} times between two immovable discs, along a slanted axis."
     fixed = [build_disc(place, 0, 0.3, math.inf) for place in (-half, half)]
     discs = [*fixed, build_disc(-0.1 * axis, 2.0 * axis, 0.2)]
     # The disc moves a fifteenth of the contact distance per step.

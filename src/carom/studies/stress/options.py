@@ -21,7 +21,7 @@ class StressOptions(LimitOptions):
         engines: Names of adapters; None for all.
         profiles: Names of profiles.
         quick: Whether to run a quick campaign, with fewer values, smaller ranges and a coarser bisection.
-        time_limit_s: Time limit of a run, in seconds. A longer run is a failure. The default is shorter in a quick
+        time_limit_s: Time limit of a run, in seconds. A run that takes longer fails. The default is shorter in a quick
             campaign.
 
     Raises:
@@ -33,13 +33,16 @@ class StressOptions(LimitOptions):
     engines: Sequence[str] | None = declare_engines()
     profiles: Sequence[str] = declare_profiles("default", "tuned")
     quick: bool = declare_option(
-        False, build_flag_kind(), "Run in under a minute, with fewer and smaller sizes.", "--quick"
+        False,
+        build_flag_kind(),
+        "Run a quick campaign of less than a minute, with fewer values and smaller ranges.",
+        "--quick",
     )
     _: KW_ONLY
     time_limit_s: float = declare_option(
         None,
         build_seconds_kind(),
-        "Time limit of a run in seconds; exceeding it counts as a failure.",
+        "Time limit of a run in seconds; a run that takes longer fails.",
         "--time-limit",
         default_text=f"{DEFAULT_TIME_LIMIT_S:g}; {QUICK_TIME_LIMIT_S:g} with --quick",
     )

@@ -1,4 +1,4 @@
-"""Stress tests with one pair of discs, which vary a length, a speed, a mass, or how far the impact is from head-on."""
+"""Stress tests with one pair of discs. Each test varies a length, a speed, a mass, or the obliqueness of the impact."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def build_trial(
 ) -> Trial:
     """Make a trial of a stress test.
 
-    By default, the scene lasts `MEETING_S`, and the result is compared with the exact motion.
+    By default, the scene lasts `MEETING_S`, and the check compares the result with the exact motion.
 
     Args:
         description: Description of the scene.
@@ -75,9 +75,10 @@ def _build_meeting_trial(
 
 
 def _build_stress_test(name: str, template: str, **functions: Callable[[float], float]) -> StressTest:
-    """Return a stress test whose trials are meetings of two discs, one at each phase.
+    """Return a stress test in which two discs meet. It has a trial for each phase.
 
-    Each keyword is an argument of `_build_meeting_trial`, given as a function of the stress test's value.
+    Each further keyword is the name of an argument of `_build_meeting_trial`. Its function computes the argument from
+    the stress test's value.
     """
 
     def trials(value: float) -> Sequence[Trial]:
@@ -88,13 +89,13 @@ def _build_stress_test(name: str, template: str, **functions: Callable[[float], 
     return build_stress_test(name, trials)
 
 
-_GRAZING = "A disc grazes another, {value} contact distances from a miss."
-_TUNNELLING = "A disc that moves {value} radii per step meets one at rest head-on."
-_SIZE = "Discs of radius {value} m meet head-on at a fiftieth of the radius per step."
+_GRAZING = "A disc grazes a disc at rest. It would miss if it were {value} contact distances further away."
+_TUNNELLING = "A disc that moves {value} radii per step meets a disc at rest head-on."
+_SIZE = "Discs of radius {value} m meet head-on. The speed is a fiftieth of the radius per step."
 _SIZES = {"radius": lambda value: value, "speed": lambda value: 0.02 * value * RATE_HZ}
 PAIR_TESTS = (
     _build_stress_test("grazing", _GRAZING, offset=lambda value: 1.0 - value),
-    _build_stress_test("mass-ratio", "A disc of 1 kg meets one of {value} kg head-on.", mass=lambda value: value),
+    _build_stress_test("mass-ratio", "A disc of 1 kg meets a disc of {value} kg head-on.", mass=lambda value: value),
     _build_stress_test("tunnelling", _TUNNELLING, speed=lambda value: value * RADIUS_M * RATE_HZ),
     _build_stress_test("small", _SIZE, **_SIZES),
     _build_stress_test("large", _SIZE, **_SIZES),

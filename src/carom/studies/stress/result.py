@@ -1,4 +1,4 @@
-"""Results of `carom stress`: values at which methods fail, violations of invariances, and bugs that still occur."""
+"""Results of `carom stress`: values at which methods fail, violated invariances, and bugs that still occur."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class CellEnding(StrEnum):
     """Outcome of a test with one method. Each value is the phrase that the report shows.
 
     Attributes:
-        in_files: Name of the outcome in ``stress.json``, which stays the same when a member of this class is renamed.
+        in_files: Name of the outcome in ``stress.json``. It stays the same if a member of this class is renamed.
     """
 
     in_files: str
@@ -55,12 +55,12 @@ class CellResult:
         test: Name of the stress test, invariance or reported bug.
         method: Name of the method.
         ending: Outcome of the test.
-        value: The value at which the method fails, or the most extreme tested value if it passes. The deviation, for an
-            invariance or a reported bug. None if there is no number.
-        passes_until: The most extreme value up to which the method passes; None if there is none.
+        value: For a stress test, the value at which the method fails, or the most extreme tested value if it passes.
+            For an invariance or a reported bug, the deviation. None if there is no number.
+        passes_until: The most extreme value at which the method passes; None if there is none.
         error: The error at `passes_until`, as the stress test defines it; None if there is none.
         reason: Reason why the method fails, or why there is no number.
-        scenes: Files with the scenes that reproduce the number, in the folder of results.
+        scenes: Paths of the files with the scenes that reproduce `value`, relative to the folder of results.
         runs: Number of runs that were needed for the result.
         status: How the run that determined the result ended, or why it could not start.
     """
@@ -79,7 +79,7 @@ class CellResult:
 
     @property
     def cut_off(self) -> bool:
-        """Whether the engine or its adapter failed, so that the result says nothing about the engine's motion."""
+        """Whether the engine or its adapter failed. If so, the result shows nothing about the engine's motion."""
         return self.status.is_failure
 
 
@@ -111,7 +111,7 @@ class StressRow:
     Attributes:
         kind: "attack" for a stress test, "relation" for an invariance, "complaint" for a reported bug.
         name: Name of the test.
-        axis: The varied quantity, the required invariance, or the reported bug.
+        axis: Description of the varied quantity, the required invariance, or the reported bug.
         truth: Explanation of how the correct result is known.
         failure_rule: Explanation of when a method fails.
         ladder: Tested values of the varied quantity, beginning at the harmless end; empty if no quantity is varied.
@@ -131,7 +131,7 @@ class StressRow:
     group: str = ""
 
     def compute_depth(self, result: CellResult) -> float | None:
-        """Return the fraction of the range, on a logarithmic scale, that a method passed; None if nothing was tested.
+        """Return the passed fraction of the range, on a logarithmic scale; None if no value was tested.
 
         If the last value has no logarithm (such as a gap of 0), it counts as another factor of 10.
         """
@@ -152,11 +152,11 @@ class StressResults:
         rows: Stress tests, invariances and reported bugs, which are the rows of the table.
         methods: The methods, which are the columns of the table.
         engines: Descriptions of the methods' engines, by name.
-        cells: The results, by name of the test and method.
+        cells: The results, by the names of the test and the method.
         environment: Description of the machine, and versions of packages.
         command: The command that repeats the campaign.
         quick: Whether this is a quick campaign.
-        elapsed_s: Duration of the whole study, in seconds. For a resumed campaign, only the time since the resumption.
+        elapsed_s: Duration of the whole study, in seconds. If the study was resumed, only the time since then.
     """
 
     rows: tuple[StressRow, ...]

@@ -65,7 +65,7 @@ def run_stress_campaign(
     progress: Progress = no_progress,
     command: str = "",
 ) -> StressResults:
-    """Run stress tests on methods, and return the values at which each method fails.
+    """Run all selected tests with all selected methods, and return the results.
 
     Args:
         names: Names of stress tests, invariances and reported bugs, or the words "attacks", "relations" and
@@ -79,8 +79,8 @@ def run_stress_campaign(
 
     Raises:
         UnknownNameError: A stress test, engine or profile does not exist.
-        InputError: `out` contains foreign files, the journal of another campaign, or a journal although `resume` is
-            false.
+        InputError: `out` contains files that Carom did not write, the journal of another campaign, or a journal while
+            `resume` is false.
     """
     started = time.perf_counter()
     rows = _select_rows(names, options.quick)
@@ -110,7 +110,7 @@ def run_stress_campaign(
 
 @dataclass(frozen=True)
 class TableCell(DependentTasks[CellResult]):
-    """Task that runs the test of a row with a method, and saves the result's scenes into `out`."""
+    """Task that runs a row's test with a method, and saves the scenes of the result into `out`."""
 
     row: StressRow
     method: Method
@@ -142,7 +142,7 @@ def _request_cell(cell: TableCell, refused: Answer[Any] | None) -> TaskRequest[t
 
 @cache
 def _find_tests(quick: bool) -> dict[StressRow, FindResult]:
-    """Return the functions of all tests by their rows of the table."""
+    """Return all rows of the table, each with the function that runs its test."""
     tests: dict[StressRow, FindResult] = {}
     for test in STRESS_TESTS:
         if not (quick and test.full_only):
@@ -150,7 +150,7 @@ def _find_tests(quick: bool) -> dict[StressRow, FindResult]:
             row = StressRow("attack", test.name, test.axis, test.truth, test.failure_rule, ladder, group=test.group)
             tests[row] = partial(find_failure, test, quick=quick)
     truth = "not needed, because the two runs of the method are compared with each other"
-    fails = f"the deviation is above {DEVIATION_LIMIT:g}; rounding errors after three impacts are smaller"
+    fails = f"the deviation exceeds {DEVIATION_LIMIT:g}, which is more than rounding errors after three impacts"
     for invariance in list_invariances():
         row = StressRow("relation", invariance.name, invariance.statement, truth, fails)
         tests[row] = partial(check_invariance, invariance)
@@ -176,7 +176,9 @@ def _select_rows(names: Sequence[str], quick: bool) -> tuple[StressRow, ...]:
     known = {row.name for row in everything}
     for name in names:
         if name not in known and name not in kinds:
-            hints = build_name_hints(name, known, f"`carom stress --list` lists them; kinds are {', '.join(kinds)}")
+            hints = build_name_hints(
+                name, known, f"`carom stress --list` lists all names; the kinds are {', '.join(kinds)}"
+            )
             raise UnknownNameError(f"no stress test is named {name!r}", hints=hints)
     requested_kinds = {kinds[name] for name in names if name in kinds}
     return tuple(row for row in everything if row.name in names or row.kind in requested_kinds)

@@ -1,4 +1,4 @@
-"""Stress tests: scenes in which one quantity varies from harmless to extreme values, and checks of their traces."""
+"""Stress tests: scenes in which one quantity varies from harmless to extreme values, and checks of the results."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ _DESCRIPTIONS: dict[str, Any] = json.loads(Path(__file__).with_name("stress_test
 
 @dataclass(frozen=True)
 class Trial:
-    """A scene of a stress test, which runs at its own frame rate.
+    """A scene of a stress test, and the check of its trace. The scene runs at its own frame rate.
 
     Attributes:
         scene: The scene.
@@ -66,7 +66,7 @@ class Trial:
     check_end: TraceCheck
 
     def check(self, trace: Trace) -> CheckResult:
-        """Check a trace. A trace that ends early fails, except in infinitely many impacts or in a lasting contact."""
+        """Check a trace. A trace that ends early fails, unless infinitely many impacts or a lasting contact end it."""
         if not (np.isfinite(trace.final_velocity_m_s).all() and np.isfinite(trace.final_position_m).all()):
             return CheckResult(math.nan, Outcome.NON_FINITE.value)
         if trace.outcome in {Outcome.COMPLETED, Outcome.STANDSTILL} or trace.outcome.in_contact:
@@ -85,17 +85,17 @@ class StressTest:
         axis: Description of the varied quantity, with its unit.
         harmless: The harmless end of the range. Every sound method should pass at this value.
         extreme: The extreme end of the range, which may be larger or smaller than `harmless`.
-        trials: Function that returns the trials for a value, which usually differ only in the phase of the impact. A
-            method must pass all trials.
+        trials: Function that returns the trials for a value. Usually, the trials differ only in the phase of the
+            impact. A method must pass all of them.
         truth: Explanation of how the correct result is known.
         failure_rule: Explanation of when a method fails.
         quick_extreme: The extreme end of the range in a quick campaign; None for `extreme`.
         whole_numbers: Whether the values must be whole numbers.
-        values_per_decade: Number of values per decade (factor of 10) that are tried up to the first failure. More
-            values are needed if a method can pass at a single value by chance.
+        values_per_decade: Number of tried values per decade (factor of 10). A larger number is needed if a method can
+            pass at a single value by chance.
         full_only: Whether a quick campaign omits this stress test, because its runs take too long.
-        final_value: An additional value beyond `extreme` that has no logarithm, such as a gap of 0. This value is
-            tried, but never used in a bisection.
+        final_value: An additional value after `extreme` that has no logarithm, such as a gap of 0. It is tried, but no
+            bisection uses it.
     """
 
     name: str
@@ -115,7 +115,8 @@ class StressTest:
     def build_ladder(self, quick: bool) -> list[float]:
         """Return the values to try, beginning at the harmless end.
 
-        If `quick` is true, there are half as many values, but at least 4.
+        In a quick campaign, there are half as many values. There are at least 4 values, except if equal whole numbers
+        are merged.
         """
         end = self.extreme if self.quick_extreme is None or not quick else self.quick_extreme
         decades = abs(math.log10(end / self.harmless))
@@ -140,10 +141,12 @@ class StressTest:
 
 
 def build_stress_test(name: str, trials: Callable[[float], Iterable[Trial]]) -> StressTest:
-    """Return the stress test with a name such as "mass-ratio" or "_mass_ratio", which ``stress_tests.json`` describes.
+    """Return the stress test with these trials, and with its description from ``stress_tests.json``.
 
-    Names in braces in `stress_tests.json` are replaced by sentences that several stress tests share. All scenes get the
-    stress test's name.
+    `name` is the test's name, such as "mass-ratio", or the name of a function, such as "_mass_ratio".
+
+    If a text in `stress_tests.json` contains a name in braces, the name is replaced by a sentence that several stress
+    tests share. All scenes get the stress test's name.
     """
     name = name.strip("_").replace("_", "-")
     fields = _DESCRIPTIONS["stress_tests"][name]
@@ -176,10 +179,10 @@ def stress_test_at_phases(stage: Callable[[float, float], Trial]) -> StressTest:
 def build_velocity_check(truth: TrueMotion) -> TraceCheck:
     """Return a function that checks the final velocities of a trace.
 
-    The error of each disc is divided by the greatest change of its velocity by one impact.
+    The error of each disc is divided by the greatest velocity change that an impact causes for this disc. Therefore
+    errors in a graze are divided by a small velocity change.
 
-    If a disc is never hit, the greatest change of all discs is used. Therefore errors in a graze are relative to a
-    small change of velocity.
+    If a disc is never hit, its error is divided by the greatest change of all discs.
     """
     note = "by convention" if truth.convention else ""
     return build_closed_form_check(truth.final_velocity_m_s, len(truth.impacts), truth.greatest_change_m_s, note)
@@ -196,14 +199,14 @@ def build_closed_form_check(
 ) -> TraceCheck:
     """Return a function that checks final velocities, and rim speeds if known.
 
-    Each error is divided by the velocity change that impacts cause.
+    The errors of each disc are divided by its change in `change_m_s`.
 
     Args:
         final_velocity_m_s: The known velocities, in metres per second.
         impacts: Number of impacts, for messages; 0 if unknown.
-        change_m_s: Change of each disc by impacts, in metres per second: the change of velocity or of rim speed,
-            whichever is larger; 0 for a disc that is never hit.
-        note: Additional text about a trace that passes.
+        change_m_s: For each disc, the change of velocity or rim speed that impacts cause, whichever is larger, in
+            metres per second; 0 for a disc that is never hit.
+        note: Additional text for the report, about a trace that passes.
         final_rim_m_s: The known rim speeds ``R w``, in metres per second; None to ignore spins.
         cause: Cause of the velocity changes, for messages.
     """
@@ -219,7 +222,7 @@ def build_closed_form_check(
             return CheckResult(error, "no impact is found: the discs pass through each other")
         if is_wrong:
             counted = format_count(found, "impact") + (f" of {impacts}" if impacts else "")
-            wrong = f"a velocity is wrong by {format_number(error)} times the change by {cause}"
+            wrong = f"a velocity is wrong by {format_number(error)} times the change that {cause} causes"
             return CheckResult(error, f"{counted}, and {wrong}")
         if final_rim_m_s is None:
             return CheckResult(error, note=note)
@@ -229,30 +232,32 @@ def build_closed_form_check(
         rim_error = float(np.max(np.abs(rims - np.array(final_rim_m_s)) / scale))
         if rim_error <= TOLERANCE:
             return CheckResult(max(rim_error, error), note=note)
-        return CheckResult(rim_error, f"a rim speed is wrong by {format_number(rim_error)} times the change by {cause}")
+        return CheckResult(
+            rim_error, f"a rim speed is wrong by {format_number(rim_error)} times the change that {cause} causes"
+        )
 
     return check
 
 
 def check_energy(trace: Trace) -> CheckResult:
-    """Check a run of an elastic scene: kinetic energy may change by at most a tenth, and no overlap may be deep."""
+    """Check a run of an elastic scene. The energy must stay within a tenth, and overlaps within the smallest radius."""
     start = kinetic_energy(trace.scene, trace.scene.arrays.velocity_m_s)
     gained = kinetic_energy(trace.scene, trace.final_velocity_m_s) / start - 1.0
     if not abs(gained) <= TOLERANCE:
         how = "gained" if gained > 0 else "lost"
         return CheckResult(abs(gained), f"{format_number(abs(gained))} of the energy is {how}")
     overlap = compute_deepest_overlap(trace, trace.scene) / min(disc.radius_m for disc in trace.scene.discs)
-    deep = "" if overlap <= 1.0 else f"discs are {format_number(overlap)} radii inside each other or a wall"
+    deep = "" if overlap <= 1.0 else f"a disc is {format_number(overlap)} radii inside another disc or a wall"
     return CheckResult(abs(gained), deep)
 
 
 def build_pressure_check(compressibility: float) -> TraceCheck:
-    """Return a function that checks the pressure of a gas, as ``Z = p V / N k T``.
+    """Return a function that checks the pressure p of a gas by the ratio ``Z = p V / (N k T)``.
 
-    The check uses the impacts of discs in the last four fifths of the run.
+    The check uses the impacts between discs in the last four fifths of the run.
 
-    The virial is the sum of `impulse * distance of the centres` over all impacts. The first fifth of the run is
-    omitted, because the initial lattice still has an effect.
+    Z follows from the sum of `impulse * distance of the centres` over these impacts (the virial). The first fifth of
+    the run is omitted, because the initial lattice still affects the pressure.
     """
 
     def check(trace: Trace) -> CheckResult:

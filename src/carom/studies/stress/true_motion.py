@@ -1,9 +1,9 @@
 """Exact motion of a scene, computed by brute force with hundreds of decimal digits.
 
-Every float of a scene is converted to an exactly equal decimal number. After each impact, the time of the next impact
-is computed for all pairs from a quadratic equation. With hundreds of digits, cancellation does not matter. The motion
-is computed twice, the second time with twice as many digits. An error is raised if the two results differ. The module
-does not use Carom's solvers and physics.
+Every float of a scene is converted to an exactly equal decimal number. After each impact, the next impacts of its discs
+with all other bodies are computed from formulas. With hundreds of digits, cancellation does not matter. The motion is
+computed twice, the second time with twice as many digits. An error is raised if the two results differ. The module uses
+neither Carom's solvers nor Carom's physics.
 """
 
 from __future__ import annotations
@@ -34,11 +34,11 @@ NEVER = Decimal("Infinity")
 
 
 class UndecidedError(InputError):
-    """The exact motion can't be computed: there are too many impacts, or more digits are needed for their order."""
+    """The exact motion can't be computed, because of unsupported forces, too many impacts, or too few digits."""
 
 
 class TrueImpact(NamedTuple):
-    """An impact of the exact motion: seconds from the start, the lower disc number, and the other disc or a wall."""
+    """An impact of the exact motion: its time in seconds, the disc with the lower number, and the other body."""
 
     time_s: float
     first: int
@@ -52,10 +52,9 @@ class TrueMotion:
     Attributes:
         impacts: All impacts, in order.
         final_velocity_m_s: Velocity of each disc at the end, in metres per second.
-        greatest_change_m_s: The greatest change of each disc's velocity by one impact, in metres per second; 0 for a
-            disc that is never hit.
-        convention: Whether two impacts that share a movable disc come at the same instant, so that their order is
-            arbitrary.
+        greatest_change_m_s: For each disc, the greatest velocity change that one impact causes, in metres per second; 0
+            for a disc that is never hit.
+        convention: Whether two impacts of a movable disc come at the same instant. If so, their order is a convention.
     """
 
     impacts: tuple[TrueImpact, ...]
@@ -68,20 +67,20 @@ def compute_true_motion(scene: Scene, *, most_impacts: int = 1000) -> TrueMotion
     """Compute the exact motion of a scene.
 
     Raises:
-        UndecidedError: The scene has gravity or friction, there are more than `most_impacts` impacts, or their order is
-        undecided.
+        UndecidedError: The scene has gravity, damping or friction, there are more than `most_impacts` impacts, or more
+            digits are needed to compute them.
     """
     beyond = sorted(scene.needs & {Need.GRAVITY, Need.DAMPING, Need.FRICTION, Need.TANGENTIAL_RESTITUTION})
     if beyond:
-        raise UndecidedError(f"the true motion with {' and '.join(beyond)} is not supported")
+        raise UndecidedError(f"the exact motion with {' and '.join(beyond)} can't be computed")
     rough, fine = (_Motion(scene, digits) for digits in (DIGITS, 2 * DIGITS))
     rough.run(most_impacts)
     fine.run(most_impacts)
     if [event[1:] for event in rough.events] != [event[1:] for event in fine.events]:
-        raise UndecidedError(f"the order of impacts of {scene.name!r} is not decided by {DIGITS} digits")
+        raise UndecidedError(f"{DIGITS} digits are not enough to decide the order of impacts in {scene.name!r}")
     for (a, *_), (b, *_) in zip(rough.events, fine.events, strict=True):
         if abs(a - b) > AGREEMENT * fine.end:
-            raise UndecidedError(f"an instant of {scene.name!r} is not decided by {DIGITS} digits")
+            raise UndecidedError(f"{DIGITS} digits are not enough to compute the time of an impact in {scene.name!r}")
     return fine.round_motion()
 
 
@@ -92,7 +91,7 @@ def _convert_exactly(numbers: Sequence[float] | Sequence[Vector]) -> NDArray[np.
 
 
 class _Motion:
-    """Computation of the motion by brute force with a given number of digits."""
+    """Computes the motion by brute force with a given number of decimal digits."""
 
     def __init__(self, scene: Scene, digits: int) -> None:
         self.context = Context(prec=digits)
@@ -153,7 +152,10 @@ class _Motion:
             self._upcoming[first, second] = self.now + compute_wait(first, second)
 
     def _find_next_impact(self, last: tuple[int, int] | None) -> tuple[Decimal, tuple[int, int]] | None:
-        """Return the earliest impact; among impacts at the same instant, the impact with the lowest body numbers."""
+        """Return the earliest impact.
+
+        If several impacts come at the same instant, return the one with the lowest numbers.
+        """
         # Two discs can't meet again before one of them has another impact.
         times = {pair: time for pair, time in self._upcoming.items() if pair != last}
         if (earliest := min(times.values(), default=NEVER)) > self.end:

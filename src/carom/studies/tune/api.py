@@ -30,18 +30,18 @@ if TYPE_CHECKING:
 class ShownTuning(ShownResult, Tuning):
     """Result of a search that can be printed, shown in a notebook and plotted.
 
-    The plot shows each scene's error, divided by PIT's, with the first profile and with the best settings.
+    The plot compares the first profile with the best settings: it shows each scene's error, divided by PIT's error.
     """
 
     def _show(self) -> tuple[Document, str, Callable[[Axes], None]]:
         document = build_tune_document(self, [scene.name for scene in self.scenes])
-        return document, f"Error by scene, settings of {self.engine}", partial(_draw, self)
+        return document, f"Error by scene, with different settings of {self.engine}", partial(_draw, self)
 
 
 def tune(
     engine: str, scenes: Sequence[Scene | str] | None = None, *, progress: Progress | None = None, **options: Any
 ) -> ShownTuning:
-    """Search for the values of an engine's searchable settings (knobs) with which its error is smallest.
+    """Search an engine's searchable settings (knobs) for the values that make its error smallest.
 
     `print(result)` shows the same text as `carom tune`. A notebook shows a picture of the result. `result.plot()` draws
     the error of each scene.
@@ -87,7 +87,7 @@ def _draw(tuning: Tuning, axes: Axes) -> None:
         wrong = [k for k in rows if runs[k].is_wrong]
         axes.plot([errors[k] for k in wrong], wrong, "x", color=drawn.get_color(), markersize=9.0)
     axes.axvline(1.0, color="black", linewidth=0.8, linestyle=":", label="PIT")
-    axes.set(xscale="log", xlabel="error / PIT's (x: missed or spurious impacts)", yticks=rows, yticklabels=names)
+    axes.set(xscale="log", xlabel="error / PIT's (x: graded wrong or not run)", yticks=rows, yticklabels=names)
     axes.xaxis.set_major_formatter(format_tick)
     axes.invert_yaxis()
     axes.grid(which="major", axis="x", alpha=0.18, linewidth=0.6)

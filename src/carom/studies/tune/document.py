@@ -25,12 +25,12 @@ from carom.studies.tune.search import TriedSettings
 
 ERROR_NOTE = (
     "The error is the largest velocity or spin error, divided by PIT's largest error over the phases of the step. 1 is "
-    "the error of checking once per step, and 0 is rounding."
+    "the error of checking once per step. 0 means that the error is within rounding."
 )
 MERIT_NOTE = (
     "Columns count scenes. 'Between' counts scenes with the grades sampled, inaccurate or diverged, and scenes without "
-    "a grade. The error is the mean over scenes on a logarithmic scale, on which 0 is rounding, 50 is the error of "
-    "checking once per step, and 100 is wrong or not run."
+    "a grade. The error is a number from 0 to 100 on a logarithmic scale, as the mean over scenes. 0 is rounding, 50 "
+    "is the error of checking once per step, and 100 is wrong or not run."
 )
 #: Name of the profile in the code to paste.
 FOUND = "found"
@@ -39,7 +39,7 @@ FOUND_LABEL = "found settings"
 
 
 class _Row(NamedTuple):
-    """A row of the table of profiles: a profile, or the settings that the search found, with results."""
+    """A row of the table of profiles: the results of a profile, or of the settings that the search found."""
 
     name: str
     found: TriedSettings
@@ -78,7 +78,7 @@ def build_tune_document(tuning: Tuning, scene_words: Sequence[str]) -> Document:
 
 
 def format_set_options(found: TriedSettings) -> str:
-    """Return the options of `carom run` for some settings."""
+    """Return the options of `carom run` that set the found settings."""
     return shlex.join(
         [word for name, value in found.overrides for word in ("--set", f"{name}={format_setting(value)}")]
     )
@@ -87,7 +87,9 @@ def format_set_options(found: TriedSettings) -> str:
 def _build_headline(tuning: Tuning) -> Iterator[str]:
     scenes = formatting.format_count(len(tuning.scenes), "scene")
     early = f", of which {tuning.abandoned} were abandoned early" if tuning.abandoned else ""
-    trials_text = f"tried {formatting.format_count(tuning.trials, 'setting', 'different settings')}{early}"
+    trials_text = (
+        f"tried {formatting.format_count(tuning.trials, 'combination of settings', 'combinations of settings')}{early}"
+    )
     if tuning.best is tuning.first:
         yield f"No better settings than {tuning.options.profile} were found on {scenes}, although carom {trials_text}."
         yield f"With {tuning.options.profile}: {_format_grades(tuning.first)}."
@@ -96,18 +98,18 @@ def _build_headline(tuning: Tuning) -> Iterator[str]:
     profile = tuning.options.profile
     grades = f"{_format_grades(tuning.best)} ({profile}: {_format_grades(tuning.first)})"
     changed = formatting.format_count(len(tuning.best.overrides), "setting")
-    yield f"{tuning.engine}: trial {tuning.best.trial} changed {changed} of {profile}, with the grades {grades}."
+    yield f"{tuning.engine}: trial {tuning.best.trial} was best. It changed {changed} of {profile}. Grades: {grades}."
     yield from _describe_equal_profiles(tuning)
     step = "its own frame rate" if tuning.options.dt_s is None else formatting.format_step(tuning.options.dt_s)
     yield f"The search used {scenes}, each at {step}, and {trials_text}."
     if not math.isnan(tuning.time_ratio):
         cost = formatting.format_number(tuning.time_ratio)
-        yield f"A step takes {cost} times as long as with {tuning.options.profile} (median over scenes)."
+        yield f"A step takes {cost} times as long as a step with {tuning.options.profile} (median over scenes)."
     yield "This result is only valid for these scenes and step sizes."
 
 
 def _describe_equal_profiles(tuning: Tuning) -> Iterator[str]:
-    """Yield a sentence on profiles that are equally good on these scenes, then a sentence on better profiles.
+    """Yield a sentence that names profiles as good as the result, and a sentence that names better profiles.
 
     Profiles whose steps Carom shortens are omitted.
     """
@@ -118,7 +120,7 @@ def _describe_equal_profiles(tuning: Tuning) -> Iterator[str]:
     if alike:
         yield f"{formatting.join_words([own_name, *alike])} are equally good."
     if better:
-        yield f"Existing profiles that are better: {formatting.join_words(better)}."
+        yield f"These existing profiles are better: {formatting.join_words(better)}."
 
 
 def _format_grades(found: TriedSettings) -> str:
@@ -142,7 +144,7 @@ def _format_error(result: SceneResult) -> str:
 
 
 def _build_profile_section(tuning: Tuning) -> Section:
-    """Return a table of the settings found and all profiles, best first.
+    """Return a section with a table of the found settings and all profiles, best first.
 
     Profiles whose steps Carom shortens are last.
     """
@@ -181,17 +183,17 @@ def _build_setting_section(tuning: Tuning) -> Section:
             "tested range", lambda item: ", ".join(format_setting(tuning.space.values[item[0]][k]) for k in (0, -1))
         ),
     )
-    note = "Each setting is needed: resetting a single setting makes the result worse."
+    note = "Each setting is needed: resetting any one of them makes the result worse."
     return Section("Settings found", (Table(columns, tuning.best.overrides), Text(note)))
 
 
 def _build_code_sections(tuning: Tuning, scene_words: Sequence[str]) -> Iterator[Section]:
-    """Yield the engine's code, the command that runs the settings, and the profile in Python and in a manifest."""
+    """Yield sections with the engine's code, the command to run, and the new profile in Python and in a manifest."""
     step = () if tuning.options.dt_s is None else ("--dt", repr(tuning.options.dt_s))
     method = Method(tuning.engine, tuning.options.profile, tuning.best.overrides)
     words = ("carom", "run", *scene_words, "-e", format_engine_argument(method.engine), "-p", tuning.options.profile)
     if tuning.code:
-        text = f"Code for {tuning.engine}, for {tuning.scenes[0].name}:"
+        text = f"Code for {tuning.engine} in the scene {tuning.scenes[0].name}:"
         yield Section("Code for the engine", (Text(text), Code(tuning.code)))
     command = f"{shlex.join((*words, *step))} {format_set_options(tuning.best)}"
     yield Section("Command with these settings", (Code(command),))

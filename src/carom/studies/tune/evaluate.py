@@ -27,10 +27,10 @@ _reference, _sampling = lru_cache(maxsize=_KEPT)(solve_reference), lru_cache(max
 
 
 def summarise_score(score: Score) -> SceneResult:
-    """Return the parts of a score that a search needs.
+    """Return the numbers of a score that a search needs.
 
-    If a trajectory has diverged from the reference's, its impacts match only by chance. Errors and wrong impacts are
-    then taken from the comparison of single steps, which start from the run's own states.
+    If the run's trajectory has diverged from the reference's trajectory, impacts match only by chance. Therefore the
+    error and the wrong impacts come from the comparison of single steps, which start from the run's own states.
     """
     local = score.local_truth
     if score.diverged_s is not None and local is not None:
@@ -86,8 +86,8 @@ class Evaluator:
 
     Attributes:
         steps: The scenes, with a step size for each, in seconds.
-        horizons: Time up to which a scene's reference is reliable, by the scene's name. References of other scenes are
-            reliable to their end.
+        horizons: Times up to which references are reliable, by the scene's name. All other references are reliable to
+            their end.
         pool: Pool of worker processes, which is not closed.
         notes: Journal of results, to which new results are added.
         timed: Whether steps are timed, with only one job at a time.

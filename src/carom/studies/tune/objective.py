@@ -1,15 +1,14 @@
-"""Objective of the search, by which settings are sorted from better to worse.
+"""Objective of the search: it decides which of two combinations of settings is better.
 
-The following criteria are compared in order. A criterion is only used between settings that are equal by all earlier
-criteria:
+The following criteria are compared in order. A criterion only counts if all earlier criteria are equal:
 
 1. **wrong scenes**: the number of scenes that did not run or are graded *wrong*, for example because of a missed
    impact. Small errors in other scenes can't compensate for a wrong scene;
 2. **scenes that are neither exact nor close**: a method that finds the instant of an impact is better than a method
    that is late by up to a step;
-3. **the error divided by PIT's**, as the mean over scenes on a logarithmic scale. On a linear scale, only the worst
-   scene would count. The mean is rounded, so that settings with almost equal errors count as equal;
-4. **the run time**: the time of all steps divided by the first profile's time, as the median over scenes.
+3. **the error divided by PIT's error**, on a logarithmic scale, as the mean over scenes. On a linear scale, only the
+   worst scene would count. The mean is rounded, so that settings with almost equal errors count as equal;
+4. **the run time** of all steps, divided by the first profile's run time, as the median over scenes.
 """
 
 from __future__ import annotations
@@ -33,8 +32,8 @@ class SceneResult:
 
     Attributes:
         grade: The grade; None if the scene was not run.
-        error_ratio: The error divided by PIT's largest error: `carom.comparator.Score.price_paid`; NaN if it is
-            unknown.
+        error_ratio: The error divided by PIT's largest error; NaN if it is unknown. See
+            `carom.comparator.Score.price_paid`.
         missed: Number of missed impacts.
         spurious: Number of invented impacts.
         reason: Reason why the scene was not run.
@@ -64,13 +63,14 @@ class SceneResult:
 
 @dataclass(frozen=True, order=True)
 class Merit:
-    """Rank of settings; smaller is better. The first field that differs between two settings decides.
+    """Rank of a combination of settings. A smaller rank is better. The first field in which two ranks differ decides.
 
     Attributes:
         wrong: Number of scenes that are wrong or did not run.
         imprecise: Number of scenes that are neither exact nor close.
-        error: Mean error divided by PIT's on a logarithmic scale: 0 means rounding, and 50 an error as large as PIT's.
-        cost: Median over scenes of the run time, divided by the first profile's run time; 1 without timing.
+        error: Mean over scenes of the error divided by PIT's error, on a logarithmic scale: 0 is rounding, 50 is PIT's
+            error, and 100 is wrong or not run.
+        cost: Run time divided by the first profile's run time, as the median over scenes; 1 without timing.
     """
 
     wrong: int
@@ -95,7 +95,7 @@ class Merit:
 
 
 def compute_error_on_scale(result: SceneResult) -> float:
-    """Return a scene's error divided by PIT's on a logarithmic scale: 0 is rounding, and 1/2 is PIT's error.
+    """Convert a scene's error to a logarithmic scale from 0 to 1: 0 is rounding, and 1/2 is as large as PIT's error.
 
     A scene that is graded *wrong* or did not run has the largest result, 1. If there is no error to measure, the result
     is 0 for an exact or close scene, and 1 for any other scene.
@@ -112,8 +112,8 @@ def compute_merit(results: Sequence[SceneResult], first: Sequence[SceneResult] =
 
     Args:
         results: Results of at least one scene.
-        first: Results of the first profile on the same scenes, for the comparison of run times. Without run times, the
-            cost is 1.
+        first: Results of the first profile on the same scenes. Only their run times are used. Without them, the cost is
+            1.
     """
     pairs = zip(results, first, strict=False)
     ratios = [one.seconds / other.seconds for one, other in pairs if other.seconds > 0 and not math.isnan(one.seconds)]

@@ -26,8 +26,8 @@ class TuneOptions(LimitOptions):
 
     Attributes:
         profile: The profile from which the search starts.
-        dt_s: Step size, in seconds (default: each scene's own frame).
-        trials: Number of different settings to try before the best ones are refined.
+        dt_s: Step size, in seconds (default: one frame of each scene).
+        trials: Number of combinations of settings to try before the best ones are refined.
         seed: Seed of the optimiser's random numbers.
         timing: Whether faster settings are preferred if accuracy is equal. With timing, only one job runs at a time.
 
@@ -40,7 +40,10 @@ class TuneOptions(LimitOptions):
         None, build_step_kind(), "Step size in seconds, such as 1/240.", "--dt", default_text="one frame of each scene"
     )
     trials: int = declare_option(
-        100, build_whole_number_kind(1, MOST_SEED), "Number of settings to try before the best is refined.", "--trials"
+        100,
+        build_whole_number_kind(1, MOST_SEED),
+        "Number of combinations of settings to try before the best is refined.",
+        "--trials",
     )
     seed: int = declare_option(0, build_whole_number_kind(0, 2**32 - 1), "Seed of the optimiser.", "--seed")
     timing: bool = declare_option(

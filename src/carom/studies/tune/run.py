@@ -1,4 +1,4 @@
-"""Execution of a search for settings, and its result: the best settings compared with the engine's profiles."""
+"""Execution of a search for settings, and its result: the best settings and a comparison with all profiles."""
 
 from __future__ import annotations
 
@@ -43,22 +43,22 @@ class Tuning:
         engine: Name of the adapter.
         options: Options of the search.
         scenes: Scenes of the search.
-        left_out: Reasons why scenes were not used, by name.
+        left_out: Reasons why scenes were not used, by the scene's name.
         space: The settings and values that the search may test.
         first: Results of the first profile.
         best: Results of the best settings, or `first` if nothing was better.
         others: Results of the engine's other profiles on the same scenes, by name.
         located: Names of the profiles whose steps Carom shortens, so that a step ends at each impact. No setting of an
             engine does this.
-        code: Lines of the engine's code that the best settings change, for the first scene's step size; empty if
-            nothing was better, or if the adapter writes no code.
+        code: The engine's code for the first scene, as far as the best settings change it; empty if nothing was better,
+            or if the adapter writes no code.
         profile_settings: The first profile's settings at the first scene's step size, by name.
         settings: The best settings at the first scene's step size, by name.
         varying: Names of the settings whose values depend on the step size.
-        time_ratio: Median over scenes of the run time, divided by the first profile's run time; NaN if no scene was
+        time_ratio: Run time divided by the first profile's run time, as the median over scenes; NaN if no scene was
             timed.
-        trials: Number of tried settings.
-        abandoned: Number of tried settings that were abandoned before the last scene.
+        trials: Number of combinations of settings that were tried.
+        abandoned: Number of tried combinations that were abandoned before the last scene.
         environment: Description of the machine, and versions of packages.
         command: The command that repeats the search; empty if it was called from Python.
         elapsed_s: Duration of the whole study, in seconds.
@@ -95,7 +95,7 @@ def tune(
     on_improvement: Callable[[TriedSettings], None] | None = None,
     command: str = "",
 ) -> Tuning:
-    """Search for the values of an engine's searchable settings (knobs) with the best results on scenes.
+    """Search an engine's searchable settings (knobs) for the values with the best results on some scenes.
 
     Args:
         engine: Name of an adapter.
@@ -182,7 +182,7 @@ def _evaluate_profile(
 def _find_horizons(
     scenes: Sequence[Scene], info: EngineInfo, options: TuneOptions
 ) -> tuple[dict[str, float], dict[str, str]]:
-    """Return the end of the reliable part of each scene's PIC trace, and the reasons why scenes can't be used."""
+    """Return the time up to which each scene's PIC trace is reliable, and the reasons why scenes can't be used."""
     horizons: dict[str, float] = {}
     left_out: dict[str, str] = {}
     capabilities, located = info.capabilities, options.profile in info.located
@@ -209,7 +209,7 @@ def _read_settings(
 
 
 def _measure_time_ratio(pool: Pool, first: Method, overrides: SettingOverrides, steps: Mapping[Scene, float]) -> float:
-    """Return the best settings' run time divided by the first profile's, as the median over scenes; NaN if unknown."""
+    """Return the ratio of run times with the best settings and with the first profile; NaN if no scene was timed."""
     ratios = []
     for scene, dt_s in steps.items():
         methods = (first, Method(first.engine, first.profile, overrides))

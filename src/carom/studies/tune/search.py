@@ -1,13 +1,12 @@
 """Search for the best settings of an engine within a number of trials.
 
-1. Each setting is tested at the ends of its range, with all other settings at their default.
-2. An optimiser (Optuna's tree-structured Parzen estimator, Bergstra et al., NeurIPS 2011) requests trials. In a trial,
-   each setting has its default or another value.
-3. Starting from the best trial, one setting at a time is set back to its default or to another value, until nothing
-   improves. Therefore every setting of the result has an effect.
-4. Settings are changed as in step 3, starting from other trials that no trial *dominates*. A trial dominates another
-   trial if it is better in one criterion and worse in none. This step finds some pairs of settings that only help
-   together.
+1. Each setting is tested at both ends of its range. All other settings keep the first profile's values.
+2. An optimiser (Optuna's tree-structured Parzen estimator, Bergstra et al., NeurIPS 2011) chooses further trials. A
+   trial is a combination of settings. Each setting keeps the first profile's value or has another value.
+3. Starting from the best trial, one setting at a time is reset or gets another value, until nothing improves. Therefore
+   every changed setting of the result has an effect.
+4. Step 3 is repeated from other good trials: those that no trial *dominates*. A trial dominates another trial if it is
+   better in one criterion and worse in none. This step finds some pairs of settings that only help together.
 """
 
 from __future__ import annotations
@@ -51,7 +50,7 @@ def require_tune_extra() -> None:
 
 @dataclass(frozen=True)
 class TriedSettings:
-    """Settings that were tested on all scenes, with the results.
+    """A combination of settings that was tested on all scenes, and the results.
 
     Attributes:
         overrides: Settings that replace settings of the first profile.
@@ -67,7 +66,7 @@ class TriedSettings:
 
     @property
     def rank(self) -> tuple[Merit, int]:
-        """Sort key, which is smallest for the best settings: the merit, then the number of changed settings."""
+        """Sort key that is smallest for the best settings: the merit, then the number of changed settings."""
         return self.merit, len(self.overrides)
 
 
@@ -83,8 +82,8 @@ class KnobSearch:
         progress: Function that is called after each trial with the number of trials, the expected number of trials, and
             a description.
         on_improvement: Function that is called with the best settings so far, whenever they improve.
-        trials: Number of different tested settings, without the first profile.
-        abandoned: Number of settings that were abandoned before the last scene.
+        trials: Number of tested combinations of settings, without the first profile.
+        abandoned: Number of combinations that were abandoned before the last scene.
     """
 
     method: Method
@@ -108,8 +107,8 @@ class KnobSearch:
         """Run the search and return the best settings.
 
         Args:
-            trials: Number of different combinations of settings to test, including combinations that change a single
-                setting.
+            trials: Number of combinations of settings to test before the refinement, including those that change a
+                single setting.
             seed: Seed of the optimiser's random numbers. Equal seeds lead to equal trials.
 
         Raises:
@@ -122,7 +121,7 @@ class KnobSearch:
         return self._refine(MOST_TRIALS * trials)
 
     def _evaluate_first_profile(self) -> None:
-        """Evaluate the first profile, and sort the scenes from the worst to the best result."""
+        """Evaluate the first profile, and sort the scenes so that those with the worst results are first."""
         results = self.evaluator.evaluate(self.method, self.scenes)
         first = TriedSettings((), compute_merit(results, results), tuple(results), 0)
         self._order = sorted(range(len(results)), key=lambda k: compute_merit([results[k]]), reverse=True)
@@ -157,7 +156,7 @@ class KnobSearch:
                 study.tell(trial, number)
 
     def _refine(self, max_trials: int) -> TriedSettings:
-        """Change one setting at a time, starting from the best trial and then from each trial of `_find_front`."""
+        """Change one setting at a time, first in the best trial, then in each other trial of `_find_front`."""
         done: set[SettingOverrides] = set()
         while todo := [found for found in self._find_front() if found.overrides not in done]:
             if todo[0] is not self.best and self.trials >= max_trials:
@@ -188,8 +187,8 @@ class KnobSearch:
     def evaluate(self, point: Point) -> tuple[Merit, bool]:
         """Evaluate a point.
 
-        Return the merit of the point's settings. Also return whether the evaluation was abandoned, so that the merit is
-        only a bound.
+        Return the merit of the point's settings, and whether the evaluation was abandoned. If so, the merit is the best
+        that was still possible.
         """
         overrides = self.space.settings_of(point)
         if overrides not in self._evaluated:
@@ -197,7 +196,7 @@ class KnobSearch:
             self._evaluated[overrides] = self._evaluate_settings(overrides)
             self.abandoned += self._evaluated[overrides][1]
             best = self.best.merit
-            message = f"best so far: {best.wrong} wrong, {best.imprecise} neither exact nor close"
+            message = f"best so far: {best.wrong} scenes wrong, {best.imprecise} neither exact nor close"
             self.progress(self.trials, max(self._requested_trials, self.trials), message)
         return self._evaluated[overrides]
 

@@ -1,4 +1,4 @@
-"""Search space: the settings that an adapter declares as searchable (knobs), and the values that are tested."""
+"""Search space: the searchable settings (knobs) that an adapter declares, and their tested values."""
 
 from __future__ import annotations
 
@@ -53,14 +53,14 @@ class Space:
         return {name: self.values[name].index(value) for name, value in overrides}
 
     def list_end_points(self) -> list[dict[str, int]]:
-        """Return the points that change a single setting, to its first or last value."""
+        """Return all points that change only one setting. It has its first or its last value."""
         return [{name: k} for name, values in self.values.items() for k in dict.fromkeys((0, len(values) - 1))]
 
     def neighbours(self, point: Point) -> Iterator[dict[str, int]]:
         """Yield the points that differ from `point` in one setting.
 
-        The changed setting has its default, a value at the end of one of the `STOPS` parts, or a value near the present
-        value.
+        The changed setting keeps the first profile's value, or has a value at the end of one of the `STOPS` parts, or a
+        value near its present value.
         """
         for name, values in self.values.items():
             last, current_index = len(values) - 1, point.get(name)

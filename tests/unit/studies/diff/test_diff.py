@@ -305,7 +305,7 @@ def test_diff_documents_escape_names_and_state_omissions(write: Write) -> None:
     document = build_diff_document(found, "old", "new")
     text, page = render_markdown(document), render_html(document)
     assert text.startswith(f"# Carom diff: old → new\n\n{MOST_ROWS + 2} worse; 0 cells unchanged.")
-    assert "2 more are not shown" in text
+    assert "2 more changes are not shown" in text
     assert "<b>" not in text.replace("\\<", "")
     assert page.count("&lt;b&gt;") >= MOST_ROWS + 2
     assert "<b>0" not in page

@@ -107,7 +107,9 @@ def test_change_is_attributed_to_engine_if_ranges_are_disjoint(
 def test_change_of_position_has_disc_time_and_ranges() -> None:
     """The reason of a change names the coordinate, disc and time of the largest difference, with both ranges."""
     change = classify_change(places(0.1, 0.2), places(-0.2, -0.1, digest="c"))
-    assert change.numbers == "error of x of disc 0 after 1/8 of the run: 0.1 to 0.2 m before, -0.2 to -0.1 m now"
+    assert (
+        change.numbers == "error of disc 0's x coordinate after 1/8 of the run: 0.1 to 0.2 m before, -0.2 to -0.1 m now"
+    )
 
 
 def test_change_needs_eight_phases() -> None:

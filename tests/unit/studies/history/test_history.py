@@ -94,7 +94,7 @@ def test_cached_releases_run_without_network(registry: Toys, tmp_path: Path) -> 
     first = run_history("toy", [PAIR], kept, build_options("1.0", "1.2"))
     registry.reached = False
     assert run_history("toy", [PAIR], kept, build_options("1.0,1.2")).releases == first.releases
-    with pytest.raises(UnavailableError, match=r"no network; cached releases can be named by --versions: 1\.0, 1\.2$"):
+    with pytest.raises(UnavailableError, match=r"no network; --versions can name these cached releases: 1\.0, 1\.2$"):
         run_history("toy", [PAIR], kept, build_options())
 
 
@@ -148,5 +148,5 @@ def test_history_command_exits_with_1_if_newest_release_is_worse(tmp_path: Path)
     first, *_, last = carom_command("history", "toy", "--list").output.splitlines()
     assert (first, last.split(maxsplit=1)) == ("2.0", ["0.9", "older than 1.0, the oldest supported release"])
     found = carom_command("history", "toy", "--versions", "1.0..1.3", "--bisect", f"{scene}:default:1/20")
-    told = "1.2 differs from 1.1, which agrees with the oldest, 1.0 (worse: error of final velocities"
+    told = "1.2 differs from 1.1, which agrees with 1.0, the oldest (worse: largest error of a final velocity"
     assert told in printed_text(found)

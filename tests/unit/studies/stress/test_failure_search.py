@@ -104,11 +104,11 @@ GAIN = replace(BUG_REPORTS["issues/rapier-615"], symptom=Symptom.GAINS_ENERGY)
     "entry, change, seen, reason",
     [
         ("issues/jolt-1403", STUCK, True, r"velocities are wrong by \S+ times the scene's greatest speed"),
-        ("issues/jolt-1403", {"factor": 0.97}, False, "off by 0.03 times the scene's greatest speed"),
+        ("issues/jolt-1403", {"factor": 0.97}, False, "the result is wrong by 0.03 times the scene's greatest speed"),
         ("issues/jolt-1403", NAN, False, Outcome.NON_FINITE.value),
         ("issues/hardspheredynamics-8", NAN, True, Outcome.NON_FINITE.value),
         ("issues/rapier-615", {"factor": 0.9}, True, r"\S+ of the energy is lost"),
-        ("issues/rapier-615", {"factor": 1.1}, False, r"off by \S+ times the scene's energy"),
+        ("issues/rapier-615", {"factor": 1.1}, False, r"the result is wrong by \S+ times the scene's energy"),
         (GAIN, {"factor": 1.1}, True, r"\S+ of the energy is gained"),
         ("issues/pooltool-217", GONE, True, r"a disc is \S+ radii inside another body or beyond a wall"),
     ],

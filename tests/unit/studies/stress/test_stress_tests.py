@@ -157,7 +157,7 @@ def test_unchanged_spin_of_rolling_disc_fails() -> None:
         trace = solve_pic(trial.scene)
         unturned = dataclasses.replace(trace, final_spin_rad_s=np.array([trial.scene.discs[0].spin_rad_s]))
         assert "a rim speed is wrong by" in trial.check(unturned).failure
-        assert trial.check(unturned).failure.endswith("times the change by contact")
+        assert trial.check(unturned).failure.endswith("times the change that contact causes")
 
 
 def test_slope_tests_end_at_threshold_and_one_rounding_beside() -> None:

@@ -1,4 +1,4 @@
-"""Sections on PIC's traces: how far they are reliable, and how much they deviate from known answers."""
+"""Sections on PIC's traces: the time up to which they are reliable, and their deviations from known answers."""
 
 from __future__ import annotations
 
@@ -15,23 +15,26 @@ from carom.studies.cross_check.grid import Grid
 MOST_LISTED = 3
 
 REFERENCE_NOTE = (
-    "Beyond its horizon, a reference is unreliable because of rounding. Later impacts are only compared "
-    "with impacts that PIC computes from the engine's own state. A certified run, in which every digit is proven, "
-    "yields the horizon. Without a certified run, the horizon is an estimate."
+    "After its horizon, a reference is unreliable because of rounding errors. Therefore later impacts are only "
+    "compared with impacts that PIC computes from the engine's own state. For a certified scene, the horizon comes "
+    "from a certified run, in which every digit is proven. For any other scene, the horizon is an estimate."
 )
-ESTIMATE_NOTE = "The estimate compares PIC with a run whose initial numbers are moved by one unit in the last place."
+ESTIMATE_NOTE = (
+    "For the estimate, PIC is run twice: with the scene's numbers, and with numbers that are moved by one unit in the "
+    "last place."
+)
 REST_NOTE = (
-    "Impacts are compared until a disc comes to rest, slides or rolls. After this time, each step is compared with PIC "
-    "from the run's own state."
+    "Impacts are compared until a lasting contact begins: a disc comes to rest, slides or rolls. Every later step is "
+    "compared with a step of PIC that starts from the run's own state."
 )
 KNOWN_NOTE = (
-    "Known answers come from mathematics or a cited source, never from Carom itself. A deviation is divided by "
-    "the scene's duration, greatest speed or extent."
+    "Known answers come from mathematics or a cited source, never from Carom itself. An error of time is divided by "
+    "the scene's duration, an error of velocity by the greatest speed, and an error of position by the scene's extent."
 )
 
 
 def build_reference_section(grid: Grid) -> Section:
-    """Describe how far PIC's traces are reliable. Only certified and partly unreliable traces are listed."""
+    """Return a section that lists certified traces, traces that are only partly reliable, and lasting contact."""
     results, lines = grid.results, []
     for name in dict.fromkeys((*results.certified, *results.horizons)):
         phrases = [str(results.certified[name])] if name in results.certified else []
@@ -64,7 +67,7 @@ def _build_lines(lines: list[str], *, short: bool) -> Lines:
 
 
 class _Known(NamedTuple):
-    """A scene's known answer, and PIC's deviation from it."""
+    """A scene's known answer, and how far PIC's result deviates from this answer."""
 
     scene: str
     answer: KnownAnswer
@@ -87,7 +90,7 @@ def _build_source_cell(known: _Known) -> Cell:
 
 
 def build_known_answers_section(grid: Grid) -> Section:
-    """Return a section with every known answer, in the order of scenes, and PIC's deviation from it."""
+    """Return a section that lists each scene's known answer, and how far PIC's result deviates from this answer."""
     columns = (
         Column("scene", lambda known: known.scene),
         Column("source", _build_source_cell),

@@ -1,4 +1,4 @@
-"""Sections about all runs: spread over phases, run times, settings, and the numbers of every run."""
+"""Sections on all runs: results at different phases, run times, settings, and the numbers of every run."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ from carom.studies.cross_check.grid import Grid, GridCell, build_omission_note, 
 MOST_CELLS = 10_000
 
 SPREAD_NOTE = (
-    "An engine can find an impact by luck, because a check happens to fall into the overlap. Therefore each run was "
-    "repeated at several phases (shifts by fractions of a step). For two discs, a formula gives the fraction of phases "
-    "at which PIT must miss the impact."
+    "An engine finds an impact by luck if one of its checks happens to come while the discs overlap. Therefore each "
+    "run was repeated at several phases (shifts by fractions of a step). For two discs, a formula gives the fraction "
+    "of phases at which PIT must miss the impact."
 )
 RUN_TIME_NOTE = (
-    "Each number is the run time of all steps divided by PIT's for the same scene and step size, as a median over "
+    "Each number is a method's run time divided by PIT's run time for the same scene and step size. The median is over "
     "scenes. A method with a number below 1 is faster than PIT."
 )
 RUN_TIME_DETAIL = (
-    "Both times are measured in one session, at each scene's largest step size. Carom's PIT skips frames at which "
-    "nothing can touch. 'Bit-identical repeats' counts scenes in which all timed runs ended with the same positions "
-    "and velocities. Each run had a new world in the same process."
+    "The times are for all steps of a run, with each scene's largest step size. A method and PIT are timed in the same "
+    "session. Carom's PIT skips frames at which nothing can touch. 'Bit-identical repeats' counts scenes in which all "
+    "timed runs ended with the same positions and velocities. Each run created a new simulation in the same process."
 )
 SETTINGS_NOTE = (
     "The settings are those of the first scene that the engine ran, at the largest step size. Carom reads settings "
@@ -64,7 +64,7 @@ def build_spread_section(grid: Grid) -> Section:
 
 
 class _RunTimes(NamedTuple):
-    """For each scene, a method's run time divided by PIT's, and how many different final states its repeats have."""
+    """A method's run time divided by PIT's, and the number of different final states of repeated runs, per scene."""
 
     method: Method
     ratios: list[float]
@@ -102,7 +102,7 @@ def build_run_time_section(grid: Grid) -> Section:
 
 
 def build_settings_section(grid: Grid) -> Section:
-    """Return a section with the settings of each profile, and how they depend on the step size and the scene."""
+    """Return a section with the settings of each profile, and which settings vary with the step size or the scene."""
     profiles = {info.name: info.profiles for info in grid.results.engines}
     used = formatting.group_by((cell.method, cell.line) for cell in grid.runs if cell.line.settings is not None)
     first = {method: min(lines, key=lambda line: line.refinement) for method, lines in used.items()}
@@ -117,16 +117,16 @@ def build_settings_section(grid: Grid) -> Section:
 
 
 def _describe_profile(method: Method, profiles: Mapping[str, Mapping[str, str]]) -> str:
-    """Describe a profile, and the settings that replace settings of the profile."""
+    """Describe a profile, and the settings that the user has replaced."""
     profile_text = profiles.get(method.engine, {}).get(method.profile, "")
     if not method.overrides:
         return profile_text
     values = ", ".join(f"{name} = {formatting.format_setting(value)}" for name, value in method.overrides)
-    return f"With settings that no profile has: {values}. Other settings are those of {method.profile}: {profile_text}"
+    return f"Replaced settings: {values}. All other settings are those of {method.profile}: {profile_text}"
 
 
 def _describe_settings(row_line: RowLine, lines: Sequence[RowLine]) -> Iterator[str]:
-    """Yield each setting of a run, and whether its value depends on the step size or the scene."""
+    """Yield each setting of a run with its value, and whether the value varies with the step size or the scene."""
     same_scene = [line for line in lines if line.scene == row_line.scene]
     same_step = [line for line in lines if line.dt_s == row_line.dt_s and line.scene != row_line.scene]
     for name, value in (row_line.settings or {}).items():
@@ -159,7 +159,7 @@ def build_cells_section(grid: Grid) -> Section:
 
 
 def _format_metric(name: str, cell: GridCell) -> str:
-    """Format a metric of a cell; the metric's name contains its unit."""
+    """Format a metric of a cell with the unit that the metric's name contains."""
     error: float = getattr(cell.errors, name)
     if name.endswith("_s") and not math.isnan(error):
         return f"{formatting.format_seconds(error)} ({formatting.format_steps(error, cell.line.dt_s)})"

@@ -1,4 +1,4 @@
-"""Section that compares each engine's errors with PIT's, which are the errors of checking once per step."""
+"""Section that compares the errors of each engine and PIT. PIT's errors show the effect of checking once per step."""
 
 from __future__ import annotations
 
@@ -18,23 +18,25 @@ _WIDTH_IN, _NARROW_IN, _LINE_IN, _NAMES_IN, _FOOT_IN = 10.5, 4.0, 0.22, 1.3, 0.5
 
 TITLE = "Error of each engine, and the part that sampling does not explain"
 CAPTION = (
-    "A ring is the largest velocity error, and a disc is the part that sampling does not explain. Both errors are "
-    "medians over scenes."
+    "A ring is at an engine's largest velocity error. A filled disc is at the part of this error that sampling does "
+    "not explain. Both numbers are medians over scenes."
 )
 
 NOTE = (
-    "A value of 1 is the error of checking once per step, 0 is no error, and more than 1 is worse than PIT. Numbers "
-    "are medians over scenes, with the smallest and largest values."
+    "0 is no error, 1 is the error of checking once per step, and a number above 1 is worse than PIT. Numbers are "
+    "medians over scenes. The smallest and the largest number are in brackets."
 )
 DETAIL_NOTE = (
-    "The error is the largest velocity error, divided by PIT's largest velocity error over the phases of the step. If "
-    "the same ratio of spin errors is larger, the error is this ratio. For a missed impact, the error is the whole "
-    "change of velocity. The 'velocity error not from sampling' is the deviation from PIT or from PIC, whichever "
-    "is smaller, divided by the greatest speed. For single impacts, this error is measured from the engine's own "
-    "state before the impact. Time errors do not count, because checking once per step is late by up to a step. Scenes "
-    "without a unique answer are omitted."
+    "For 'error / PIT's', the largest velocity error is divided by PIT's largest velocity error over the phases of the "
+    "step. Spin errors are divided in the same way, and the larger of the two ratios counts. For a missed impact, the "
+    "error is the whole change of velocity or spin. The 'velocity error not from sampling' is the smaller of the "
+    "deviations from PIT and from PIC, divided by the greatest speed. For single impacts, this error is measured from "
+    "the engine's own state before the impact. Time errors do not count, because checking once per step is late by up "
+    "to a step. Scenes without a unique answer are omitted."
 )
-SHORT_NOTE = "error / PIT's: largest velocity or spin error, divided by PIT's largest error at any phase of the step"
+SHORT_NOTE = (
+    "error / PIT's: the largest velocity or spin error, divided by PIT's largest error over all phases of the step"
+)
 
 
 class EngineCost(NamedTuple):
@@ -42,7 +44,8 @@ class EngineCost(NamedTuple):
 
     Attributes:
         method: The engine and profile.
-        cells: The runs in scenes that PIT also ran and whose simultaneous impacts have a unique result.
+        cells: The runs in scenes that PIT also ran. Scenes whose simultaneous impacts have no unique result are
+            omitted.
     """
 
     method: Method
@@ -50,7 +53,7 @@ class EngineCost(NamedTuple):
 
     @property
     def cost_ratios(self) -> list[float]:
-        """The error divided by PIT's, for each scene with such an error."""
+        """The run's error divided by PIT's, for each scene in which this ratio is known."""
         return [cell.cost for cell in self.cells if not math.isnan(cell.cost)]
 
     @property
@@ -65,12 +68,12 @@ class EngineCost(NamedTuple):
 
     @property
     def own_errors(self) -> list[float]:
-        """The velocity error that checking once per step does not explain, for each scene with such an error."""
+        """The velocity error that checking once per step does not explain, for each scene in which it is known."""
         return _select_known_errors(cell.line.own_velocity for cell in self.cells)
 
     @property
     def total_errors(self) -> list[float]:
-        """The largest velocity error relative to the reference, for each scene with such an error."""
+        """The largest velocity error relative to the reference, for each scene in which it is known."""
         return _select_known_errors(cell.errors.velocity for cell in self.cells)
 
     @property
@@ -94,7 +97,7 @@ def _select_known_errors(errors: Iterable[float | None]) -> list[float]:
 
 
 def measure_engine_costs(grid: Grid) -> tuple[EngineCost, ...]:
-    """Compare the errors of every engine with PIT's; return an empty tuple if PIT was not run."""
+    """Compare the errors of every engine with PIT's errors; return an empty tuple if PIT was not run."""
 
     def list_cells(method: Method) -> tuple[GridCell, ...]:
         cells = grid.list_cells(method)
@@ -105,7 +108,7 @@ def measure_engine_costs(grid: Grid) -> tuple[EngineCost, ...]:
 
 
 def build_sampling_cost_section(grid: Grid) -> Section:
-    """Return a section with a chart of errors, and a table of errors divided by PIT's with a row for each engine."""
+    """Return a section with a chart of velocity errors, and a table that compares each engine with PIT."""
     found = measure_engine_costs(grid)
     if not found:
         return Section("", ())
@@ -122,7 +125,7 @@ def build_sampling_cost_section(grid: Grid) -> Section:
 
 
 def draw_sampling_costs(found: Sequence[EngineCost], narrow: bool = False) -> str:
-    """Draw each engine's velocity error, and the part that checking once per step does not explain, as SVG."""
+    """Draw each engine's velocity error as SVG, and the part of it that checking once per step does not explain."""
     with svg.use_drawing_style():
         drawn_costs = [
             (p, statistics.median(p.total_errors), statistics.median(p.own_errors))

@@ -1,4 +1,4 @@
-"""Sections with the results of every scene on every engine, and with the reasons why runs have no score."""
+"""Sections with the results of every engine in every scene, and with the reasons why runs have no score."""
 
 from __future__ import annotations
 
@@ -24,24 +24,23 @@ _ACTIONABLE = (Mark.UNAVAILABLE, Mark.CRASHED, Mark.TIMED_OUT, Mark.FAILED)
 
 FIGURE_NOTE = (
     "'0.5 of PIT's error' means that the run's largest error is half of PIT's largest error at the same step size. If "
-    "all velocities are correct, but an impact is found late or early, a cell shows by how many steps."
+    "all velocities are correct, a cell shows by how many steps an impact is late or early."
 )
 FIGURE_DETAIL = (
-    "A cell shows the number of missed or invented impacts. Without missed or invented impacts, a cell shows the "
-    "largest velocity or spin error, divided by PIT's largest error over the phases of the step. If PIT has no such "
-    "error, the error is divided by the greatest speed. If all velocities and spins are correct except for rounding, a "
-    "cell shows the largest time error in steps. PIC is compared with itself in this table; the known answers show the "
-    "accuracy of PIC."
+    "If impacts are missed or invented, a cell shows their number. Otherwise, a cell shows the largest velocity or "
+    "spin error, divided by PIT's largest error over the phases of the step. If PIT has no such error, the error is "
+    "divided by the greatest speed. If all velocities and spins are correct except for rounding, a cell shows the "
+    "largest time error in steps. This table compares PIC with itself; the known answers show how accurate PIC is."
 )
 SHORT_NOTE = (
     "0.5\N{MULTIPLICATION SIGN} is the largest velocity or spin error divided by PIT's error\n"
     "-1 +2 are the numbers of missed and invented impacts\n"
-    "0.4 steps means that velocities are correct, but an impact is this late or early"
+    "0.4 steps means that all velocities are correct, but an impact is late or early by 0.4 steps"
 )
 
 
 def build_scenes_section(grid: Grid) -> Section:
-    """Return the table of all scenes and engines."""
+    """Return a section with a table of all scenes and engines."""
     columns = [Column("scene", lambda row: Cell(row.name, row.certified, title=row.description))]
     contents = {method: tuple((cell.mark, cell.figure) for cell in grid.list_cells(method)) for method in grid.methods}
     columns += [
@@ -59,7 +58,9 @@ def build_scenes_section(grid: Grid) -> Section:
         Text(SHORT_NOTE, Media.DETAIL),
         Replays(partial(pack_replays, grid)),
     )
-    return Section(f"Every scene on every engine, against PIC at {grid.step_phrase}", blocks, short="Every scene")
+    return Section(
+        f"Every scene on every engine, at {grid.step_phrase}, compared with PIC", blocks, short="Every scene"
+    )
 
 
 def _build_cell(column_number: int, row: GridRow) -> Cell:
@@ -71,7 +72,7 @@ def _build_cell(column_number: int, row: GridRow) -> Cell:
 
 
 def pack_replays(grid: Grid) -> Iterator[tuple[str, str]]:
-    """Yield the name of each scene that has a reference, and the packed data of its replays."""
+    """Yield the name and the packed replays of each scene that has a reference."""
     # imported here, because only a page contains replays
     from carom.report.replay_data import build_replay_data, describe_run, format_run_command
 
@@ -112,9 +113,7 @@ def build_unscored_section(grid: Grid) -> Section:
 def _list_reasons(grid: Grid) -> Iterator[tuple[str, bool]]:
     """Yield each reason why cells were not run or scored, with their methods and scenes.
 
-    Also yield whether the reason is important.
-
-    A reason is important if it concerns all scenes, or if a user can do something about it.
+    Also yield whether the reason is important: whether it concerns all scenes, or a user can remove its cause.
     """
     unscored = (cell for cell in grid.runs if not cell.mark.ran)
     found = formatting.group_by(((cell.mark, cell.method.engine, "; ".join(cell.reasons)), cell) for cell in unscored)
@@ -139,13 +138,13 @@ def _describe_missing_profiles(grid: Grid) -> Iterator[str]:
 def explain_missing_profile(profile: str, capabilities: Capabilities) -> str:
     """Return the likely reason why a method with these capabilities has no profile of this name."""
     if profile.startswith("cylinder") and capabilities.dimensions == 2:
-        return "its discs are two-dimensional: there is nothing to tip over"
+        return "its discs are two-dimensional, so they can't tip over"
     if profile == "resting":
         return "no settings are known that bring discs to rest better than `tuned`"
     if profile == "no-ccd" and not capabilities.continuous_detection:
         return "it has no continuous detection to switch off"
     if capabilities.contact_times is ContactTimes.SOLVED:
-        return "it computes the instant of each impact, so no step must be shortened and no path checked"
+        return "it computes the instant of each impact, so it needs no shorter steps and no checks along paths"
     if profile == "located":
-        return "Carom does not shorten its steps: by definition it checks only at their boundaries"
+        return "by definition, it checks only at the ends of steps, so Carom does not shorten its steps"
     return "its adapter offers no such profile"

@@ -1,4 +1,4 @@
-"""Section on skipped work: calculations that PIC and PIT omit in a scene, and the time that this saves."""
+"""Section on skipped work: calculations that PIC and PIT can omit in a scene, and the run time that is saved."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from carom.studies.cross_check.explain import describe_pic, describe_pit
 from carom.studies.cross_check.grid import Grid
 
 NOTE = (
-    "Skipping changes no result. Without skipping, PIC predicts all pairs after each impact, and runs event by "
-    "event instead of in closed form. PIT tests every pair and wall at every frame. Runs with and without skipping "
-    "are timed alternately on this machine. If a ratio is below 1, the scene is so small that skipping takes more "
-    "time than it saves."
+    "Skipping changes no result. Without skipping, PIC predicts the next impact of every pair after each impact. If a "
+    "formula solves the scene, PIC without skipping computes one impact after another instead. PIT without skipping "
+    "tests every pair and wall at every frame. Runs with and without skipping are timed alternately on this machine. "
+    "If a ratio is below 1, the scene is so small that skipping takes more time than it saves."
 )
 
 
@@ -30,7 +30,7 @@ class _Scene(NamedTuple):
 
 
 def build_skipping_section(grid: Grid) -> Section:
-    """Return a section with the skipped work of each scene and the time saved; empty if nothing was timed."""
+    """Return a section with the skipped work and the saved time of each scene; empty if nothing was timed."""
     scenes = [_Scene(grid.results.references[name], skips) for name, skips in grid.results.skipped.items()]
     if not scenes:
         return Section("Skipped work", ())
@@ -50,7 +50,9 @@ def build_skipping_section(grid: Grid) -> Section:
         *_build_time_columns("PIT", lambda one: one.skips.pit),
     )
     folded = f"Skipped work in {formatting.format_count(len(scenes), 'scene')}"
-    figure = Figure(partial(_render_diagram, scenes), "Run time with skipping (filled) and without (ring).")
+    figure = Figure(
+        partial(_render_diagram, scenes), "Run times with skipping (filled discs) and without skipping (rings)."
+    )
     blocks = (
         Text(" ".join(sentences), Media.ON_PAPER),
         Figures((figure,), large=True),
@@ -69,7 +71,7 @@ def _build_time_columns(name: str, read: Callable[[_Scene], SkippedTime | None])
 
 
 def _render_diagram(scenes: Sequence[_Scene], narrow: bool = False) -> str:
-    """Draw the run times of each scene as SVG: a line from the time with skipping to the time without skipping."""
+    """Draw a line for each scene as SVG, from the run time with skipping to the run time without skipping."""
     with svg.use_drawing_style():
         width, height, left = 4.0 if narrow else 9.0, 0.7 + 0.24 * len(scenes), 1.9
         figure = svg.build_figure(width, height)

@@ -14,25 +14,26 @@ from carom.studies.cross_check.grid import Grid, GridCell, build_omission_note, 
 #: Largest number of listed runs.
 MOST_RUNS = 1000
 NOTE = (
-    "Each step is compared with PIC from the run's own state at the start of the step, so errors do not add up. The "
-    "table lists runs for which single steps reveal more than the whole trajectory. The best run is first."
+    "Each step is compared with a step of PIC that starts from the run's own state. Therefore errors of earlier steps "
+    "do not count. The table lists runs for which single steps reveal more than the whole trajectory. The best run is "
+    "first."
 )
 DETAIL_NOTE = (
-    "Steps in which several bodies meet are compared together as a window. 'Missed' counts pairs of bodies that passed "
-    "through each other. In brackets: how many of these pairs PIT also misses if it starts from the same state. "
+    "Successive steps in which bodies meet form a window and are compared together. 'Missed' counts pairs of bodies "
+    "that passed through each other. The number in brackets counts the pairs that PIT also misses from the same state. "
     "'Invented' counts changes of velocity with no other body near. 'Late' is the delay of an impact in steps. The "
     "error is the velocity or spin error, divided by PIT's largest error from the same state. Checking once per step "
-    "explains an error of up to 1. 'Energy' is the energy gained or lost in addition to PIT's gains and losses from "
-    "the same states, divided by the scene's energy. 'Late' and 'error' include only impacts that are alone in their "
-    "window. 'Entangled' is the fraction of windows with several impacts, which have no unique answer. Methods are "
-    "ranked by misses that PIT does not have, then by inventions, early impacts, largest error and energy. Runs that "
-    "ended early are last. A run is listed if it continues beyond the horizon or after a disc comes to rest, if its "
-    "trajectory diverged, or if a verdict is about its steps."
+    "explains an error of up to 1. 'Late' and 'error' include only windows with a single impact. 'Energy' is the "
+    "energy that the run gains or loses, minus PIT's gains and losses from the same states, divided by the scene's "
+    "energy. 'Entangled' is the fraction of windows with several impacts, whose results are not unique. Runs are "
+    "ranked by the impacts that they miss and PIT does not, then by invented impacts, early impacts, largest error and "
+    "energy. Runs that ended early are last. A run is listed in three cases: it continues beyond the horizon or after "
+    "a disc comes to rest, its trajectory diverged, or a verdict is about its steps."
 )
 SHORT_NOTE = (
-    "The table counts missed impacts (in brackets: those that PIT also misses) and invented impacts (+). The error is "
-    "the run's largest error, divided by PIT's error from the same state. The best run is first. Runs that ended early "
-    "are last."
+    "The table counts missed impacts and invented impacts (+). The number in brackets counts the missed impacts that "
+    "PIT also misses. The error is the run's largest error, divided by PIT's error from the same state. The best run "
+    "is first. Runs that ended early are last."
 )
 #: Verdicts that follow only from the comparison of single steps.
 _OF_STEPS = (Verdict.PASSED_THROUGH, Verdict.TURNED_ALONE, Verdict.SINKS, Verdict.WORSE_STEPS)
@@ -90,7 +91,10 @@ def build_steps_section(grid: Grid) -> Section:
 
 
 def _find_listed_runs(grid: Grid) -> Iterator[GridCell]:
-    """Yield the runs to list, sorted by scene, best first. PIC is only listed if no other method ran."""
+    """Yield the runs to list, sorted by scene, best first.
+
+    PIC's runs are only listed for scenes in which no other method ran.
+    """
     for row in grid.rows:
         reference = grid.results.references.get(row.name)
         rests = reference is not None and reference.contact_s < math.inf
@@ -110,7 +114,7 @@ def _find_listed_runs(grid: Grid) -> Iterator[GridCell]:
 
 
 def _compute_sort_key(cell: GridCell) -> tuple[bool, int, int, int, float, float]:
-    """Return the sort key of a run, which is smallest for the best run. Differences within rounding are ignored."""
+    """Return a sort key that is smallest for the best run. Differences within rounding are ignored."""
     local = cell.line.local_truth
     assert local is not None  # noqa: S101 - listed runs have a score of their steps
     ratio = math.inf if math.isnan(local.ratio[1]) else float(f"{local.ratio[1]:.3e}")

@@ -1,4 +1,4 @@
-"""Section on the dependence of errors on the step size. Medians at all step sizes are over the same scenes."""
+"""Section on how errors depend on the step size. The medians at all step sizes include the same scenes."""
 
 from __future__ import annotations
 
@@ -22,17 +22,18 @@ if TYPE_CHECKING:
 _WIDTH_IN, _HEIGHT_IN = 5.6, 4.0
 
 DETAIL_NOTE = (
-    "Medians at different step sizes are only comparable over the same scenes. Therefore the medians only include "
-    "scenes in which PIT finds an impact at every step size, with a velocity error above rounding. A method's median "
-    "omits scenes in which the method finds no impact."
+    "Medians at different step sizes are only comparable if they include the same scenes. Therefore the medians only "
+    "include scenes in which PIT finds an impact at every step size, and in which PIT's velocity error exceeds "
+    "rounding at some step size. A method's median omits scenes in which the method finds no impact."
 )
 
 
 class TrendPoint(NamedTuple):
-    """One engine and profile with one step size.
+    """Results of an engine and profile at one step size.
 
     Attributes:
-        errors: The largest velocity error in each scene of the median, if the run has such an error.
+        errors: Largest velocity error in each scene that the median includes. Scenes without a velocity error are
+            omitted.
         wrong: Number of scenes with grade *wrong*.
         graded: Number of graded scenes.
     """
@@ -48,7 +49,7 @@ class TrendPoint(NamedTuple):
 
 
 class Series(NamedTuple):
-    """The results of an engine and profile, one for each step size, with the name in the legend and the table."""
+    """Results of an engine and profile at each step size, and the name that the legend and the table show."""
 
     method: Method
     points: tuple[TrendPoint, ...]
@@ -60,8 +61,9 @@ class Trend(NamedTuple):
 
     Attributes:
         parts: Step sizes as fractions of each scene's largest step size, beginning with 1.
-        coarsest_s: The smallest and the largest of the scenes' largest step sizes, in seconds.
-        series: One series for each method. Equal profiles of Carom's own methods share one series.
+        coarsest_s: Range of the scenes' largest step sizes: the smallest and the largest of them, in seconds.
+        series: One series for each method. If profiles of one of Carom's own methods have equal results, they share a
+            series.
         scenes: Names of the scenes in the velocity medians.
         left_out: Names of the scenes that are not in the medians, by reason.
     """
@@ -83,7 +85,7 @@ _EXACT, _MISSED, _WITHOUT, _OTHER = _LEFT_OUT = (
 
 
 def build_trend(grid: Grid) -> Trend:
-    """Compute the medians over those scenes in which PIT has a velocity error at every step size."""
+    """Compute the error and the number of *wrong* scenes for each method and step size."""
     by_place = formatting.group_by(((cell.method, cell.line.refinement), cell) for cell in grid.runs)
     coarsest = {cell.scene: cell.line.dt_s for cell in grid.runs if cell.line.refinement == 0}
     planned = [cell for cell in grid.runs if cell.scene in coarsest]
@@ -108,7 +110,7 @@ def build_trend(grid: Grid) -> Trend:
 
 
 def _find_omission_reason(cells: Sequence[GridCell]) -> str:
-    """Return the reason to omit the scene of these cells; empty if the scene is used."""
+    """Return the reason why the scene of these cells is omitted; empty if it is used."""
     scored = [cell for cell in cells if cell.scored]
     if not scored or any(cell.mark is Mark.UNGRADED for cell in cells):
         return _OTHER
@@ -128,12 +130,12 @@ def _build_point(cells: Sequence[GridCell], chosen: Sequence[str]) -> TrendPoint
 
 
 def build_trend_section(grid: Grid) -> Section:
-    """Return a section with a table, and charts of error and number of scenes graded *wrong* against step size."""
+    """Return a section with two charts and a table: error and number of *wrong* scenes for each step size."""
     trend = build_trend(grid)
     if not any(point.graded for series in trend.series for point in series.points):
         return Section("", ())
     wrong = "Scenes in which a method misses or invents an impact, has impacts out of order, or ends differently."
-    velocity = "Velocity error. The shaded area is PIT's range from smallest to largest."
+    velocity = "Velocity error. The shaded area extends from PIT's smallest to PIT's largest error."
     charts = (
         Figure(partial(_render_velocity_chart, trend), velocity),
         Figure(partial(_render_wrong_chart, trend), wrong),
@@ -142,9 +144,9 @@ def build_trend_section(grid: Grid) -> Section:
     columns = [Column("engine", lambda series: series.name)]
     columns += [Column("velocity error", partial(_format_error, k), step) for k, step in steps]
     columns += [Column("scenes wrong", partial(_format_wrong, k), step) for k, step in steps]
-    note = "Velocity errors are medians over scenes. In brackets: smallest and largest error, number of scenes."
+    note = "Velocity errors are medians over scenes. In brackets: smallest error, largest error and number of scenes."
     table = Table(columns, trend.series, note=note, folded="The numbers of these charts", only=Media.ON_PAPER)
-    text = "There are no medians, because PIT has no scene with a velocity error at every step size"
+    text = "There are no medians: there is no scene in which PIT has a velocity error at every step size"
     if trend.scenes:
         scenes_used = formatting.format_count(len(trend.scenes), "scene")
         text = f"Velocity errors are medians over {scenes_used} at every step size"
