@@ -94,8 +94,8 @@ class Job:
         scene: The scene.
         method: Engine and profile.
         dt_s: Step size, in seconds.
-        refinement: Index of the step size in the scene's list of step sizes, where 0 is the largest step size. Results
-            of different scenes are compared at equal indices.
+        refinement: Index of the step size in the scene's list of step sizes, where 0 is the largest step size. Studies
+            compare results of different scenes that have the same index.
         phase: Fraction of a step, 0 to 1, by which the scene begins earlier.
     """
 

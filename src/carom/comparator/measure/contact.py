@@ -92,7 +92,7 @@ class ContactScore:
 
     @property
     def ends_in_time(self) -> bool:
-        """Whether the bounces and the sliding of discs end within the allowed time errors."""
+        """Whether bouncing and sliding end within the allowed errors of their times."""
         return not any(abs(late) > allowed_s for late, allowed_s in zip(self.late, self.late_allowed, strict=True))
 
 

@@ -208,7 +208,10 @@ def _find_nearest_outcome(
 
 
 def _find_motions_after(trace: Trace, group: Group) -> Motions:
-    """Return the motions of the group's discs after impacts within `LATEST_STAMP_STEPS` steps of its instant."""
+    """Return the motions of the group's discs after the trace's impacts at the group's instant.
+
+    The times of these impacts may differ from the instant by `LATEST_STAMP_STEPS` steps.
+    """
     motion = group.motion_m_s.copy()
     row = {disc: k for k, disc in enumerate(group.discs)}
     slack = LATEST_STAMP_STEPS * trace.dt_s + SAME * trace.scene.duration_s

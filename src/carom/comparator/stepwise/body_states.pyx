@@ -378,7 +378,7 @@ cdef class BodyStates:
         return energy
 
     def find_greatest_speeds(self):
-        """Return the greatest speed of any disc, and the greatest speed of any disc or rim, in metres per second."""
+        """Return two speeds in metres per second: the greatest of all discs, and the greatest of all discs and rims."""
         cdef double speed = 0.0, rim_speed = 0.0
         cdef int k
         for k in range(self.count):

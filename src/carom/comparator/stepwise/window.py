@@ -90,7 +90,7 @@ class Window:
         return self.resting is not None and any(pair != self.resting for pair in self.chain.pairs)
 
     def is_ahead(self, state: body_states.BodyStates, impact: WindowImpact) -> bool:
-        """Whether two bodies still have to meet in a state: they are apart and approach, on the same side as in PIC."""
+        """Whether the two bodies of an impact are apart and approach each other, on the same side as in PIC."""
         contact = state.measure_separation(impact.pair)
         along = contact.normal[0] * impact.contact.normal[0] + contact.normal[1] * impact.contact.normal[1]
         return contact.gap >= -self.gap_rounding and contact.closing > 0.0 and along > 0.0

@@ -198,7 +198,7 @@ class ReadingAdapter(Adapter, Protocol):
     """An adapter that can read files of its engine as scenes, for ``carom import``."""
 
     def read(self, content: bytes, name: str, duration_s: float) -> Imported:
-        """Read a file as a scene, and list its parts that scenes do not support.
+        """Read a file as a scene, and list the parts of the file that a scene cannot contain.
 
         Carom calls this method in a worker process.
 

@@ -61,7 +61,7 @@ def gap_on_same_ground(bodies: BallBodies, i: int, j: int, instant_s: float, rea
 
 
 def find_resting(bodies: BallBodies) -> Iterator[tuple[int, BallGround]]:
-    """Yield each disc that touches a surface below it at the start, within float rounding, with this surface."""
+    """Yield each disc that touches a surface below it at the start, apart from rounding, and this surface."""
     for i, disc in enumerate(bodies.scene.discs):
         for k in range(len(bodies.obstacles)) if bodies.movable[i] else ():
             ground = ground_of(bodies, i, k)

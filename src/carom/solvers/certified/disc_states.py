@@ -182,7 +182,10 @@ class BallBodies:
         return latest
 
     def find_last_impact_of_either(self, i: int, second: int, instant_s: float) -> arb | None:
-        """Return when two bodies last had an impact that affects their next one; None if it was before `instant_s`."""
+        """Return the time of the last impact that affects the next impact of two bodies.
+
+        Return None if this time is before `instant_s`.
+        """
         times = [
             self.find_last_impact(disc, second)
             for disc in (i, second)
