@@ -89,8 +89,8 @@ class CertifiedTrace(ByValue, Drawn):
     """A trace with a proven error bound for every number. Traces are compared by value and are not hashable.
 
     Attributes:
-        trace: The trace, whose field `method` is "certified". The trace ends at the end of the scene or at the last certified
-            impact. Each number differs from its true value by at most its radius.
+        trace: The trace, whose field `method` is "certified". The trace ends at the end of the scene or at the last
+            certified impact. Each number differs from its true value by at most its radius.
         radii: Structured array like ``trace.impacts`` with the bound of each number's error, including float rounding.
             The fields `first` and `second` are the numbers of the bodies.
         final_position_radius_m: Error bounds of `trace.final_position_m`, shape ``(n, 2)``.
