@@ -143,7 +143,7 @@ SAID: Mapping[Verdict, tuple[int, Callable[[Bare], float], float]] = {
         lambda bare: np.hypot(*(bare.end[1] - bare.truth.end_velocity).T).max() / bare.truth.fastest,
         SINGLE,
     ),
-    Verdict.POLYGON: (-1, Bare.first_step_error, SINGLE),
+    Verdict.POLYGON: (0, Bare.first_step_error, SINGLE),
     Verdict.MISSED: (0, lambda bare: bare.lost, 0.0),
     Verdict.MULTIPLE_MISSED: (0, lambda bare: bare.lost, 0.0),
     Verdict.DIVERGED: (-3, lambda bare: bare.lost, 0.0),

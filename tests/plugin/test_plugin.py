@@ -159,7 +159,7 @@ LIES = {
     "keeps-worlds": (
         "lets-go-of-worlds",
         "close() does not release the engine's memory",
-        "less than 1.8 MB left by 180 worlds, in at least one of 10 rounds",
+        "180 worlds to leave less than 1.8 MB in at least one of 10 rounds",
         "MB in every round",
         "'conformance-approach-3-0-0.5'",
     ),
@@ -188,7 +188,7 @@ LIES = {
         "cutting[located]",
         "prepare() raises an error, although the profile declares that its steps can be cut",
         "a CuttableWorld that runs to the end",
-        "PenaltyWorld lacks one of cut, touching, save and restore",
+        "PenaltyWorld lacks at least one of cut, touching, save and restore",
         "profile 'located'",
     ),
     "claims-precision": (

@@ -31,6 +31,11 @@ TIMING_RUNS = 3
 #: A job is not timed again after two consecutive run times that differ by less than this fraction.
 AGREED = 0.1
 
+_TOO_SHORT = (
+    "too short to time: the clock shows 0 s for {steps} steps, the median of {runs} runs; a program's clock should "
+    "resolve microseconds (docs/reference/engine-protocol.md)"
+)
+
 
 @dataclass(frozen=True, slots=True)
 class Timing:
@@ -122,9 +127,7 @@ def time_run(
                 world.close()
     call_s = math.nan if any(map(math.isnan, called)) else statistics.median(called)
     if not (zero or statistics.median(advanced) > 0.0):  # a ratio of run times can't be computed from a time of 0
-        found = f"the clock shows 0 s for {steps} steps, the median of {len(advanced)} runs"
-        hint = "a program's clock should resolve microseconds (docs/reference/engine-protocol.md)"
-        raise UnsupportedError(f"too short to time: {found}; {hint}")
+        raise UnsupportedError(_TOO_SHORT.format(steps=steps, runs=len(advanced)))
     return Timing(statistics.median(prepared), statistics.median(advanced), len(advanced), call_s, len(ends))
 
 

@@ -104,7 +104,7 @@ def test_summary_of_manifest_engine_names_engine_and_version(run_pytest: Pytest,
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (("soud",), "is named 'soud'; there are: "),
+        (("soud",), "'soud' is not the name of an adapter, "),
         (("missing",), "surely_not_installed is not installed; pip install surely-not-installed"),
         (("pit", "--carom-time-limit", "0"), "--carom-time-limit must be a positive number of seconds, "),
         (("pit", "--carom-memory-limit", "0"), "--carom-memory-limit must be a positive number of megabytes, "),
