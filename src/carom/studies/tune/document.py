@@ -86,7 +86,7 @@ def format_set_options(found: TriedSettings) -> str:
 
 def _build_headline(tuning: Tuning) -> Iterator[str]:
     scenes = formatting.format_count(len(tuning.scenes), "scene")
-    early = f", of which {tuning.abandoned} were abandoned early" if tuning.abandoned else ""
+    early = f" ({tuning.abandoned} abandoned early)" if tuning.abandoned else ""
     trials_text = (
         f"tried {formatting.format_count(tuning.trials, 'combination of settings', 'combinations of settings')}{early}"
     )
