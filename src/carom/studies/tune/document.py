@@ -120,8 +120,8 @@ def _describe_equal_profiles(tuning: Tuning) -> Iterator[str]:
     if alike:
         yield f"{formatting.join_words([own_name, *alike])} are equally good."
     if better:
-        verb = "is" if len(better) == 1 else "are"
-        yield f"Of the existing profiles, {formatting.join_words(better)} {verb} better."
+        noun, verb = ("profile", "is") if len(better) == 1 else ("profiles", "are")
+        yield f"The existing {noun} {formatting.join_words(better)} {verb} better."
 
 
 def _format_grades(found: TriedSettings) -> str:
