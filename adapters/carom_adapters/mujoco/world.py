@@ -144,7 +144,7 @@ class MujocoWorld:
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings. Numbers and flags are read from the compiled model."""
+        """The settings. Most are read from the compiled model, and the others are as requested."""
         model, mujoco = self._model, self._mujoco
         disabled, flag = model.opt.disableflags, mujoco.mjtDisableBit
         # earlier releases use names that begin with "mpr", an algorithm

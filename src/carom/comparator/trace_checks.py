@@ -33,9 +33,9 @@ def require_possible_trace(trace: Trace) -> None:
         for k in np.flatnonzero((body < lowest) | (body >= len(scene.discs)))[:1].tolist():
             number = int(body[k])
             raise InputError(
-                f"{side} of impact {k} of {source} is {body_name(number)} ({number}): the scene has {len(scene.discs)} "
-                f"discs (numbers from 0 up) and {len(scene.walls)} walls (numbers from {wall_body(0)} down), and only "
-                "the second body can be a wall"
+                f"{side} of impact {k} of {source} is {body_name(number)} ({number}): the number of discs is "
+                f"{len(scene.discs)} (numbered from 0 up), the number of walls is {len(scene.walls)} (numbered from "
+                f"{wall_body(0)} down), and only the second body can be a wall"
             )
     if scene.arrays.turns and (spins is None or trace.final_spin_rad_s is None):
         raise InputError(f"{source} has no spins, but discs turn in the scene: use a method that declares spin")

@@ -33,7 +33,7 @@ def solve_quartic(powers: Sequence[Sequence[tuple[float, float]]], begin: float,
         powers: For each power of time, lowest power first, a list of pairs of numbers. The coefficient of the power is
             the sum of the pairs' products.
         begin: Instant at which the search starts, in seconds.
-        is_closed: Whether the gap is exactly 0 at `begin`. If true, 0 replaces the value of the polynomial.
+        is_closed: Whether the gap is exactly 0 at `begin`. If true, 0 replaces the polynomial's value at `begin`.
         index: Index of the instant, in order of time, from 0. For -1, the result is the sign of the gap at `begin`.
     """
     gap = [sum((Fraction(a) * Fraction(b) for a, b in products), Fraction(0)) for products in powers]

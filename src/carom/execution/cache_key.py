@@ -51,7 +51,10 @@ def compute_scene_hash(scene: Scene) -> str:
 
 @cache
 def find_versions(engine: str) -> tuple[tuple[str, str], ...]:
-    """Return names and versions of Python and of all distributions that affect an engine's results."""
+    """Return names and versions of Python and of all distributions that affect an engine's results.
+
+    The result is empty for an unknown engine.
+    """
     versions = [
         ("carom", find_installed_release("carom")),
         ("numpy", find_installed_release("numpy")),

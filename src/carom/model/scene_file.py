@@ -64,10 +64,9 @@ def _parse_file(path: Path) -> dict[str, Any]:
         bodies = content.get(name)
         if not isinstance(bodies, list):
             continue
-        edges = f" with {total} edges" if (total := sum(map(count_edges, bodies))) > len(bodies) else ""
-        if total > limit:
-            found = f"got {len(bodies)}{edges}"
-            raise SceneError([Problem((name,), f"a scene file can have at most {limit} {name}, {found}")])
+        if (total := sum(map(count_edges, bodies))) > limit:
+            noun = "edges of walls" if total > len(bodies) else name
+            raise SceneError([Problem((name,), f"a scene file can have at most {limit} {noun}, got {total}")])
     return content
 
 

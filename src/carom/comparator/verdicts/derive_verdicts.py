@@ -159,10 +159,11 @@ def _report_order(judged: JudgedRun) -> Iterator[Finding]:
     if not judged.inverted:
         return
     (a, b), impacts = judged.inverted[0], judged.reference.impacts
+    pairs = "1 pair" if len(judged.inverted) == 1 else f"{len(judged.inverted)} pairs"
     edits = f"{judged.edits} or more" if judged.edits == MOST_EDITS else str(judged.edits)
     yield Finding(
         Verdict.WRONG_ORDER,
-        f"{len(judged.inverted)} pairs of impacts, edit distance {edits}; the impact of {pair_name(impacts[a])} must "
+        f"{pairs} of impacts, edit distance {edits}; the impact of {pair_name(impacts[a])} must "
         f"be {format_seconds(float(impacts['time_s'][b] - impacts['time_s'][a]))} before that of "
         f"{pair_name(impacts[b])}",
     )

@@ -21,10 +21,11 @@ def report_divergence(judged: JudgedRun) -> Iterator[Finding]:
     pit, pit_s, alignment = "", judged.pit_diverged_s, judged.alignment
     if judged.sampling is not None:
         pit = " (PIT's has not)" if pit_s is None else f" (PIT's at {format_instant(pit_s)})"
+    spurious = _format_count(len(alignment.spurious), "spurious one")
     yield Finding(
         Verdict.DIVERGED,
         f"at {format_instant(judged.diverged_s)}{pit}; the run misses {len(alignment.missed)} of "
-        f"{judged.compared.impacts} impacts and has {len(alignment.spurious)} spurious ones; {_describe_steps(local)}",
+        f"{judged.compared.impacts} impacts and has {spurious}; {_describe_steps(local)}",
     )
 
 
@@ -99,16 +100,18 @@ def report_bad_steps(judged: JudgedRun, *, has_findings: bool) -> Iterator[Findi
 def _describe_costs(local: LocalScore) -> Iterator[str]:
     """Describe those errors of steps that checking once per step explains."""
     if local.judged:
+        speed, ratio = (format_number(largest, 3) for largest in (local.velocity[1], local.ratio[1]))
         yield (
-            f"velocities after {local.judged} separate impacts are off by up to {format_number(local.velocity[1], 3)} "
-            f"of their bodies' speed, and by up to {format_number(local.ratio[1], 3)} of PIT's error"
+            f"velocities after {_format_count(local.judged, 'separate impact')} are off by up to {speed} of their "
+            f"bodies' speed, and by up to {ratio} of PIT's error"
         )
     if local.late_steps[1] > 0.0:
         yield f"impacts are late by up to {format_number(local.late_steps[1], 3)} steps"
     if local.entangled:
-        yield f"{local.entangled} windows contain several impacts"
+        contain = "contains" if local.entangled == 1 else "contain"
+        yield f"{_format_count(local.entangled, 'window')} {contain} several impacts"
     if local.missed:
-        yield f"{local.missed} impacts are missed, and PIT misses them from the same states, too"
+        yield f"{_format_count(local.missed, 'missed impact')}, which PIT also misses from the same states"
 
 
 def _describe_faults(local: LocalScore) -> Iterator[str]:
@@ -119,22 +122,29 @@ def _describe_faults(local: LocalScore) -> Iterator[str]:
         worst = "some although PIT has no error" if free else f"up to {format_number(local.ratio[1], 4)} times as large"
         typical = local.restitution[0]
         restitution_text = f", restitution off by {format_number(typical, 3)} at the median" if typical > 0.0 else ""
-        yield f"{local.worse_than_pit} {judged} have larger errors than PIT, {worst}{restitution_text}"
+        worse = f"{local.worse_than_pit} {judged} {'has' if local.worse_than_pit == 1 else 'have'}"
+        yield f"{worse} larger errors than PIT, {worst}{restitution_text}"
     if local.early:
-        yield f"{local.early} {judged} are early by up to {format_number(local.early_steps, 3)} steps"
+        early = f"{local.early} {judged} {'is' if local.early == 1 else 'are'}"
+        yield f"{early} early by up to {format_number(local.early_steps, 3)} steps"
     if local.ahead:
         yield (
-            f"{local.ahead} times a disc changes its velocity more than two steps before the impact, because of the "
-            "engine's contact margin"
+            f"{_format_count(local.ahead, 'time')} a disc changes its velocity more than two steps before the impact, "
+            "because of the engine's contact margin"
         )
     if local.too_late:
-        yield f"{local.too_late} {judged} are over a step late, up to {format_number(local.late_steps[1], 3)} steps"
+        late = f"{local.too_late} {judged} {'is' if local.too_late == 1 else 'are'}"
+        yield f"{late} over a step late, up to {format_number(local.late_steps[1], 3)} steps"
     if local.drifts:
-        drift = format_number(local.drift, 3)
-        yield f"positions do not follow from velocities in {local.drifts} steps, by up to {drift} radii"
+        steps, drift = _format_count(local.drifts, "step"), format_number(local.drift, 3)
+        yield f"positions do not follow from velocities in {steps}, by up to {drift} radii"
     if local.slipped > local.rounding:
         yield f"velocities change with no other body near, by up to {format_number(local.slipped, 3)} of a disc's speed"
     if local.energy > local.energy_rounding:
         yield f"steps gain or lose {format_number(local.energy, 3)} times the scene's energy in addition to PIT's steps"
     if local.sinks:
         yield "a disc sinks into what it rests on"
+
+
+def _format_count(count: int, noun: str) -> str:
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"

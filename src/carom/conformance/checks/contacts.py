@@ -49,7 +49,8 @@ def contacts_are_well_formed(subject: Subject, profile: str) -> None:
             first, second = contact.first, contact.second
             sound = 0 <= first < discs and (first < second < discs or -walls <= second < 0)
             problem = f"a contact in step {step} has impossible bodies"
-            require(sound, problem, f"first < second < {discs}, or a wall, {-walls} to -1", (first, second), setup)
+            expected = f"first < second < {discs}" + (f", or a wall, {-walls} to -1" if walls else "")
+            require(sound, problem, expected, (first, second), setup)
             length = math.hypot(*contact.normal)
             problem = f"the normal of a contact in step {step} is not a unit vector"
             require(abs(length - 1) <= subject.rounding, problem, 1, f"length {length!r}", setup)

@@ -1,8 +1,8 @@
 """Builds impacts from the states and contacts that an engine reports after each step.
 
 A contact that lasts several steps becomes one impact. The velocities before the impact are those at the start of the
-contact's first step. The velocities after the impact are those at the end of its last step. If an engine reports
-velocities with a contact, these are used instead.
+contact's first step. The velocities after the impact are those at the end of the contact's last step. If an engine
+reports velocities with a contact, these are used instead.
 """
 
 from __future__ import annotations

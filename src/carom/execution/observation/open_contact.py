@@ -107,9 +107,9 @@ class OpenContact:
         """Return the instant at which two bodies meet, for a pair that comes to rest.
 
         `compute_turn_time` needs a free path after the impact, but resting bodies do not separate. At the returned
-        instant, the bodies on their free paths reach the distance that they have while they rest. This distance changes
-        at the normal speed that the bodies have at the end of the contact. The free path is a parabola, or a line if
-        gravity accelerates both bodies equally.
+        instant, the bodies on their free paths before the impact reach the distance that they have while they rest.
+        This distance changes at the normal speed that the bodies have at the end of the contact. The free path is a
+        parabola, or a line if gravity accelerates both bodies equally.
 
         Args:
             gravity: Acceleration of each disc, from `compute_gravity`.

@@ -55,7 +55,7 @@ def find_near_pairs(position_m: Floats, reach_m: Floats, movable: Flags) -> Iter
 
 
 def find_near_walls(position_m: Floats, reach_m: Floats, movable: Flags, walls: Floats) -> Iterator[Pairs]:
-    """Yield each movable disc with each half-plane that it reaches, even from behind the surface.
+    """Yield each movable disc with each half-plane within its reach. A disc behind the surface is always within reach.
 
     Args:
         position_m: Centres, in metres, shape ``(n, 2)``.

@@ -75,7 +75,7 @@ class Advice:
     """Result of `carom advise`.
 
     Attributes:
-        scene: The searched scene, which ends before the first impact without a reliable result.
+        scene: The searched scene. It ends before the first impact without a reliable result, if there is one.
         target: Required accuracy.
         impacts: Number of impacts in the searched part of the scene.
         hardest: Some of the hardest impacts, beginning with the hardest one.

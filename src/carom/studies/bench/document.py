@@ -151,7 +151,7 @@ def _format_scenes(scenes: list[SceneBench], bench: Bench) -> str:
     if len(scenes) == len(bench.scenes):
         return "every scene"
     if len(bench.scenes) > SCENES_SHOWN:
-        return str(len(scenes))
+        return formatting.format_count(len(scenes), "scene")
     return formatting.join_words([one.scene.name for one in scenes])
 
 

@@ -102,7 +102,7 @@ def _build_headline(diff: Diff) -> list[str]:
     ungraded_count = sum(not change.graded for change in diff.changes)
     counted += [f"{ungraded_count} not graded"] if ungraded_count else []
     unchanged_text = formatting.format_count(diff.unchanged, "cell")
-    lead = [f"No change: all {unchanged_text} are equal, except for rounding."]
+    lead = [f"No change in {unchanged_text}, except for rounding."]
     if counted:
         lead = [f"{formatting.capitalise(formatting.join_words(counted))}; {unchanged_text} unchanged."]
     if tally[Kind.WORSE] or tally[Kind.MIXED]:

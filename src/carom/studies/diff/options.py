@@ -38,7 +38,7 @@ class DiffOptions(DeclaredOptions):
     match: Sequence[tuple[str, str]] | None = declare_option(
         None,
         _PAIRS,
-        "Compare the old engine or method OLD with the new one NEW, such as pymunk=mujoco; repeatable.",
+        "Compare only the old engine or method OLD with the new one NEW, such as pymunk=mujoco; repeatable.",
         "--engine",
         "-e",
         many=True,

@@ -308,7 +308,7 @@ def classify_change(old: ReleaseCell, new: ReleaseCell) -> CellChange:
         return CellChange(ChangeKind.ROUNDING)
     if (fewest := min(len(old.runs), len(new.runs))) < FEWEST_PHASES:
         return CellChange(
-            ChangeKind.OVERLAP, f"the run completed at only {fewest} phases, but {FEWEST_PHASES} are required"
+            ChangeKind.OVERLAP, f"the comparison needs {FEWEST_PHASES} completed phases, but has only {fewest}"
         )
     separate = list(_find_separated_measures(_MOTION, old.runs, new.runs))
     elsewhere = "" if separate else _describe_coordinate(old.runs, new.runs)

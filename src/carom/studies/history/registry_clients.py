@@ -1,7 +1,7 @@
 """Registry clients (pip and npm), which list the releases of a package and install a release into a folder.
 
 No code of a package runs during installation: pip only installs wheels, and npm runs no scripts. The run time and the
-    output of a client are limited. When a call ends, no process of the client continues.
+output of a client are limited. When a call ends, no process of the client continues.
 """
 
 from __future__ import annotations

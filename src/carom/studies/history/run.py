@@ -327,8 +327,8 @@ def select_versions(listed: Sequence[str], terms: Sequence[str] | None, max_rele
 
     Args:
         listed: All listed releases.
-        terms: Versions, "latest" and conditions (default: all final releases). A release is selected if it is named, or
-            if it is final and meets all conditions. A pre-release must be named.
+        terms: Versions, "latest" and conditions (default: all final releases). A named release is selected. Conditions
+            also select the final releases that meet all of them. A pre-release must be named.
         max_releases: Largest number of releases that conditions select; the newest are preferred. Named releases are
             not counted.
 

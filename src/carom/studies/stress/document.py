@@ -339,7 +339,8 @@ def _describe_bug_reports(results: StressResults, bug_reports: list[StressRow]) 
     still_seen = [name for name, own_endings in endings.items() if CellEnding.SEEN in own_endings]
     names_text = f": {formatting.join_words(still_seen)}" if 0 < len(still_seen) <= FEW else ""
     count = formatting.format_count(len(bug_reports), WORDS["complaint"])
-    return f"{concerned} of {count} concern one of these engines, and {len(still_seen)} still occur{names_text}."
+    concern, occur = ("concerns" if concerned == 1 else "concern"), ("occurs" if len(still_seen) == 1 else "occur")
+    return f"{concerned} of {count} {concern} one of these engines, and {len(still_seen)} still {occur}{names_text}."
 
 
 def _format_json(results: StressResults) -> str:

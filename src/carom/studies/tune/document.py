@@ -86,7 +86,7 @@ def format_set_options(found: TriedSettings) -> str:
 
 def _build_headline(tuning: Tuning) -> Iterator[str]:
     scenes = formatting.format_count(len(tuning.scenes), "scene")
-    early = f", of which {tuning.abandoned} were abandoned early" if tuning.abandoned else ""
+    early = f" ({tuning.abandoned} abandoned early)" if tuning.abandoned else ""
     trials_text = (
         f"tried {formatting.format_count(tuning.trials, 'combination of settings', 'combinations of settings')}{early}"
     )
@@ -120,7 +120,8 @@ def _describe_equal_profiles(tuning: Tuning) -> Iterator[str]:
     if alike:
         yield f"{formatting.join_words([own_name, *alike])} are equally good."
     if better:
-        yield f"These existing profiles are better: {formatting.join_words(better)}."
+        noun, verb = ("profile", "is") if len(better) == 1 else ("profiles", "are")
+        yield f"The existing {noun} {formatting.join_words(better)} {verb} better."
 
 
 def _format_grades(found: TriedSettings) -> str:

@@ -186,7 +186,7 @@ def test_diff_of_a_run_with_itself_has_no_change(results: Results, tmp_path: Pat
     assert (found.changes, found.environment_changes) == ((), ())
     done = carom_command("diff", str(tmp_path), str(path))
     assert done.exit_code == 0
-    assert done.output.startswith("No change: ")
+    assert done.output.startswith("No change in ")
     assert len(done.output.splitlines()) == 1
 
 

@@ -47,7 +47,7 @@ def test_tune_compares_with_existing_profiles() -> None:
     assert f"{own} and tuned are equally good." in " ".join(repr(tie).split())
     best = replace(found.best, merit=Merit(0, 0, 0))
     better = " ".join(repr(replace(found, others={"tuned": best, "located": best})).split())
-    assert "These existing profiles are better: tuned." in better
+    assert "The existing profile tuned is better." in better
     assert "equally good" not in better
 
 
