@@ -7,9 +7,25 @@ from collections.abc import Iterable, Sequence
 from typing import TypeVar
 
 from carom.model.trace import Setting
-from carom.support.formatting import ABSENT, format_instant, format_metres, format_number, format_seconds, format_steps
+from carom.support.formatting import (
+    ABSENT,
+    format_count,
+    format_instant,
+    format_metres,
+    format_number,
+    format_seconds,
+    format_steps,
+)
 
-__all__ = ["ABSENT", "format_instant", "format_metres", "format_number", "format_seconds", "format_steps"]
+__all__ = [
+    "ABSENT",
+    "format_count",
+    "format_instant",
+    "format_metres",
+    "format_number",
+    "format_seconds",
+    "format_steps",
+]
 
 K = TypeVar("K")
 V = TypeVar("V")
@@ -49,11 +65,6 @@ def format_percent_or_blank(part: float) -> str:
 def format_ratio(value: float | None) -> str:
     """Format a quotient of two run times. None becomes `ABSENT`."""
     return ABSENT if value is None else f"{format_number(value)} ×"  # noqa: RUF001 - this is the multiplication sign
-
-
-def format_count(n: int, one: str, many: str = "") -> str:
-    """Format a number of things: 1 impact, 2 impacts."""
-    return f"{n} {one if n == 1 else many or one + 's'}"
 
 
 def format_missed_and_invented(missed: int, invented: int) -> str:

@@ -9,6 +9,11 @@ import re
 ABSENT = "n/a"
 
 
+def format_count(n: int, one: str, many: str = "") -> str:
+    """Format a number of things: 1 impact, 2 impacts."""
+    return f"{n} {one if n == 1 else many or one + 's'}"
+
+
 def format_number(value: float, digits: int = 2) -> str:
     """Return a number rounded to `digits` significant digits: 0.075, 1.5e-16, 120."""
     if math.isnan(value):

@@ -26,7 +26,7 @@ from carom.comparator.verdicts.stepwise_verdicts import (
     report_sinking,
 )
 from carom.model.trace import Outcome, pair_name
-from carom.support.formatting import format_instant, format_metres, format_number, format_seconds
+from carom.support.formatting import format_count, format_instant, format_metres, format_number, format_seconds
 
 #: Descriptions of a disc's final motion other than resting, sliding and rolling, by outcome of the reference.
 _OTHER_ENDINGS = {Outcome.GLIDES: ", gliding along a wall", Outcome.CRUSHED: ", crushed between two walls"}
@@ -159,13 +159,12 @@ def _report_order(judged: JudgedRun) -> Iterator[Finding]:
     if not judged.inverted:
         return
     (a, b), impacts = judged.inverted[0], judged.reference.impacts
-    pairs = "1 pair" if len(judged.inverted) == 1 else f"{len(judged.inverted)} pairs"
     edits = f"{judged.edits} or more" if judged.edits == MOST_EDITS else str(judged.edits)
     yield Finding(
         Verdict.WRONG_ORDER,
-        f"{pairs} of impacts, edit distance {edits}; the impact of {pair_name(impacts[a])} must "
-        f"be {format_seconds(float(impacts['time_s'][b] - impacts['time_s'][a]))} before that of "
-        f"{pair_name(impacts[b])}",
+        f"{format_count(len(judged.inverted), 'pair')} of impacts, edit distance {edits}; the impact of "
+        f"{pair_name(impacts[a])} must be {format_seconds(float(impacts['time_s'][b] - impacts['time_s'][a]))} before "
+        f"that of {pair_name(impacts[b])}",
     )
 
 

@@ -10,7 +10,7 @@ from carom.comparator.measure.stepwise_score import LocalScore
 from carom.comparator.slowing import Slowing
 from carom.comparator.verdict import Finding, Verdict
 from carom.comparator.verdicts.judged_run import JudgedRun
-from carom.support.formatting import format_instant, format_metres, format_number
+from carom.support.formatting import format_count, format_instant, format_metres, format_number
 
 
 def report_divergence(judged: JudgedRun) -> Iterator[Finding]:
@@ -21,7 +21,7 @@ def report_divergence(judged: JudgedRun) -> Iterator[Finding]:
     pit, pit_s, alignment = "", judged.pit_diverged_s, judged.alignment
     if judged.sampling is not None:
         pit = " (PIT's has not)" if pit_s is None else f" (PIT's at {format_instant(pit_s)})"
-    spurious = _format_count(len(alignment.spurious), "spurious one")
+    spurious = format_count(len(alignment.spurious), "spurious one")
     yield Finding(
         Verdict.DIVERGED,
         f"at {format_instant(judged.diverged_s)}{pit}; the run misses {len(alignment.missed)} of "
@@ -102,16 +102,16 @@ def _describe_costs(local: LocalScore) -> Iterator[str]:
     if local.judged:
         speed, ratio = (format_number(largest, 3) for largest in (local.velocity[1], local.ratio[1]))
         yield (
-            f"velocities after {_format_count(local.judged, 'separate impact')} are off by up to {speed} of their "
+            f"velocities after {format_count(local.judged, 'separate impact')} are off by up to {speed} of their "
             f"bodies' speed, and by up to {ratio} of PIT's error"
         )
     if local.late_steps[1] > 0.0:
         yield f"impacts are late by up to {format_number(local.late_steps[1], 3)} steps"
     if local.entangled:
         contain = "contains" if local.entangled == 1 else "contain"
-        yield f"{_format_count(local.entangled, 'window')} {contain} several impacts"
+        yield f"{format_count(local.entangled, 'window')} {contain} several impacts"
     if local.missed:
-        yield f"{_format_count(local.missed, 'missed impact')}, which PIT also misses from the same states"
+        yield f"{format_count(local.missed, 'missed impact')}, which PIT also misses from the same states"
 
 
 def _describe_faults(local: LocalScore) -> Iterator[str]:
@@ -129,14 +129,14 @@ def _describe_faults(local: LocalScore) -> Iterator[str]:
         yield f"{early} early by up to {format_number(local.early_steps, 3)} steps"
     if local.ahead:
         yield (
-            f"{_format_count(local.ahead, 'time')} a disc changes its velocity more than two steps before the impact, "
+            f"{format_count(local.ahead, 'time')} a disc changes its velocity more than two steps before the impact, "
             "because of the engine's contact margin"
         )
     if local.too_late:
         late = f"{local.too_late} {judged} {'is' if local.too_late == 1 else 'are'}"
         yield f"{late} over a step late, up to {format_number(local.late_steps[1], 3)} steps"
     if local.drifts:
-        steps, drift = _format_count(local.drifts, "step"), format_number(local.drift, 3)
+        steps, drift = format_count(local.drifts, "step"), format_number(local.drift, 3)
         yield f"positions do not follow from velocities in {steps}, by up to {drift} radii"
     if local.slipped > local.rounding:
         yield f"velocities change with no other body near, by up to {format_number(local.slipped, 3)} of a disc's speed"
@@ -144,7 +144,3 @@ def _describe_faults(local: LocalScore) -> Iterator[str]:
         yield f"steps gain or lose {format_number(local.energy, 3)} times the scene's energy in addition to PIT's steps"
     if local.sinks:
         yield "a disc sinks into what it rests on"
-
-
-def _format_count(count: int, noun: str) -> str:
-    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
