@@ -80,11 +80,13 @@ function runsOf({ edges, closed, radius, points, stretches }) {
   }
   return runs;
 }
+// Returns the left side and the right side of merged edges.
 function sidesOf({ edge, circle, numbers }, halfWidth) {
   const { a, b } = edge;
   if (circle === null) return [faceBetween(a, b, halfWidth, numbers), faceBetween(b, a, halfWidth, numbers)];
-  const ends = sameEnds(edge) ? null : turnOf(edge) > 0 ? [a, b] : [b, a];
-  return [true, false].map((inside) => arcOn(circle, ends, halfWidth, inside, numbers));
+  const turnsLeft = turnOf(edge) > 0,
+    ends = sameEnds(edge) ? null : turnsLeft ? [a, b] : [b, a];
+  return [turnsLeft, !turnsLeft].map((inside) => arcOn(circle, ends, halfWidth, inside, numbers));
 }
 const quartersOf = ([x, y]) => [
   [x, y],
@@ -128,10 +130,10 @@ export function featuresOf(outline, widest) {
   if (!closed && !whole) ends.push(vertex(runs.at(-1).edge.b, runs.at(-1).numbers.at(-1)));
   const sides = runs.map((run) => sidesOf(run, halfWidth)),
     smooth = runs.map((run, k) => (closed || k > 0) && goesSmoothly(runs.at(k - 1), run)),
-    stops = runs.flatMap((run, k) =>
-      run.circle === null || sides[k][0].fitsBelow > widest
-        ? []
-        : stopsOf(run, sides[k][0], smooth[k], smooth[k + 1] ?? (closed && smooth[0])),
-    );
+    stops = runs.flatMap((run, k) => {
+      const inner = sides[k].find(({ inside }) => inside);
+      if (!inner || inner.fitsBelow > widest) return [];
+      return stopsOf(run, inner, smooth[k], smooth[k + 1] ?? (closed && smooth[0]));
+    });
   return [...sides.flat(), ...ends, ...stops];
 }

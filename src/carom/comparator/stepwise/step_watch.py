@@ -185,10 +185,8 @@ class StepWatch:
                     scale[chain.end :, disc] = self._scale[disc] = max(before, comparison.speed)
             open_chains = [chain.shift_steps(-self._dropped) for chain in self._chains.open_chains]
             checked_until = len(block) if ends else self._chains.complete_until - self._dropped
-            flight_steps, scale = (
-                slice(self._checked - self._dropped, checked_until),
-                np.maximum(scale, block.own_speed),
-            )
+            flight_steps = slice(self._checked - self._dropped, checked_until)
+            scale = np.maximum(scale, block.own_speed)
             self._check_free_flight(block, activity, [*finished, *open_chains], flight_steps, scale)
         self._checked = self._dropped + checked_until
         done = min([checked_until, *(chain.begin for chain in open_chains)])
