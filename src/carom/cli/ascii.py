@@ -9,8 +9,29 @@ import unicodedata
 ERRORS = "carom.plain"
 
 #: Replacements for the symbols of reports. No two grades have the same replacement.
-_SIGNS = dict(zip("✓≃≈▲↗⇗✗○∅†⧖·Δω\u00d7\u2013", "=~si/%Xo-CT.dwx-", strict=True))
-_SIGNS |= {"→": "->", "∞": "inf", "≤": "<=", "°": " deg", "±": "+-"}
+_SIGNS = {
+    "✓": "=",
+    "≃": "~",
+    "≈": "s",
+    "▲": "i",
+    "↗": "/",
+    "⇗": "%",
+    "✗": "X",
+    "○": "o",
+    "∅": "-",
+    "†": "C",
+    "⧖": "T",
+    "·": ".",
+    "Δ": "d",
+    "ω": "w",
+    "→": "->",
+    "∞": "inf",
+    "≤": "<=",
+    "°": " deg",
+    "±": "+-",
+    "\u00d7": "x",
+    "\u2013": "-",
+}
 
 
 def _replace_characters(error: UnicodeError) -> tuple[str, int]:

@@ -92,8 +92,9 @@ def write_code(engine: str, profile: str, scene: Scene, dt_s: float, *, command:
             raise AdapterError(f"the adapter {engine!r} cannot print settings as code; adapters that can: {able_names}")
         if profile in info.located:
             other_profiles = ", ".join(name for name in info.profiles if name not in info.located)
-            cut = "cannot be printed as code: Carom shortens its steps, which no setting of the engine does"
-            raise AdapterError(f"profile {profile!r} of {engine} {cut}; profiles that can: {other_profiles}")
+            why = "Carom shortens its steps, which no setting of the engine does"
+            problem = f"profile {profile!r} of {engine} cannot be printed as code: {why}"
+            raise AdapterError(f"{problem}; profiles that can: {other_profiles}")
         version = f" {info.version}" if info.version else ""
         origin = f"{info.engine}{version}, profile '{profile}' of Carom at steps of {dt_s!r} s"
         heading = f"{origin}: {info.profiles[profile]}\nScene: {scene.name}."

@@ -157,8 +157,8 @@ def _read_own_clock(world: TimedWorld, before_s: float) -> float:
     found = world.seconds
     numbers = isinstance(before_s, int | float) and isinstance(found, int | float)
     if not (numbers and -sys.float_info.max <= before_s <= found <= sys.float_info.max):
-        problem = f"a finite number that never decreases, got {found!r} after {before_s!r}"
-        raise build_adapter_error(f"seconds of a world must be {problem}")
+        wrong = f"got {found!r} after {before_s!r}"
+        raise build_adapter_error(f"seconds of a world must be a finite number that never decreases, {wrong}")
     return float(found) - before_s
 
 

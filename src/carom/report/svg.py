@@ -105,8 +105,24 @@ _DASHES: dict[str, Any] = {
 
 #: The position of an engine in this list defines its colour and mark. Only PIC has the first colour.
 _ENGINES = (
-    *("pymunk", "box2d", "mujoco", "pybullet", "planck", "matter", "rapier2d", "jolt", "rapier"),
-    *("box2d3", "dart", "drake", "cannon", "p2", "havok", "ode", "physx", "newton"),
+    "pymunk",
+    "box2d",
+    "mujoco",
+    "pybullet",
+    "planck",
+    "matter",
+    "rapier2d",
+    "jolt",
+    "rapier",
+    "box2d3",
+    "dart",
+    "drake",
+    "cannon",
+    "p2",
+    "havok",
+    "ode",
+    "physx",
+    "newton",
 )
 
 

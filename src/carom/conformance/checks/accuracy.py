@@ -10,7 +10,8 @@ large as `carom.conformance.contact_margin` computes.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -77,44 +78,50 @@ def times_are_right(subject: Subject, profile: str, name: str) -> None:
         )
 
 
-class _Allowed:
+class _AllowedErrors(NamedTuple):
     """Allowed errors of velocities or spins by cause, as fractions of the scene's speed.
-
-    `kind` selects velocities or spins.
 
     Attributes:
         sampled: PIT's largest error after an impact.
         promise: The error that the profile declares.
         margin: The errors that the declared contact margin explains, by the number of the impact.
+        rounding: The error that rounding explains.
         end: The allowed error at the end of the run, from all causes.
     """
 
-    def __init__(self, subject: Subject, run: CatalogueRun, kind: str) -> None:
-        described, final = subject.adapter.profiles[run.setup.profile], f"final_{kind}"
-        self.promise, self.margin = described.accuracy.velocity, _read_errors(run.margin, kind)
-        self._rounding = subject.rounding
-        paid = [] if described.located else _read_errors(run.pit, kind).values()
-        self.sampled = max(paid, default=0.0)
-        end = 0.0 if described.located else getattr(run.pit.total, final)
-        end = max(end, getattr(run.margin.total, final) if run.margin else 0.0)
-        self.end = end + self.promise + self._rounding
+    sampled: float
+    promise: float
+    margin: Mapping[int, float]
+    rounding: float
+    end: float
 
     def compute_limit(self, impact: int) -> float:
         """Return the allowed error after an impact."""
-        return max(self.sampled, self.margin.get(impact, 0.0)) + self.promise + self._rounding
+        return max(self.sampled, self.margin.get(impact, 0.0)) + self.promise + self.rounding
+
+
+def _compute_allowed_errors(subject: Subject, run: CatalogueRun, kind: str) -> _AllowedErrors:
+    """Return the allowed errors of velocities or spins (`kind`)."""
+    described, final = subject.adapter.profiles[run.setup.profile], f"final_{kind}"
+    promise, margin = described.accuracy.velocity, _read_errors(run.margin, kind)
+    errors_of_pit = [] if described.located else _read_errors(run.pit, kind).values()
+    end = 0.0 if described.located else getattr(run.pit.total, final)
+    end = max(end, getattr(run.margin.total, final) if run.margin else 0.0) + promise + subject.rounding
+    return _AllowedErrors(max(errors_of_pit, default=0.0), promise, margin, subject.rounding, end)
 
 
 def velocities_are_right(subject: Subject, profile: str, name: str) -> None:
     """After impacts and at the end, velocity errors are at most PIT's errors plus the profile's declared errors."""
     run = subject.score(profile, name)
-    trace, speed, allowed = run.trace, run.score.scales.speed_m_s, _Allowed(subject, run, "velocity")
+    trace, speed, allowed = run.trace, run.score.scales.speed_m_s, _compute_allowed_errors(subject, run, "velocity")
     for error in _list_compared_errors(run, "velocity"):
         margin_error, max_error = allowed.margin.get(error.reference, 0.0), allowed.compute_limit(error.reference)
         impact, row = run.known.impacts[error.reference], trace.impacts[error.observed]
         fields = [field for field in ("velocity_first_after", "velocity_second_after") if getattr(impact, field)]
         known_velocities, got = [getattr(impact, field) for field in fields], [row[field].tolist() for field in fields]
-        parts = (format_number(part, 3) for part in (allowed.sampled, allowed.promise, margin_error))
-        why = "PIT's error {}, declared {}, margin {}".format(*parts) + f", each times {speed:g} m/s"
+        parts = (allowed.sampled, allowed.promise, margin_error)
+        sampled, promised, margin = (format_number(part, 3) for part in parts)
+        why = f"PIT's error {sampled}, declared {promised}, margin {margin}, each times {speed:g} m/s"
         require(
             error.velocity <= max_error,
             f"the impact of {_format_impact(run.reference.impacts[error.reference])} leaves wrong velocities",
@@ -134,7 +141,7 @@ def velocities_are_right(subject: Subject, profile: str, name: str) -> None:
 def spins_are_right(subject: Subject, profile: str, name: str) -> None:
     """After impacts and at the end, spin errors are at most PIT's errors plus the profile's declared errors."""
     run = subject.score(profile, name)
-    trace, speed, allowed = run.trace, run.score.scales.rim_m_s, _Allowed(subject, run, "spin")
+    trace, speed, allowed = run.trace, run.score.scales.rim_m_s, _compute_allowed_errors(subject, run, "spin")
     why = f"PIT's error {format_number(allowed.sampled, 3)}, declared {format_number(allowed.promise, 3)}"
     for error in _list_compared_errors(run, "spin"):
         max_error, impact = allowed.compute_limit(error.reference), run.known.impacts[error.reference]

@@ -28,8 +28,9 @@ def scaled(scene: Scene, *, length: float = 1.0, time: float = 1.0) -> Scene:
         AdapterError: A unit is not a power of two.
     """
     speed = _compute_speed_unit(length, time)
+    to_length, to_speed, to_time = (partial(operator.mul, unit) for unit in (length, speed, time))
     of_scene = {
-        **convert_bodies(scene, *(partial(operator.mul, unit) for unit in (length, speed, time))),
+        **convert_bodies(scene, to_length, to_speed, to_time),
         "gravity_m_s2": _convert_vector(scene.gravity_m_s2, partial(operator.mul, speed / time)),
         "damping_per_s": scene.damping_per_s / time,
         "table_deceleration_m_s2": scene.table_deceleration_m_s2 * (speed / time),

@@ -171,7 +171,9 @@ class _Process(LinePipes):
     def take_line(self) -> bytes | None:
         """Return the next line of the answers, or the beginning of a line that is too long to be an answer."""
         line = super().take_line()
-        return bytes(self.answered[: 2 * SHOWN_BYTES]) if len(self.answered) > MOST_ANSWER_BYTES else line
+        if line is None and len(self.answered) > MOST_ANSWER_BYTES:
+            return bytes(self.answered[: 2 * SHOWN_BYTES])
+        return line
 
     def keep_printed(self, chunk: bytes) -> None:
         """Keep the last output, and count the tasks that have ended."""

@@ -123,7 +123,7 @@ def build_suite_table(bench: Bench, targets: Sequence[float]) -> Table:
         ),
         Column("order", _format_median_order, "median", number=True),
     ]
-    methods = [_MethodCurves(method, method_curves) for method, method_curves in by_method.items()]
+    methods = [_MethodCurves(method, tuple(method_curves)) for method, method_curves in by_method.items()]
     return Table(
         columns,
         sorted(methods, key=lambda method: method.build_sort_key(targets)),
@@ -136,7 +136,7 @@ class _MethodCurves(NamedTuple):
     """A method, with its curve on each scene."""
 
     method: Method
-    curves: list[tuple[SceneBench, Curve]]
+    curves: tuple[tuple[SceneBench, Curve], ...]
 
     @property
     def best(self) -> list[Point]:

@@ -34,7 +34,9 @@ class ReleaseCache:
     def find(self, registry: str, package: str, version: str) -> Path | None:
         """Return the folder of an installed release; None if the release is not installed."""
         note = self._folder(registry, package, version) / _NOTE
-        if not note.is_file():
+        try:
+            json.loads(note.read_text(encoding="utf-8"))  # a power failure can leave an empty file, or one of zeros
+        except (OSError, ValueError, RecursionError):
             return None
         with suppress(OSError):
             os.utime(note)  # mark as recently used

@@ -38,7 +38,7 @@ class Release:
     reason: str = ""
     cells: Mapping[RunCell, ReleaseCell] = field(default_factory=dict)
 
-    @property
+    @cached_property
     def results(self) -> dict[RunCell, ReleaseRun]:
         """Results of the unshifted scenes. Runs that failed have no result."""
         return {cell: run for cell, one in self.cells.items() if (run := one.at_phase_0.value) is not None}

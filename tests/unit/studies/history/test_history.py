@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from docs.figures.history import section
@@ -96,6 +97,16 @@ def test_cached_releases_run_without_network(registry: Toys, tmp_path: Path) -> 
     assert run_history("toy", [PAIR], kept, build_options("1.0,1.2")).releases == first.releases
     with pytest.raises(UnavailableError, match=r"no network; --versions can name these cached releases: 1\.0, 1\.2$"):
         run_history("toy", [PAIR], kept, build_options())
+
+
+@pytest.mark.parametrize("note", [b"", bytes(40), b"[" * 100_000], ids=["empty", "zeros", "nested"])
+def test_damaged_release_is_not_cached(tmp_path: Path, note: bytes) -> None:
+    """A release whose list of packages is damaged, as after a power failure, counts as not installed."""
+    kept, client = ReleaseCache(tmp_path), SimpleNamespace(install=lambda *_: ["toy==1.0"])
+    folder = kept.install(client, "pip", "toy", "1.0")
+    assert kept.find("pip", "toy", "1.0") == folder
+    (folder / "carom-release.json").write_bytes(note)
+    assert kept.find("pip", "toy", "1.0") is None
 
 
 @pytest.mark.release
