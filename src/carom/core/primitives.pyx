@@ -234,8 +234,8 @@ def pair_tangential_impulse(
 
 
 def frictional_impulses(
-    double friction, double restitution, double rolling_resistance, double slip, double rim, double inverse_inertia_ratio,
-    double pressed,
+    double friction, double restitution, double rolling_resistance, double slip, double rim,
+    double inverse_inertia_ratio, double pressed,
 ):
     """Return the impulses of friction on the centre and on the rim of a disc that hits a wall, per unit of mass.
 

@@ -130,13 +130,25 @@ static inline Point find_nearest_on_edge(const ChainEdge *e, double x, double y)
     return e->is_arc ? find_nearest_on_arc(e, x, y) : find_nearest_on_segment(e, x, y);
 }
 
-static inline bool is_end_of(const ChainEdge *e, Point point) {
-    return (point.x == e->ax && point.y == e->ay) || (point.x == e->bx && point.y == e->by);
+static inline ChainPart find_part(const ChainEdge *e, double x, double y) {
+    if (e->is_arc) {
+        double dx = x - e->cx;
+        double dy = y - e->cy;
+        if (e->is_whole && e->radius == 0.0)
+            return AT_BEGIN;
+        if (e->is_whole || is_in_sector(e, x, y))
+            return sqrt(dx * dx + dy * dy) < e->radius ? ON_RIGHT : ON_LEFT;
+        return is_nearer_to_begin(e, x, y) ? AT_BEGIN : AT_END;
+    }
+    double part = foot_on_segment(e, x, y);
+    if (part <= 0.0 || part >= 1.0)
+        return part <= 0.0 ? AT_BEGIN : AT_END;
+    return (e->bx - e->ax) * (y - e->ay) - (e->by - e->ay) * (x - e->ax) > 0.0 ? ON_LEFT : ON_RIGHT;
 }
 
-/* Return the point of a chain's line that is nearest to a given point. If several edges are equally near, prefer a point
-   between the ends of its edge: near a joint, rounding hides that this point is nearer than the joint. If this does not
-   decide, return the point of the edge with the lowest number.
+/* Return the point of a chain's line that is nearest to a given point. If points of several edges are equally near, a
+   point between the ends of its edge is preferred: near a joint, rounding hides that this point is nearer than the
+   joint. If this does not decide, the point of the edge with the lowest number is returned.
 
    `hint` is the number of an edge that is probably near the point. The nearer this edge is to the point, the more other
    edges are skipped. */
@@ -157,7 +169,7 @@ static inline Nearest find_nearest(const Chain *chain, double x, double y, Index
         double square = dx * dx + dy * dy;
         if (n >= 0 && square > least)
             continue;
-        bool is_this_end = is_end_of(e, point);
+        bool is_this_end = find_part(e, x, y) <= AT_END;
         if (n < 0 || square < least || (is_this_end == is_end ? k < best.edge : is_end)) {
             least = square;
             distance = sqrt(square);
@@ -166,22 +178,6 @@ static inline Nearest find_nearest(const Chain *chain, double x, double y, Index
         }
     }
     return best;
-}
-
-static inline ChainPart find_part(const ChainEdge *e, double x, double y) {
-    if (e->is_arc) {
-        double dx = x - e->cx;
-        double dy = y - e->cy;
-        if (e->is_whole && e->radius == 0.0)
-            return AT_BEGIN;
-        if (e->is_whole || is_in_sector(e, x, y))
-            return sqrt(dx * dx + dy * dy) < e->radius ? ON_RIGHT : ON_LEFT;
-        return is_nearer_to_begin(e, x, y) ? AT_BEGIN : AT_END;
-    }
-    double part = foot_on_segment(e, x, y);
-    if (part <= 0.0 || part >= 1.0)
-        return part <= 0.0 ? AT_BEGIN : AT_END;
-    return (e->bx - e->ax) * (y - e->ay) - (e->by - e->ay) * (x - e->ax) > 0.0 ? ON_LEFT : ON_RIGHT;
 }
 
 /* Return a lower bound of the distance of a point from an edge, apart from rounding errors. For an arc, the bound is

@@ -120,8 +120,8 @@ static inline double count_roundings(const State *s) {
 }
 
 /* Return the rounding error of the distance between two bodies, in metres, along a direction in which the sum of the
-   magnitudes of their coordinates is `sizes`. `speeds` is the sum of the bodies' speeds. At earlier
-   frames, the coordinates exceeded the present ones by at most the length of the path since then. */
+   magnitudes of their coordinates is `sizes`. `speeds` is the sum of the bodies' speeds. At earlier frames, the
+   coordinates exceeded the present ones by at most the length of the path since then. */
 static inline double position_error(const State *s, double speeds, double sizes) {
     return gap_resolution(sizes) + count_roundings(s) * CAROM_ULP * (sizes + speeds * s->now);
 }
