@@ -104,8 +104,9 @@ def wide_report(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="session")
 def browser() -> Iterator[Browser]:
     """Chromium without a window."""
-    from playwright.sync_api import sync_playwright
+    from playwright.sync_api import expect, sync_playwright
 
+    expect.set_options(timeout=1e3 * PATIENT_S)
     with sync_playwright() as playwright:
         yield playwright.chromium.launch(executable_path=_find_chromium(), args=list(FLAGS))
 
