@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,10 +16,21 @@ from carom.model.trace import Trace
 from carom.model.walls import move_wall
 from carom.report import formatting
 from carom.report.paths import ImpactPosition, Paths, build_exact_paths, build_observed_paths
-from carom.report.svg import INK, MUTED, SERIES, SURFACE, WALL, build_figure, render, use_drawing_style
+from carom.report.shapes import (
+    Circle,
+    Dots,
+    Line,
+    Number,
+    Polygon,
+    Shape,
+    Style,
+    area_options,
+    draw_on_axes,
+    render_svg,
+)
+from carom.report.svg import INK, MUTED, SERIES, WALL, build_figure, render, use_drawing_style
 
 if TYPE_CHECKING:
-    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
     from carom.model.chain_geometry import Outline
@@ -29,7 +41,7 @@ Limits = tuple[NDArray[np.float64], NDArray[np.float64]]
 #: Discs with the positions at which a picture shows them for a missed impact.
 _Misses = Sequence[tuple[int, NDArray[np.float64]]]
 
-_WIDTH_IN = 3.3
+_WIDTH_PT, _PT_PER_IN = 237.6, 72.0
 #: Smallest and largest height of a picture, as a fraction of its width. A flat scene gets empty space above and below.
 _FLATTEST, _TALLEST = 0.28, 1.0
 _MARGIN = 0.06
@@ -42,6 +54,8 @@ _MOST_IMPACT_POSITIONS = 8
 #: Largest number of steps whose states are drawn as dots. More dots would merge into a line.
 _MOST_FRAMES = 40
 _MOST_MISSES = 4
+#: Diameters of the dots for impacts and for steps.
+_IMPACT_DOT_PT, _FRAME_DOT_PT = 2.8, 1.6
 #: Number of straight lines with which a whole circle is drawn. The lines differ from the circle by less than 1/2000 of
 #: its radius.
 ARC_PARTS = 100
@@ -50,7 +64,7 @@ ARC_PARTS = 100
 _GONE = 0.3
 
 #: Style of walls and immovable discs.
-_SOLID: dict[str, Any] = {"facecolor": "none", "edgecolor": WALL, "hatch": "////", "linewidth": 1.0, "zorder": 1}
+_SOLID = Style(1, edge=WALL, hatched=True)
 
 
 def draw_pair(reference: Trace, observed: Trace, missed: Sequence[int], labels: tuple[str, str]) -> list[str]:
@@ -69,7 +83,11 @@ def draw_pair(reference: Trace, observed: Trace, missed: Sequence[int], labels: 
         return [_render_over_time(scene, paths, axis, limits, label) for paths, label in sides]
     misses = _find_missed_frames(reference, found, missed) if len(missed) <= _MOST_MISSES else []
     dotted = max(len(right.impact_positions), len(found.impact_positions)) > _MOST_IMPACT_POSITIONS
-    return _render_in_plane(scene, [(right, ()), (found, misses)], limits, labels, dotted=dotted)
+    low, high = _extend_to_shape(limits)
+    return [
+        render_svg(_list_shapes(scene, paths, (low, high), shown, dotted=dotted), low, high, _WIDTH_PT, label)
+        for paths, shown, label in ((right, (), labels[0]), (found, misses, labels[1]))
+    ]
 
 
 def draw_traces(several: Sequence[Axes], traces: Sequence[Trace]) -> None:
@@ -87,18 +105,14 @@ def draw_traces(several: Sequence[Axes], traces: Sequence[Trace]) -> None:
         if axis is not None:
             _draw_over_time(axes, scene, one, axis, limits)
         else:
-            draw_walls(axes, scene, limits)
-            _draw_paths(axes, scene, one, dotted=dotted)
-            axes.set(xlabel="x in m", ylabel="y in m")
+            _draw_in_plane(axes, scene, one, limits, dotted=dotted)
 
 
 def draw_start(axes: Axes, scene: Scene) -> None:
     """Draw the discs and walls of a scene at the start, with velocities as arrows."""
     start = scene.arrays
     paths = Paths(tuple((np.zeros(1), place[None]) for place in start.position_m), ())
-    draw_walls(axes, scene, compute_limits(scene, paths, paths))
-    _draw_paths(axes, scene, paths, dotted=False)
-    axes.set(xlabel="x in m", ylabel="y in m")
+    _draw_in_plane(axes, scene, paths, compute_limits(scene, paths, paths), dotted=False)
     if start.velocity_m_s.any():
         axes.quiver(*start.position_m.T, *start.velocity_m_s.T, angles="xy", color=INK, width=0.006, zorder=5)
 
@@ -147,76 +161,70 @@ def _colour_of(disc: int) -> str:
     return SERIES[disc % len(SERIES)]
 
 
-def _render_in_plane(
-    scene: Scene, sides: Sequence[tuple[Paths, _Misses]], limits: Limits, labels: Sequence[str], *, dotted: bool
-) -> list[str]:
-    """Return a picture of each of `sides`. They reuse one set of axes: creating axes takes longer than drawing."""
-    drawings: list[str] = []
+def _extend_to_shape(limits: Limits) -> Limits:
+    """Return a region with the same middle that is neither too flat nor too tall for a picture."""
     low, high = limits
     width, height = high - low
     aspect = min(max(height / width, _FLATTEST), _TALLEST)
-    # Both axes have the same scale, so the picture shows a larger region along its longer side.
     spare = np.array([max(height / aspect - width, 0.0), max(width * aspect - height, 0.0)]) / 2.0
-    with use_drawing_style():
-        figure = build_figure(_WIDTH_IN, _WIDTH_IN * aspect)
-        axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-        axes.set_axis_off()
-        for (paths, misses), label in zip(sides, labels, strict=True):
-            draw_walls(axes, scene, (low - spare, high + spare))
-            _draw_paths(axes, scene, paths, misses, dotted=dotted)
-            drawings.append(render(figure, label))
-            for artist in (*axes.patches, *axes.lines, *axes.texts):
-                artist.remove()
-    return drawings
+    return low - spare, high + spare
 
 
-def _draw_paths(axes: Axes, scene: Scene, paths: Paths, misses: _Misses = (), *, dotted: bool) -> None:
-    from matplotlib.patches import Circle
+def _draw_in_plane(axes: Axes, scene: Scene, paths: Paths, limits: Limits, *, dotted: bool) -> None:
+    set_limits(axes, limits)
+    draw_on_axes(axes, _list_shapes(scene, paths, limits, dotted=dotted))
+    axes.set(xlabel="x in m", ylabel="y in m")
 
-    def draw_circle(
-        disc: int, centre: NDArray[np.float64], alpha: float, line: str, linewidth: float, order: float
-    ) -> None:
-        if not np.isfinite(centre).all():
-            return
-        radius, colour = scene.discs[disc].radius_m, _colour_of(disc)
-        if alpha:
-            axes.add_artist(Circle(tuple(centre), radius, color=colour, alpha=alpha, linewidth=0, zorder=order))
-        edge = {"edgecolor": colour, "linestyle": line, "linewidth": linewidth, "zorder": order + 0.1}
-        axes.add_artist(Circle(tuple(centre), radius, fill=False, **edge))
 
-    def mark(disc: int, centre: NDArray[np.float64], time_s: float) -> None:
-        """Draw the outer part of a radius, which shows the angle of a turning disc."""
-        if not paths.turned or not np.isfinite(centre).all():
-            return
-        angle = paths.turned[disc].angle_at(time_s)
-        radius_vector = scene.discs[disc].radius_m * np.array([math.cos(angle), math.sin(angle)])
-        ends = np.stack([centre + 0.45 * radius_vector, centre + radius_vector])
-        axes.plot(*ends.T, color=_colour_of(disc), linewidth=1.5, zorder=3.7, solid_capstyle="butt")
-
+def _list_shapes(scene: Scene, paths: Paths, limits: Limits, misses: _Misses = (), *, dotted: bool) -> Iterator[Shape]:
+    """Yield the walls, the paths, and the discs at the start, at impacts and at the end."""
+    for wall in scene.walls:
+        yield from list_wall_shapes(wall, limits)
+        if wall.driven:  # also at its final position
+            yield from list_wall_shapes(move_wall(wall, *wall.drive.moved_at(scene.duration_s)), limits, opacity=_GONE)
     for k, disc in enumerate(scene.discs):
         times, points = paths.lines[k]
         if disc.immovable:
-            axes.add_artist(Circle(disc.position_m, disc.radius_m, **_SOLID))
+            yield Circle(disc.position_m, disc.radius_m, _SOLID)
             if disc.driven:
-                axes.add_artist(Circle(tuple(points[-1]), disc.radius_m, **(_SOLID | {"alpha": _GONE})))
+                yield Circle(points[-1], disc.radius_m, replace(_SOLID, opacity=_GONE))
             continue
-        axes.plot(points[:, 0], points[:, 1], color=_colour_of(k), linewidth=1.1, zorder=2, solid_joinstyle="round")
-        draw_circle(k, points[0], 0.0, "-", 0.9, 3)
-        draw_circle(k, points[-1], 0.45, "-", 1.1, 3)
+        yield Line(points, Style(2, edge=_colour_of(k), width_pt=1.1))
+        yield from _list_disc_shapes(scene, k, points[0], Style(3, width_pt=0.9, opacity=0.0))
+        yield from _list_disc_shapes(scene, k, points[-1], Style(3, width_pt=1.1, opacity=0.45))
         for end in (0, -1):
-            mark(k, points[end], float(times[end]))
-        _draw_number(axes, k, points[0])
+            yield from _mark_angle(scene, paths, k, points[end], float(times[end]))
+        yield Number(points[0], k)
         if paths.sampled and len(points) <= _MOST_FRAMES:
-            _draw_dots(axes, points, k, marker=".", size=3.2)
+            yield Dots(points, _FRAME_DOT_PT, Style(4, fill=_colour_of(k)))
     for k, impact_positions in _group_by_disc(scene, paths):
         if dotted:
-            _draw_dots(axes, np.array([point.position_m for point in impact_positions]), k)
-        else:
-            for point in impact_positions:
-                draw_circle(k, point.position_m, 0.16, "-", 1.5, 3.5)
-                mark(k, point.position_m, point.time_s)
+            places = np.array([point.position_m for point in impact_positions])
+            yield Dots(places, _IMPACT_DOT_PT, Style(4, fill=_colour_of(k)))
+            continue
+        for point in impact_positions:
+            yield from _list_disc_shapes(scene, k, point.position_m, Style(3.5, width_pt=1.5, opacity=0.16))
+            yield from _mark_angle(scene, paths, k, point.position_m, point.time_s)
     for disc_number, centre in misses:
-        draw_circle(disc_number, centre, 0.0, (0, (2.5, 2.0)), 1.0, 3.5)  # type: ignore[arg-type] # a dash pattern
+        style = Style(3.6, edge=_colour_of(disc_number), dashes_pt=(2.5, 2.0))
+        yield Circle(centre, scene.discs[disc_number].radius_m, style)
+
+
+def _list_disc_shapes(scene: Scene, disc: int, centre: NDArray[np.float64], style: Style) -> Iterator[Shape]:
+    """Yield a disc's area, with the style's opacity, and its opaque outline."""
+    radius, colour = scene.discs[disc].radius_m, _colour_of(disc)
+    if style.opacity:
+        yield Circle(centre, radius, replace(style, fill=colour, width_pt=0.0))
+    yield Circle(centre, radius, replace(style, edge=colour, opacity=1.0, order=style.order + 0.1))
+
+
+def _mark_angle(scene: Scene, paths: Paths, disc: int, centre: NDArray[np.float64], time_s: float) -> Iterator[Shape]:
+    """Yield the outer part of a radius, which shows the angle of a turning disc."""
+    if paths.turned:
+        angle = paths.turned[disc].angle_at(time_s)
+        radius_vector = scene.discs[disc].radius_m * np.array([math.cos(angle), math.sin(angle)])
+        ends = [centre + 0.45 * radius_vector, centre + radius_vector]
+        yield Line(ends, Style(3.7, edge=_colour_of(disc), width_pt=1.5))
 
 
 def _group_by_disc(scene: Scene, paths: Paths) -> Iterator[tuple[int, list[ImpactPosition]]]:
@@ -226,39 +234,19 @@ def _group_by_disc(scene: Scene, paths: Paths) -> Iterator[tuple[int, list[Impac
             yield k, impact_positions
 
 
-def _draw_dots(axes: Axes, points: NDArray[np.float64], disc: int, marker: str = "o", size: float = 2.8) -> None:
-    axes.plot(*points.T, linestyle="", marker=marker, markersize=size, color=_colour_of(disc), zorder=4)
-
-
-def _draw_number(axes: Axes, disc: int, centre: NDArray[np.float64]) -> None:
-    style: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 8, "color": INK, "zorder": 6}
-    background = {"boxstyle": "circle,pad=0.15", "facecolor": SURFACE, "edgecolor": "none", "alpha": 0.8}
-    axes.text(centre[0], centre[1], str(disc), bbox=background, **style)
-
-
-def draw_walls(axes: Axes, scene: Scene, limits: Limits, *, ends: bool = True) -> list[list[Artist]]:
-    """Set the limits and equal scales of a picture, draw the walls, and return the artists of each wall.
-
-    Walls are drawn at their initial position. If `ends` is true, moving walls are also drawn faintly at their final
-    position.
-    """
+def set_limits(axes: Axes, limits: Limits) -> None:
+    """Show a region, with equal scales."""
     low, high = limits
     axes.set_xlim(low[0], high[0])
     axes.set_ylim(low[1], high[1])
     axes.set_aspect("equal")
-    if ends:
-        for wall in scene.walls:
-            if wall.driven:
-                list(_draw_wall(axes, move_wall(wall, *wall.drive.moved_at(scene.duration_s)), limits, alpha=_GONE))
-    return [list(_draw_wall(axes, wall, limits)) for wall in scene.walls]
 
 
-def _draw_wall(axes: Axes, wall: AnyWall, limits: Limits, **style: float) -> Iterator[Artist]:
-    """Draw a wall, and yield its artists. `style` is added to the style of walls."""
-    from matplotlib.patches import Polygon
-
+def list_wall_shapes(wall: AnyWall, limits: Limits, opacity: float = 1.0) -> Iterator[Shape]:
+    """Yield the shapes of a wall in a region."""
+    solid = replace(_SOLID, opacity=opacity)
     if not isinstance(wall, Wall):
-        yield from _draw_outline(axes, wall.outline, **style)
+        yield from _list_outline_shapes(wall.outline, solid)
         return
     low, high = limits
     reach = 4.0 * float(np.max(high - low))  # both ends of the line are outside the picture
@@ -268,32 +256,29 @@ def _draw_wall(axes: Axes, wall: AnyWall, limits: Limits, **style: float) -> Ite
     middle = (low + high) / 2.0
     foot = middle + normal * float((np.array(wall.point_m) - middle) @ normal)
     ends, behind = [foot - along * reach, foot + along * reach], normal * reach
-    corners = [*ends, ends[1] - behind, ends[0] - behind]
-    yield axes.add_artist(Polygon(corners, **(_SOLID | style)))
+    yield Polygon([*ends, ends[1] - behind, ends[0] - behind], solid)
 
 
-def _draw_outline(axes: Axes, outline: Outline, **style: Any) -> Iterator[Artist]:
-    from matplotlib.patches import Circle, Polygon
-
+def _list_outline_shapes(outline: Outline, solid: Style) -> Iterator[Shape]:
     points = np.array(list(outline.build_polyline(ARC_PARTS)))
     if outline.solid:
-        yield axes.add_artist(Polygon(points, **(_SOLID | style)))
-    yield from axes.plot(*points.T, color=WALL, linewidth=1.5, zorder=1, solid_capstyle="butt", **style)
+        yield Polygon(points, solid)
+    yield Line(points, replace(solid, width_pt=1.5, hatched=False))
     width = outline.half_width
     if width == 0.0:
         return
-    shade = {"facecolor": WALL, "edgecolor": "none", "zorder": 1, **style}
+    shade = Style(solid.order, fill=WALL, opacity=solid.opacity)
     for a, b in pairwise(points):
         along = (b - a) / (np.hypot(*(b - a)) or 1.0)
         across = width * np.array([-along[1], along[0]])
-        yield axes.add_artist(Polygon([a + across, b + across, b - across, a - across], **shade))
-        yield axes.add_artist(Circle(a, width, **shade))
-    yield axes.add_artist(Circle(points[-1], width, **shade))
+        yield Polygon([a + across, b + across, b - across, a - across], shade)
+        yield Circle(a, width, shade)
+    yield Circle(points[-1], width, shade)
 
 
 def _render_over_time(scene: Scene, paths: Paths, axis: int, limits: Limits, label: str) -> str:
     with use_drawing_style():
-        figure = build_figure(_WIDTH_IN, _WIDTH_IN)
+        figure = build_figure(_WIDTH_PT / _PT_PER_IN, _WIDTH_PT / _PT_PER_IN)
         _draw_over_time(figure.add_axes((0.155, 0.135, 0.825, 0.845)), scene, paths, axis, limits)
         return render(figure, label)
 
@@ -315,7 +300,8 @@ def _draw_over_time(axes: Axes, scene: Scene, paths: Paths, axis: int, limits: L
         for edge in edges:
             axes.plot(edge, times, color=colour, linewidth=0.8, alpha=0.8)
         axes.plot(along, times, color=colour, linewidth=1.2)
-        _draw_number(axes, k, np.array([along[0], 0.0]))
+        draw_on_axes(axes, [Number((along[0], 0.0), k)])
+    solid = area_options(_SOLID)
     for wall in scene.half_planes():
         if abs(wall.normal[axis]) > math.sqrt(0.5):  # the wall is perpendicular to the line of motion
             end = low if wall.normal[axis] > 0 else high
@@ -323,11 +309,12 @@ def _draw_over_time(axes: Axes, scene: Scene, paths: Paths, axis: int, limits: L
             if wall.driven:
                 begins_s = [leg.begin_s for leg in wall.drive.legs if leg.begin_s < scene.duration_s]
                 times_s = [*begins_s, scene.duration_s]
-                axes.fill_betweenx(times_s, [begin + wall.drive.moved_at(t)[axis] for t in times_s], end, **_SOLID)
+                axes.fill_betweenx(times_s, [begin + wall.drive.moved_at(t)[axis] for t in times_s], end, **solid)
             else:
-                axes.axvspan(begin, end, **_SOLID)
+                axes.axvspan(begin, end, **solid)
     for k, impact_positions in _group_by_disc(scene, paths):
-        _draw_dots(axes, np.array([(point.position_m[axis], point.time_s) for point in impact_positions]), k)
+        places = [(point.position_m[axis], point.time_s) for point in impact_positions]
+        draw_on_axes(axes, [Dots(places, _IMPACT_DOT_PT, Style(4, fill=_colour_of(k)))])
     axes.set_xlim(low, high)
     axes.set_ylim(0.0, scene.duration_s)
     axes.set_xlabel(f"{'xy'[axis]} in m")

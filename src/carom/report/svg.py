@@ -46,6 +46,12 @@ _LEFT_IN, _FOOT_IN = 0.87, 0.16
 _VARIABLES = {INK: "--ink", MUTED: "--muted", GRID: "--rule", SURFACE: "--surface", WALL: "--wall"}
 _VARIABLES |= {colour: f"--s{k}" for k, colour in enumerate(SERIES)}
 
+
+def as_page_colour(colour: str) -> str:
+    """Return one of the colours of figures as the page's CSS variable."""
+    return f"var({_VARIABLES[colour]},{colour})"
+
+
 _STYLE = {
     "svg.fonttype": "none",  # keep text, which is smaller than paths, and can be searched and read aloud
     "text.parse_math": False,  # a name may contain a dollar sign
@@ -324,8 +330,8 @@ def render(figure: Figure, label: str, links: Mapping[str, str] = MappingProxyTy
     # Remove blanks around the letters of paths, and indents of elements.
     text = re.sub(r'(?<= d=")[^"]*', lambda path: re.sub(r"\s+(?=[A-Za-z])|(?<=[A-Za-z])\s+", "", path[0]), text)
     text = re.sub(r"\n\s*<", "\n<", text)
-    for colour, variable in _VARIABLES.items():
-        text = text.replace(colour, f"var({variable},{colour})")
+    for colour in _VARIABLES:
+        text = text.replace(colour, as_page_colour(colour))
     for anchor, link_name in links.items():
         name = html.escape(link_name, quote=True)
         text = text.replace(f'<a href="#{anchor}" target="_blank">', f'<a href="#{anchor}" aria-label="{name}">')

@@ -16,8 +16,9 @@ from carom.model.scene import Scene
 from carom.model.trace import Trace
 from carom.report.impact_rows import Json, build_impact_rows
 from carom.report.paths import build_exact_paths, build_observed_paths, compute_extent
-from carom.report.picture import Limits, compute_limits, draw_walls
+from carom.report.picture import Limits, compute_limits, list_wall_shapes, set_limits
 from carom.report.replay_data import ContactPoint, find_first_fault, find_pause_time, list_contact_points
+from carom.report.shapes import draw_on_axes
 from carom.report.svg import SERIES, SURFACE, WALL
 from carom.report.tracks import Track, build_observed_tracks, build_reference_tracks
 from carom.support.formatting import format_number
@@ -108,8 +109,11 @@ def build_film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation
     driven: list[tuple[Axes, Drive, Artist]] = []
     for axes, region in pictures:
         axes.set(xticks=(), yticks=())  # tick labels would take most of the drawing time
-        drawn = zip(scene.walls, draw_walls(axes, scene, region, ends=False), strict=True)
-        driven += [(axes, wall.drive, artist) for wall, artists in drawn if wall.driven for artist in artists]
+        set_limits(axes, region)
+        for wall in scene.walls:
+            artists = draw_on_axes(axes, list_wall_shapes(wall, region))
+            if wall.driven:
+                driven += [(axes, wall.drive, artist) for artist in artists]
         moving += _draw_discs(axes, scene, exact if axes is left else run_tracks, times)
         if axes is left:
             continue

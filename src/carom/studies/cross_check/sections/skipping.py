@@ -10,7 +10,7 @@ from typing import NamedTuple
 from carom.execution.time_saved import SceneSkips, SkippedTime
 from carom.model.trace import Trace
 from carom.report import formatting, svg
-from carom.report.document import Cell, Column, Figure, Figures, Media, Section, Table, Text
+from carom.report.document import Block, Cell, Column, Figure, Figures, Media, Section, Table, Text
 from carom.studies.cross_check.explain import describe_pic, describe_pit
 from carom.studies.cross_check.grid import Grid
 
@@ -50,16 +50,15 @@ def build_skipping_section(grid: Grid) -> Section:
         *_build_time_columns("PIT", lambda one: one.skips.pit),
     )
     folded = f"Skipped work in {formatting.format_count(len(scenes), 'scene')}"
-    figure = Figure(
-        partial(_render_diagram, scenes), "Run times with skipping (filled discs) and without skipping (rings)."
-    )
-    blocks = (
-        Text(" ".join(sentences), Media.ON_PAPER),
-        Figures((figure,), large=True),
+    blocks: list[Block] = [Text(" ".join(sentences), Media.ON_PAPER)]
+    if len(scenes) > 1:  # the sentences are enough for one scene
+        caption = "Run times with skipping (filled discs) and without skipping (rings)."
+        blocks.append(Figures((Figure(partial(_render_diagram, scenes), caption),), large=True))
+    blocks += [
         Table(columns, scenes, folded=folded, css="cells", only=Media.ON_PAPER),
         Text(NOTE, Media.ON_PAPER, folded=True),
-    )
-    return Section("Skipped work", blocks)
+    ]
+    return Section("Skipped work", tuple(blocks))
 
 
 def _build_time_columns(name: str, read: Callable[[_Scene], SkippedTime | None]) -> Iterator[Column]:

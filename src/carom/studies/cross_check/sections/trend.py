@@ -130,9 +130,12 @@ def _build_point(cells: Sequence[GridCell], chosen: Sequence[str]) -> TrendPoint
 
 
 def build_trend_section(grid: Grid) -> Section:
-    """Return a section with two charts and a table: error and number of *wrong* scenes for each step size."""
+    """Return a section with two charts and a table: error and number of *wrong* scenes for each step size.
+
+    The section is empty if there is only one step size, or if no run is graded.
+    """
     trend = build_trend(grid)
-    if not any(point.graded for series in trend.series for point in series.points):
+    if len(trend.parts) == 1 or not any(point.graded for series in trend.series for point in series.points):
         return Section("", ())
     wrong = "Scenes in which a method misses or invents an impact, has impacts out of order, or ends differently."
     velocity = "Velocity error. The shaded area extends from PIT's smallest to PIT's largest error."
