@@ -119,7 +119,7 @@ def test_swapped_contact_without_walls_suggests_no_wall() -> None:
         (Contact(0, 2, 0.1, ALONG_X), "bodies 0 and 2"),
         (Contact(0, -7, 0.1, ALONG_X), r"bodies 0 and -7: .* or a wall \(-1 - k for wall k; number of walls: 1\)"),
         (Contact(-1, 0, 0.1, ALONG_X), "bodies -1 and 0"),
-        (Contact(0.0, 1, 0.1, ALONG_X), r"first of a contact must be a whole number, got 0.0 \(float\)"),  # type: ignore[arg-type] # what is refused
+        (Contact(0.0, 1, 0.1, ALONG_X), r"Contact.first must be a whole number, got 0.0 \(float\)"),  # type: ignore[arg-type] # what is refused
         (Contact(0, 1, 0.1, (0.0, 0.0)), "normal of a contact of bodies 0 and 1 must have the length 1, got 0, 0"),
         (Contact(0, 1, 0.1, (5.0, 0.0)), "must have the length 1, got 5, 0"),
         (Contact(0, 1, 0.1, (0.6, 0.8, 0.0)), "normal of a contact .* must have 2 items"),  # type: ignore[arg-type] # what is refused

@@ -94,8 +94,8 @@ class Validator:
     def _check_contact(self, found: object, begin_s: float, end_s: float) -> Contact:
         if not isinstance(found, Contact):
             raise build_wrong_value_error("a contact", "a Contact", found)
-        first = to_whole_number(found.first, "first of a contact")
-        second = to_whole_number(found.second, "second of a contact")
+        first = to_whole_number(found.first, "Contact.first")
+        second = to_whole_number(found.second, "Contact.second")
         if not (0 <= first < self._discs and (first < second < self._discs or -self._walls <= second < 0)):
             walls = f" or a wall (-1 - k for wall k; number of walls: {self._walls})"
             raise build_adapter_error(
