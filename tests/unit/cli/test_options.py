@@ -15,7 +15,6 @@ from tests.command import carom_command
 
 import carom
 from carom import studies
-from carom.cli.options import build_typer_option
 from carom.errors import InputError, UnknownNameError
 from carom.solvers.certified.options import CertifyOptions
 from carom.studies.advise.options import AdviceOptions
@@ -142,16 +141,6 @@ def test_wrong_option_value_is_refused_on_the_command_line(study: type[DeclaredO
     result = carom_command(*STUDIES[study], one.flags[0], text)
     assert result.exit_code == 2, result.output
     assert f"carom: {one.flags[0]} must be {one.kind.requirement}, got {text!r}" in result.output
-
-
-@each("study", [study for study, command in STUDIES.items() if command])
-def test_help_shows_every_declared_option(study: type[DeclaredOptions]) -> None:
-    """`--help` shows the flag and the declared help text of each option of a study."""
-    shown = "".join(carom_command(STUDIES[study][0], "--help").output.split())
-    for name, one in list_declared_options(study).items():
-        if one.flags:
-            assert one.flags[0].partition("/")[0] in shown
-            assert "".join(build_typer_option(study, name).help.split()) in shown
 
 
 @each("study", STUDIES)

@@ -8,7 +8,6 @@ from types import SimpleNamespace
 from typing import TypeVar
 
 import pytest
-from tests.command import carom_command, printed_text
 from tests.fake_clock import Clock
 from tests.in_process_pool import InProcessPool
 
@@ -91,17 +90,6 @@ def test_run_skipped_for_budget_is_retried_with_larger_budget(
     with growth.growth_journal(path, resume=True) as journal:
         second = growth.measure_growth(GrowthOptions(["pit"], sizes=[2], own=False), notes=journal)
     assert second.curves[0].points[0].reason == ""
-    assert recorded_runs == PLAIN_AND_FALLING
-
-
-@pytest.mark.long
-def test_growth_bench_needs_resume_for_existing_folder(tmp_path: Path, recorded_runs: list[tuple[str, int]]) -> None:
-    """A folder with a growth bench is refused without `--resume`; with it, nothing runs again."""
-    command = ["bench", "--grow", "-e", "pit", "--no-own", "--discs", "2", "--out", str(tmp_path / "out")]
-    for arguments, exit_code in (([], 0), ([], 2), (["--resume"], 0)):
-        result = carom_command(*command, *arguments)
-        assert result.exit_code == exit_code, result.output
-        assert ("continue with --resume" in printed_text(result)) == (exit_code == 2)
     assert recorded_runs == PLAIN_AND_FALLING
 
 

@@ -15,13 +15,11 @@ from tests.journal_lines import read_canonical_lines
 from tests.scene_builders import disc_at, staged
 
 from carom import Scene
-from carom.execution import scheduler
 from carom.execution.cache_key import build_job_key
 from carom.execution.cluster import ClusterError, ClusterPool
-from carom.execution.job import Answer, Job, Method, Status
-from carom.execution.pool import LocalPool, Pool
-from carom.execution.scheduler import build_batches
-from carom.execution.score_jobs import Measures, ScoreTask, estimate_steps, score_jobs, score_journal
+from carom.execution.job import Job, Method
+from carom.execution.pool import Pool
+from carom.execution.score_jobs import score_jobs, score_journal
 from carom.studies.cross_check.options import Options
 from carom.studies.cross_check.plan import build_plan
 
@@ -52,75 +50,19 @@ def scene() -> Scene:
     return staged("oblique", disc_at(0, 0, 1, 0), disc_at(3, 0.3, -1, 0), duration_s=2.0)
 
 
-def build_jobs(scene: Scene, engines: tuple[str, ...], count: int) -> list[Job]:
-    return [
-        Job(scene, Method(engine, "tuned"), 1 / (20 + k // 2), 0, (k % 2) / 2)
-        for engine in engines
-        for k in range(count)
-    ]
-
-
-def test_batch_has_jobs_of_one_engine_up_to_the_limit(scene: Scene) -> None:
-    """Each job is in exactly one batch, and a batch has at most `BATCH_TASKS` jobs, all of one engine."""
-    jobs = build_jobs(scene, ("pit", "pic"), 150)
-    found = build_batches((k, ScoreTask(job), estimate_steps(job)) for k, job in enumerate(jobs))
-    assert sorted(k for _, message in found for k, _ in message) == list(range(len(jobs)))
-    assert all({task.engine for _, task in message} == {engine} for engine, message in found)
-    assert max(len(message) for _, message in found) == scheduler.BATCH_TASKS
-
-
-@pytest.mark.long
-@pytest.mark.usefixtures("hostile")
-def test_abort_affects_only_its_own_jobs(scene: Scene) -> None:
-    """If engines abort, exit or raise, their jobs have that status and reason, and the jobs of PIT run."""
-    jobs = build_jobs(scene, ("aborts", "exits", "raises", "missing", "pit"), 2)
-    with LocalPool(2) as pool:
-        found = score_jobs(jobs, pool)
-    by_engine: dict[str, list[Answer[Measures]]] = {}
-    for job in jobs:
-        by_engine.setdefault(job.engine, []).append(found[build_job_key(job)])
-    assert {engine: {result.status for result in results} for engine, results in by_engine.items()} == {
-        "aborts": {Status.CRASHED},
-        "exits": {Status.CRASHED},
-        "raises": {Status.FAILED},
-        "missing": {Status.UNAVAILABLE},
-        "pit": {Status.RAN},
-    }
-    assert all("SIGABRT" in result.reason for result in by_engine["aborts"])
-    assert all("exit code 7" in result.reason for result in by_engine["exits"])
-
-
-def test_journaled_jobs_are_not_run_again(scene: Scene, tmp_path: Path) -> None:
-    """A resumed sweep runs only the missing jobs and ends with the content of an uninterrupted one."""
-    jobs = build_jobs(scene, ("pit", "pic"), 5)
-    with InProcessPool() as pool:
-        with score_journal(tmp_path / "whole.jsonl") as journal:
-            score_jobs(jobs, pool, journal)
-        with score_journal(tmp_path / "parts.jsonl") as journal:
-            score_jobs(jobs[::3], pool, journal)
-        first = (tmp_path / "parts.jsonl").read_bytes()
-        calls: list[tuple[int, int]] = []
-        with score_journal(tmp_path / "parts.jsonl", resume=True) as journal:
-            score_jobs(jobs, pool, journal, lambda done, total, _: calls.append((done, total)))
-    assert (tmp_path / "parts.jsonl").read_bytes().startswith(first)
-    assert len((tmp_path / "parts.jsonl").read_bytes().splitlines()) == len(jobs) + 1
-    assert read_canonical_lines(tmp_path / "parts.jsonl") == read_canonical_lines(tmp_path / "whole.jsonl")
-    assert calls[0] == (1, len(jobs))
-    assert calls[-1] == (len(jobs), len(jobs))
-
-
 def test_job_key_depends_only_on_content(scene: Scene) -> None:
-    """Step, phase, profile, engine, name and any number of the scene change the key; its description does not."""
+    """Step, phase, method, setting, name and numbers of the scene change the key; its description does not."""
     job = Job(scene, Method("pic", "event-driven"), 0.1)
     others = [
         replace(job, phase=0.5),
         replace(job, dt_s=0.1000000001),
         replace(job, method=Method("pic", "frame-by-frame")),
         replace(job, method=Method("pit", "tuned")),
+        replace(job, method=Method("pic", "event-driven", (("iterations", 5),))),
         replace(job, scene=scene.model_copy(update={"duration_s": 2.0000000000000004})),
         replace(job, scene=scene.model_copy(update={"name": "other"})),
     ]
-    assert len({build_job_key(other) for other in [job, *others]}) == 7
+    assert len({build_job_key(other) for other in [job, *others]}) == 8
     described = replace(job, scene=scene.model_copy(update={"description": "words"}), refinement=3)
     assert build_job_key(described) == build_job_key(job)
 

@@ -25,7 +25,7 @@ from carom.report.document import Lines, Media
 from carom.report.impact_rows import build_impact_rows
 from carom.report.junit import render_junit
 from carom.report.outcome_marks import Mark
-from carom.report.paths import build_exact_paths, build_observed_paths
+from carom.report.paths import build_observed_paths
 from carom.report.render.html import render_html
 from carom.report.render.markdown import render_markdown
 from carom.report.render.terminal import render_terminal
@@ -181,8 +181,10 @@ def test_run_that_ends_early_is_not_counted_as_missing_impacts(results: Results)
 
 
 def test_summary_counts_engine_runs_by_grade(results: Results) -> None:
-    """The summary counts runs at the coarsest step by grade or reason, and known answers that PIC reproduces."""
+    """The terminal shows each cell's mark, a legend, and the number of runs by grade, reason and known answer."""
     line = render_text(results)
+    assert re.search(r"paper/missed .* ✓ exact .* ✗ -1 .* ✗ -1 .*unavailable.*unsupported.*crashed", line)
+    assert "wrong: misses or invents an impact, has impacts out of order" in line
     rows = [row for row in results.rows if row.job.engine == "toy" and row.job.refinement == 0]
     assert f"Grades of {len(rows)} engine runs at each scene's own frame rate: " in line
     for grade in (Grade.SAMPLED, Grade.WRONG):
@@ -207,18 +209,6 @@ def test_report_names_engines_that_are_not_installed(results: Results) -> None:
     assert "absent" not in render_text(results)
 
 
-def test_summary_without_engines_counts_runs_of_pit(results: Results) -> None:
-    """If only PIC and PIT ran, the summary counts the runs of PIT."""
-    own = tuple(row for row in results.rows if row.job.engine in {"pic", "pit"})
-    assert " of 3 PIT runs at" in render_text(replace(results, rows=own, engines=results.engines[:2]))
-
-
-def test_summary_of_other_steps_mentions_the_coarsest_step(results: Results) -> None:
-    """If the coarsest step is not the scene's frame, the summary reads "at the coarsest step"."""
-    rows = tuple(replace(row, job=replace(row.job, dt_s=row.job.dt_s / 3.0)) for row in results.rows)
-    assert "at the largest step size" in render_text(replace(results, rows=rows))
-
-
 def test_trend_uses_scenes_with_errors_at_every_step(results: Results, nasty: str) -> None:
     """The trend shows medians over scenes in which PIT errs at each step: PIT's falls, and PIC's is 0."""
     trend = build_trend(build_grid(results))
@@ -240,19 +230,6 @@ def test_trend_has_one_line_for_pic() -> None:
     assert names == ["PIC", "PIT", "pymunk default", "pymunk tuned"]
 
 
-def test_exact_path_has_corner_at_impact(results: Results) -> None:
-    """The exact path of each disc has a corner at the impact, where the discs touch, and ends in the final state."""
-    trace = results.references["paper/late"]
-    paths = build_exact_paths(trace)
-    (impact,) = trace.impacts
-    a, b = (paths.position_at(disc, impact["time_s"]) for disc in (0, 1))
-    assert np.hypot(*(b - a)) == pytest.approx(0.6, abs=1e-12)
-    assert len(paths.impact_positions) == 2
-    for disc, (_, points) in enumerate(paths.lines):
-        np.testing.assert_allclose(points[-1], trace.final_position_m[disc])
-        assert len(points) == 3
-
-
 def test_observed_path_has_a_point_per_step(results: Results) -> None:
     """The path of PIT has a point for each of its 24 steps and the start, and ends in the final state."""
     row = next(row for row in results.rows if row.job.engine == "pit" and row.trace is not None)
@@ -263,14 +240,6 @@ def test_observed_path_has_a_point_per_step(results: Results) -> None:
     np.testing.assert_allclose(points[-1], row.trace.final_position_m[0])
     without = build_observed_paths(replace(row.trace, samples=None))
     np.testing.assert_allclose(without.lines[0][1][-1], points[-1])
-
-
-def test_terminal_table_shows_all_cells_and_legend(results: Results, nasty: str) -> None:
-    """The terminal's table shows the marks of all methods of a scene, and a legend."""
-    text = render_text(results)
-    assert nasty in text
-    assert re.search(r"paper/missed .* ✓ exact .* ✗ -1 .* ✗ -1 .*unavailable.*unsupported.*crashed", text)
-    assert "wrong: misses or invents an impact, has impacts out of order" in text
 
 
 def test_report_without_any_run_gives_the_reason(results: Results) -> None:

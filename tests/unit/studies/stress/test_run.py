@@ -77,16 +77,6 @@ def test_resumed_finished_campaign_runs_nothing(
         run_stress_campaign(names, replace(BOTH, quick=False), out=folder, resume=True)
 
 
-@pytest.mark.usefixtures("in_process")
-def test_campaign_refuses_folder_with_other_files(tmp_path: Path) -> None:
-    """A folder with files that Carom did not write is refused and stays unchanged."""
-    (tmp_path / "scenes").mkdir()
-    (tmp_path / "scenes" / "notes.txt").write_text("mine")
-    with pytest.raises(InputError, match="holds files that Carom did not write, such as scenes"):
-        run_stress_campaign(["small"], StressOptions(["pit"], quick=True), out=tmp_path)
-    assert (tmp_path / "scenes" / "notes.txt").read_text() == "mine"
-
-
 @pytest.mark.long
 def test_interrupted_campaign_keeps_finished_cells(tmp_path: Path) -> None:
     """A campaign interrupted after its first cell has that cell in the journal and reuses it when resumed."""

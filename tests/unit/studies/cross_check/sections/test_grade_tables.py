@@ -58,27 +58,6 @@ def test_methods_table_sums_missed_impacts_per_method(results: Results) -> None:
     assert list(lines) == ["PIT"]
 
 
-def test_terminal_table_counts_scenes_per_grade(results: Results) -> None:
-    """In a terminal, the row of a method shows the number of scenes of each grade."""
-    (heads, rows) = list_tables(results, Media.TERMINAL)[0]
-    ((name, *counts),) = [[cell.text for cell in row] for row in rows]
-    marks = [cell.mark.word for row in build_grid(results).rows for cell in row.cells if cell.method.engine == "pit"]
-    assert name == "PIT"
-    assert counts[heads.index("wrong") - 1] == str(marks.count("wrong"))
-    assert sum(int(count or 0) for count in counts) == len(marks)
-
-
-def test_table_of_one_scene_has_physical_units() -> None:
-    """For one scene, errors have units: PIT is 37.5 ms late in paper/late at 1/24 s and 6.25 ms at 1/96 s."""
-    found = run_cross_check(find_scenes(["paper/late"]), ["pit"], dts=[1 / 24, 1 / 96])
-    coarse, fine, *_ = list_tables(found, Media.TERMINAL)
-    (heads, ((*cells,),)) = coarse
-    shown = dict(zip((head.split()[0] for head in heads), (cell.text for cell in cells), strict=True))
-    assert (shown["method"], shown["impacts"], shown["time"], shown["energy"]) == ("PIT", "1/1", "+37.5", "0")
-    assert shown["grade"].startswith("≈ ")
-    assert fine[1][0][2].text == "+6.25"
-
-
 @pytest.fixture(scope="module")
 def results_with_profiles() -> Results:
     """The paper's four cases by PIT and by three profiles of an engine, of which one steps up to the contact."""
@@ -87,26 +66,11 @@ def results_with_profiles() -> Results:
 
 def test_terminal_and_report_order_methods_equally(results_with_profiles: Results) -> None:
     """The terminal, page and Markdown order methods equally, by the mean grade."""
-    (heads, counted), *_ = list_tables(results_with_profiles, Media.TERMINAL)
     media = (Media.TERMINAL, Media.PAGE, Media.MARKDOWN)
     orders = [[row[0].line for row in list_tables(results_with_profiles, medium)[0][1]] for medium in media]
     assert orders[0] == orders[1] == orders[2]
     assert orders[0][0] == "pymunk located"
     assert len(orders[0]) == 4
-
-    def count(row: list[Cell], *names: str) -> int:
-        return sum(int(row[heads.index(name)].text or 0) for name in names)
-
-    graded = ("exact", "close", "sampled", "inaccurate", "diverged", "wrong")
-    # Nothing parts here, so the two grades that share this column need not be distinguished.
-    assert not any(count(row, "diverged") for row in counted)
-    places = (0, 1, 2, 3, 4, 6)
-    merits = [
-        sum(place * count(row, name) for place, name in zip(places, graded, strict=True)) / count(row, *graded)
-        for row in counted
-    ]
-    assert merits == sorted(merits)
-    assert len(set(merits)) > 1
 
 
 @each("scene", ["paper/missed", "paper/late", "paper/multiple"])
