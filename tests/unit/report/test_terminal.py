@@ -2,7 +2,6 @@
 
 import io
 import math
-import re
 from dataclasses import replace
 
 import pytest
@@ -39,14 +38,6 @@ def print_document(document: Document, width: int, *, full: bool = False) -> lis
 def print_as_line(document: Document, width: int = 80) -> str:
     """Return what a terminal of a width shows, in one line."""
     return " ".join(" ".join(print_document(document, width)).split())
-
-
-def test_summary_of_the_whole_suite_fits_one_screen(document: Document) -> None:
-    """At 80 columns the summary has one line per method, and with 13 methods at most 25 lines."""
-    lines = print_document(document, 80)
-    methods = [line for line in lines if re.match(r"(PIT|pymunk default|pymunk tuned|pymunk located) ", line)]
-    assert len(methods) == 4
-    assert len(lines) - len(methods) + 13 <= 25
 
 
 @each("width", [60, 80, 120, 200])
