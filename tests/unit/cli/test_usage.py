@@ -51,6 +51,8 @@ REFUSED = [
     ("engines pymunk --show located", "profile 'located' of pymunk cannot be printed as code"),
     ("engines pymunk --show tuned --scene paper", "--scene must name one scene"),
     ("history pymunk --bisect paper:default:1/60", "--bisect must name one scene"),
+    ("history pit paper/late", "pit has no registry"),
+    ("history pymunk paper/late -p best", "pymunk has no profile 'best'"),
     ("run paper/missed -e pit --retry", "--resume and --retry need the output folder"),
     # what an option can't be
     ("run paper/missed --dt fast", "--dt must be a number of seconds such as 1/240 or 0.004"),

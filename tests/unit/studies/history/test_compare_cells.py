@@ -10,7 +10,7 @@ from tests.cases import each
 from carom.errors import CaromError
 from carom.execution.job import Answer, Status
 from carom.studies.history.compare_cells import PLACES, ChangeKind, ReleaseCell, ReleaseRun, classify_change
-from carom.studies.history.run import select_versions, sort_versions
+from carom.studies.history.run import select_versions
 
 PHASES = 8
 RAN = ReleaseRun(
@@ -143,12 +143,6 @@ def test_release_without_reported_impacts_observes_no_contact() -> None:
 
 
 LISTED = ("10.0.0", "2.3.1.post1", "2.3.1", "3.0.0", "3.0.0rc1", "2.10", "0.0.0-50223ff-20240729")
-
-
-def test_versions_are_sorted_numerically() -> None:
-    """Version 10 is after 3, a release candidate before its release and a post-release after it."""
-    ordered = ("0.0.0-50223ff-20240729", "2.3.1", "2.3.1.post1", "2.10", "3.0.0rc1", "3.0.0", "10.0.0")
-    assert sort_versions(LISTED) == ordered
 
 
 @each(
