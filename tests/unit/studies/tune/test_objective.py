@@ -73,11 +73,6 @@ def test_error_scale_maps_rounding_to_0_and_pit_to_one_half(result: SceneResult,
     assert compute_error_on_scale(result) == pytest.approx(part, abs=1e-12)
 
 
-def test_crashed_scene_counts_as_wrong() -> None:
-    """A scene in which the engine crashes has the same merit as a wrong scene."""
-    assert compute_merit([SceneResult(None, reason="crashed")]) == compute_merit([SceneResult(Grade.WRONG)])
-
-
 def test_diverged_run_is_scored_by_single_steps() -> None:
     """A diverged run is scored by its single steps; it is neither wrong nor exact nor close."""
     scene = find_scenes(["paper/late"])[0].scene
