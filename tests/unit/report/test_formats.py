@@ -7,10 +7,8 @@ import io
 import json
 import math
 import re
-import shutil
 import sys
 from collections import Counter
-from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote
@@ -24,21 +22,18 @@ from tests.scene_builders import require_value
 
 import carom
 from carom.catalogue import find_scenes
-from carom.comparator import Grade
 from carom.errors import InputError, MissingExtraError
 from carom.execution.job import Status
-from carom.execution.results import Results, is_violation
+from carom.execution.results import Results
 from carom.report.document import Column, Document, Media, Section, Table
-from carom.report.junit import render_junit
 from carom.report.outcome_marks import Mark
 from carom.report.render.html import render_html as html_of
 from carom.report.render.markdown import render_markdown as markdown_of
 from carom.report.render.terminal import render_terminal
 from carom.report.results_file.line_codec import format_line
-from carom.report.results_file.results_jsonl import read_records, stream_records
+from carom.report.results_file.results_jsonl import read_records
 from carom.studies.cross_check.document import build_report, cross_check_document
 from carom.support.escaping import escape_controls
-from carom.support.folders import MARKER
 from carom.support.limits import MOST_BYTES, MOST_VALUES
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -152,38 +147,11 @@ def test_html_grades_have_definitions_as_titles(page: _Page) -> None:
         assert titles.count(mark.sentence) > 0
 
 
-def test_html_shows_the_cases_of_the_paper(source: str) -> None:
-    """The page shows the paper's cases under PIT, with the number of impacts and dashed frames around misses."""
-    section = source[source.index("What goes wrong</h2>") :]
-    assert "Dashed discs show the frames around a missed impact" in section
-    section = section[section.index("PIT on the source paper") :]
-    assert "paper/missed" in section
-    assert "PIT: 0 impacts" in section
-
-
-@pytest.fixture(scope="module")
-def one_scene(results: Results) -> Results:
-    """As little as a report can be of, for tests that write several."""
-    return replace(results, rows=tuple(row for row in results.rows if row.job.scene.name == "paper/late"))
-
-
 @pytest.mark.long
 def test_report_is_reproducible(results: Results, folder: Path, tmp_path: Path) -> None:
     """The same results give the same bytes, so that a committed report differs only if its results do."""
     build_report(results).write(tmp_path)
     assert read_files(tmp_path) == read_files(folder)
-
-
-@pytest.mark.long
-def test_report_replaces_an_older_one(one_scene: Results, folder: Path, tmp_path: Path) -> None:
-    """A report replaces the files of an older one, keeps other files and leaves no temporary ones."""
-    shutil.copytree(folder, tmp_path, dirs_exist_ok=True)
-    (tmp_path / "index.html").write_text("old")
-    (tmp_path / "notes.txt").write_text("mine")
-    assert build_report(one_scene).write(tmp_path) == tmp_path / "index.html"
-    assert (tmp_path / "index.html").read_text(encoding="utf-8") != "old"
-    names = {"index.html", "play.html", "report.md", "results.jsonl", "junit.xml", "notes.txt", MARKER}
-    assert {path.name for path in tmp_path.iterdir()} == names
 
 
 @pytest.mark.long
@@ -271,16 +239,6 @@ def test_invalid_results_file_is_refused_with_the_reason(
         read_records(path)
 
 
-def test_rows_are_read_one_by_one(tmp_path: Path) -> None:
-    """The first row is returned before the second one, which is invalid, is refused."""
-    path = tmp_path / "results.jsonl"
-    path.write_bytes(b"".join((*_WHOLE[:2], b"[]\n")))
-    _, rows = stream_records(path)
-    assert next(rows).scene == "paper/missed"
-    with pytest.raises(InputError, match="line 3"):
-        next(rows)
-
-
 @pytest.mark.long
 def test_rows_of_the_sample_report_are_read_and_written_back() -> None:
     """All rows of the committed sample are read, and every twentieth one is written back unchanged."""
@@ -317,16 +275,6 @@ def test_junit_counts_match_the_rows(results: Results, folder: Path) -> None:
     broken = {Status.CRASHED, Status.TIMED_OUT, Status.FAILED}
     assert int(root.attrib["errors"]) == sum(row.status in broken for row in results.rows)
     assert any("gone is not installed" in entry.attrib["message"] for entry in root.iter("skipped"))
-
-
-@each("fail_on", [Grade.SAMPLED, Grade.WRONG, None])
-def test_junit_failures_match_the_exit_code(results: Results, fail_on: Grade | None) -> None:
-    """The number of failed cases is the number of rows that violate the grade of `--fail-on`."""
-    cases = ET.fromstring(render_junit(results, fail_on)).iter("testcase")  # noqa: S314 - our own text
-    failed = sorted(f"{case.get('classname')} {case.get('name')}" for case in cases if case.find("failure") is not None)
-    rows = [row for row in results.rows if fail_on is not None and is_violation(row, fail_on)]
-    assert len(failed) == len(rows)
-    assert bool(failed) is (fail_on is not None)
 
 
 def test_markdown_tables_are_well_formed(folder: Path) -> None:

@@ -44,13 +44,6 @@ def test_profiles_of_an_engine_have_different_dashes() -> None:
     assert several, "no engine with three profiles was tried"
 
 
-def test_profile_has_the_same_dash_for_every_engine() -> None:
-    """The profile `located` has the same dash for pymunk and Box2D, and each engine has its own colour."""
-    first, second = (choose_line_style(name, profile="located") for name in ("pymunk", "box2d"))
-    assert first["linestyle"] == second["linestyle"]
-    assert first["color"] != second["color"]
-
-
 def test_engines_have_different_colours_or_markers() -> None:
     """Each engine has its own pair of colour and marker, and no engine has the colour of PIC or of PIT."""
     names = list(list_adapter_points())

@@ -2,6 +2,7 @@
 
 import io
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
@@ -95,62 +96,44 @@ def test_repr_of_every_result_is_short_and_printable(of: Scene) -> None:
         assert str(thing) == repr(thing)
 
 
-def test_repr_of_a_scene_shows_laws_and_bodies() -> None:
-    """The text has each number of the scene that affects the motion, and the number of discs that are not shown."""
+def build_rough_scene() -> Scene:
+    """Three discs, one of them immovable, and a wall, with restitution, friction and gravity."""
     post = disc_at(9.0, 0.0, r=0.25, m=math.inf)
     fields = {"walls": (wall_at(0.0, -2.0, 0.0, 2.0),), "restitution": 0.5, "friction": 0.3}
     fields |= {"discs": (*build_scene().discs, post), "gravity_m_s2": (0.0, -9.81)}
-    text = repr(build_scene().model_copy(update=fields))
-    for said in (
-        "'head-on': 3 discs, 1 wall; 2.75 s at 4 frames a second",
-        "restitution 0.5, wall restitution 1, friction 0.3, gravity (0, -9.81) m/s²",
-        "disc 0: at (0, 0) m, (1, 0) m/s, radius 0.5 m, 1 kg",
-        "disc 2: at (9, 0) m, (0, 0) m/s, radius 0.25 m, immovable",
-        "wall 0: through (0, -2) m, normal (0, 1) towards discs",
-    ):
-        assert said in text
-    assert repr(build_scene(40)).endswith("and 35 more")
+    return build_scene().model_copy(update=fields)
 
 
-def test_repr_of_a_trace_shows_its_impacts() -> None:
-    """The text has the time, the bodies and the velocities of each impact, PIT's step, and a run's warning."""
-    trace = carom.solve_pic(build_scene())
-    assert "'head-on' by pic: 1 impact\n  until 2.75 s: ran to the end of the scene" in repr(trace)
-    assert "2 s: disc 0 and disc 1, then at (0, 0) and (1, 0) m/s" in repr(trace)
-    assert "by pit at 1/4 s: 1 impact" in repr(carom.solve_pit(build_scene()))
-    assert "warning: careful" in repr(replace(trace, notes=("careful",)))
+def compare_missed() -> object:
+    observed = carom.solve_pit("paper/missed")
+    return carom.compare(carom.solve_pic("paper/missed"), observed, sampling=observed)
 
 
-def test_repr_of_a_score_shows_grade_counts_and_reason() -> None:
-    """PIT at 24 Hz misses the impact of `paper/missed`: the text has grade, counts, error ratio and verdict."""
-    (entry,) = find_scenes(["paper/missed"])
-    observed = carom.solve_pit(entry.scene)
-    score = carom.compare(carom.solve_pic(entry.scene), observed, sampling=observed)
-    assert repr(score).startswith("Score: wrong\n  0 of 1 impact found, 1 missed, 0 invented\n")
-    assert "error / PIT's: 1\n" in repr(score)
-    assert f"  {score.findings[0].verdict.value} ({score.findings[0].reason})" in repr(score)
-
-
-def test_repr_of_results_counts_grades_by_method() -> None:
-    """The text has, for each method, the number of runs with each grade."""
-    results = run_cross_check(find_scenes(["paper/missed"]), ["pic", "pit"], dts=[1 / 24])
-    lines = repr(results).splitlines()
-    assert lines[0].startswith(f"Results: {len(results.rows)} runs of 1 scene by 3 methods")
-    for engine, profile in (("pic", "frame-by-frame"), ("pic", "event-driven"), ("pit", "tuned")):
-        (line,) = [line.strip() for line in lines if line.strip().startswith(f"{engine}/{profile}: ")]
-        grades = [row.grade for row in results.rows if (row.job.engine, row.job.profile) == (engine, profile)]
-        for grade in filter(None, set(grades)):
-            assert f"{grades.count(grade)} {grade.name.lower()}" in line
-
-
-def test_repr_of_a_certified_trace_shows_its_digits() -> None:
-    """An impact at 1/3 s is shown with the 30 digits requested, and with the time up to which it is certified."""
-    thirds = staged("thirds", disc_at(0.0, 0.0, 3.0, 0.0), disc_at(2.0, 0.0), duration_s=1.0)
-    text = repr(carom.certify(thirds, digits=30))
-    assert text.startswith("CertifiedTrace of 'thirds': 1 impact, 30 digits requested\n")
-    assert "certified to the end of the scene" in text
-    assert f"  0.{'3' * 30}" in text
-    assert "  0.33333" in repr(carom.certify(thirds))
+@each(
+    "build, said",
+    [
+        (build_rough_scene, "'head-on': 3 discs, 1 wall; 2.75 s at 4 frames a second"),
+        (build_rough_scene, "restitution 0.5, wall restitution 1, friction 0.3, gravity (0, -9.81) m/s²"),
+        (build_rough_scene, "disc 0: at (0, 0) m, (1, 0) m/s, radius 0.5 m, 1 kg"),
+        (build_rough_scene, "disc 2: at (9, 0) m, (0, 0) m/s, radius 0.25 m, immovable"),
+        (build_rough_scene, "wall 0: through (0, -2) m, normal (0, 1) towards discs"),
+        (lambda: build_scene(40), "and 35 more"),
+        (
+            lambda: carom.solve_pic(build_scene()),
+            "'head-on' by pic: 1 impact\n  until 2.75 s: ran to the end of the scene\n"
+            "  2 s: disc 0 and disc 1, then at (0, 0) and (1, 0) m/s",
+        ),
+        (lambda: carom.solve_pit(build_scene()), "by pit at 1/4 s: 1 impact"),
+        (lambda: replace(carom.solve_pic(build_scene()), notes=("careful",)), "warning: careful"),
+        (compare_missed, "Score: wrong\n  0 of 1 impact found, 1 missed, 0 invented\n"),
+        (compare_missed, "error / PIT's: 1\n  an impact is missed ("),
+        (lambda: run_cross_check(["paper/missed"], ["pit"], dts=[1 / 24]), "1 run of 1 scene by 1 method"),
+        (lambda: run_cross_check(["paper/missed"], ["pit"], dts=[1 / 24]), "pit/tuned: 1 wrong"),
+    ],
+)
+def test_repr_shows_the_numbers_of_a_result(build: Callable[[], object], said: str) -> None:
+    """The text of a result has laws and bodies, impacts, a warning, errors with reasons, and grades by method."""
+    assert said in repr(build())
 
 
 def test_text_for_terminals_is_escaped_and_cut() -> None:

@@ -12,7 +12,7 @@ import pytest
 from tests.cases import each, release_after
 from tests.in_process_pool import InProcessPool
 from tests.scene_builders import disc_at, require_value, run_cross_check, staged, wall_at
-from tests.unit.studies.examples import METHODS, build_campaign_results, build_growth
+from tests.unit.studies.examples import build_campaign_results, build_growth
 
 from carom import Results, Scene, solve_pic
 from carom.catalogue import CatalogueScene, find_scenes
@@ -92,13 +92,6 @@ def test_method_with_unsupported_tests_is_not_ranked() -> None:
     told = "1 method is not ranked, because not every stress test could be run: pymunk (tuned) passed 0 of the 1"
     assert f"{told} that it could run." in said
     assert "; pymunk (tuned) passed" not in said
-
-
-def test_equal_methods_are_summarised_together() -> None:
-    """If all methods pass equally many stress tests, one sentence states this."""
-    said = build_stress_lead(lambda result: CellEnding.PASSES if result.kind == "attack" else CellEnding.HOLDS)
-    stress_tests = sum(line.kind == "attack" for line in build_campaign_results().rows)
-    assert f"{len(METHODS)} methods each passed {stress_tests} of {stress_tests} stress tests." in said
 
 
 def test_growth_of_single_method_has_no_ranking() -> None:

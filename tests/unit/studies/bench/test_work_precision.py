@@ -1,10 +1,7 @@
 import importlib
 import json
 import math
-import os
 import re
-import subprocess
-import sys
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
@@ -17,7 +14,6 @@ from tests.cases import each
 from tests.command import carom_command
 from tests.fake_clock import Clock
 from tests.in_process_pool import InProcessPool
-from tests.processes import interrupt, wait_until_begun
 from tests.scene_builders import disc_at, require_value, staged
 
 from carom import Scene
@@ -247,23 +243,3 @@ def test_documented_lines_read_the_errors_of_a_journal(
     if find_spec("duckdb"):
         found = eval(code["duckdb"], {**names, "duckdb": importlib.import_module("duckdb")}).fetchall()  # noqa: S307
         assert repr(sorted(found)) == repr(sorted(("pit", dt_s, error) for dt_s, error in errors))
-
-
-@pytest.mark.long
-@pytest.mark.usefixtures("hostile", "heard_interrupts")
-def test_interrupted_bench_keeps_journal_and_suggests_resume(scene_file: Path, tmp_path: Path) -> None:
-    """After Ctrl-C, a bench exits with 130 and suggests `--resume`; finished cells are in the journal."""
-    out = tmp_path / "out"
-    # While one of the engines hangs, the bench can't end before it is interrupted.
-    options = ["-e", "pit", "-e", "hangs", "-p", "tuned", "-j", "2", "--time-limit", "1e6", "--out"]
-    command = [sys.executable, "-m", "carom", "bench", str(scene_file), *options, str(out)]
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])}
-    pipes: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    with subprocess.Popen(command, **pipes, env=environment) as process:
-        journal = out / "journal.jsonl"
-        wait_until_begun(process, lambda: journal.exists() and journal.read_bytes().count(b"\n") > 1)
-        errors = interrupt(process)
-    assert process.returncode == 130
-    assert "--resume continues from them" in errors
-    assert "Traceback" not in errors
-    assert load_measures(journal), journal.read_text()

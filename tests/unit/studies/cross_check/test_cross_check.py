@@ -15,7 +15,7 @@ from carom import Scene
 from carom.comparator import Grade, Verdict
 from carom.errors import AdapterError, InputError, UnknownNameError
 from carom.execution import scene_reference
-from carom.execution.job import Answer, Job, Method, Status, Task
+from carom.execution.job import Answer, Job, Status, Task
 from carom.execution.observation.engine_run import ObserveTask
 from carom.execution.timing import TIMING_RUNS, TimeTask
 from carom.model.trace import Outcome, Trace
@@ -201,15 +201,6 @@ def test_time_ratio_is_relative_to_pit(scene: Scene, monkeypatch: pytest.MonkeyP
         assert 0.0 < timing.prepare_s < timing.advance_s
         assert timing.runs == TIMING_RUNS
     assert [call[:2] for call in calls] == [(done, 4) for done in (1, 2, 3, 4)]
-
-
-@pytest.mark.long
-def test_run_without_pit_is_not_graded(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
-    """If PIT crashes, a sampled run is not graded, and its verdict is "uncompared"."""
-    monkeypatch.setattr(execute, "PIT_METHOD", Method("aborts", "tuned"))
-    row = carom.cross_check([scene], ["pit"], dts=[0.3], profiles=["tuned"], timing=False).rows[0]
-    assert row.grade is Grade.UNGRADED
-    assert Verdict.UNCOMPARED in require_value(row.score).verdicts
 
 
 def test_scene_with_too_many_impacts_is_unsupported(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -156,19 +156,6 @@ def test_film_marks_missed_impact_with_cross(missed_replay: Replay, film: _Film)
         assert cross.get_visible() is visible
 
 
-def test_film_slows_down_and_pauses_at_the_miss(missed_replay: Replay, film: _Film) -> None:
-    """A frame is 1/150 of the scene, an eighth of that before the miss, where the film pauses for 38 frames."""
-    steps, held_s = np.diff(film.times), _find_closest_time_s(missed_replay)
-    even_s = missed_replay.reference.scene.duration_s / 150
-    assert steps[0] == pytest.approx(even_s)
-    assert steps[-1] == pytest.approx(even_s, rel=0.02)
-    (held,) = np.nonzero(np.abs(film.times - held_s) < 1e-12)
-    assert len(held) == 38
-    assert steps[held[0] - 2] == pytest.approx(even_s / 8)
-    assert (steps >= 0).all()
-    assert film.times[-1] == missed_replay.reference.scene.duration_s
-
-
 def test_film_magnifies_the_missed_impact(missed_replay: Replay, film: _Film) -> None:
     """At the miss, not in the first frame, an inset magnifies 2.5 radii around the contact and does not cover it."""
     pictures, _ = film.show(0)
@@ -187,15 +174,6 @@ def test_film_magnifies_the_missed_impact(missed_replay: Replay, film: _Film) ->
     box, at = inset.get_window_extent(), right.transData.transform(place)
     assert box.width > 1.4 * 5 * radius * right.transData.get_matrix()[0, 0]
     assert not box.contains(*at)
-
-
-def test_film_of_large_discs_has_no_inset() -> None:
-    """Discs that are already large in the picture have no magnifying inset."""
-    scene = staged("large", disc_at(0, 0, 1, r=1), disc_at(3, 0, r=1), duration_s=2.0, frame_rate_hz=3.0)
-    shown = carom.replay(carom.solve_pic(scene), carom.solve_pit(scene))
-    made = films.build_film(shown.reference, shown.observed, shown.score)
-    assert made._fig.axes[1].child_axes == []  # type: ignore[attr-defined]  # noqa: SLF001
-    made._draw_was_started = True  # type: ignore[attr-defined]  # noqa: SLF001 - it was looked at, and need not warn
 
 
 def test_film_of_an_invented_impact_magnifies_the_run() -> None:

@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-import pytest
 from rich.console import Console
 from tests.cases import each
 from tests.scene_builders import disc_at, require_value, run_cross_check, staged
@@ -23,18 +21,14 @@ from carom.model.trace import Outcome, Trace
 from carom.report import formatting
 from carom.report.document import Lines, Media
 from carom.report.impact_rows import build_impact_rows
-from carom.report.junit import render_junit
 from carom.report.outcome_marks import Mark
-from carom.report.paths import build_observed_paths
 from carom.report.render.html import render_html
 from carom.report.render.markdown import render_markdown
 from carom.report.render.terminal import render_terminal
-from carom.report.results_file.lines_from_rows import build_line, list_reasons
 from carom.solvers.pic import solve_pic
 from carom.solvers.pit.solve import solve_pit
 from carom.studies.cross_check.document import cross_check_document
 from carom.studies.cross_check.grid import GridCell, build_grid
-from carom.studies.cross_check.sections.fault_pictures import find_divergences
 from carom.studies.cross_check.sections.trend import build_trend
 
 
@@ -79,17 +73,6 @@ def test_cells_without_run_have_reasons_listed_once(
         assert {cell.reasons for cell in cells} == {(reason,)}
         assert {cell.mark for cell in cells} == {Mark[status.name]}
         assert sum(reason in line and "every scene" in line for line in lines) == 1
-
-
-def test_missing_run_time_does_not_remove_verdicts(results: Results) -> None:
-    """If a scored run could not be timed, the reason follows its verdicts; the verdicts stay, also in JUnit."""
-    untimed = "timed out: no answer in 60 s"
-    rows = tuple(replace(row, timing=None, untimed=untimed if row.score else "") for row in results.rows)
-    for before, after in zip(results.rows, rows, strict=True):
-        said = (f"not timed: {untimed}",) if before.score else ()
-        assert list_reasons(build_line(after)) == (*list_reasons(build_line(before)), *said)
-    wrong = next(row for row in rows if row.grade is Grade.WRONG)
-    assert str(wrong.score and wrong.score.findings[0].verdict.value) in render_junit(replace(results, rows=rows))
 
 
 def test_cell_without_row_is_marked_absent(results: Results, nasty: str) -> None:
@@ -230,18 +213,6 @@ def test_trend_has_one_line_for_pic() -> None:
     assert names == ["PIC", "PIT", "pymunk default", "pymunk tuned"]
 
 
-def test_observed_path_has_a_point_per_step(results: Results) -> None:
-    """The path of PIT has a point for each of its 24 steps and the start, and ends in the final state."""
-    row = next(row for row in results.rows if row.job.engine == "pit" and row.trace is not None)
-    assert row.trace is not None
-    times, points = build_observed_paths(row.trace).lines[0]
-    assert times[-1] == row.trace.end_time_s
-    assert len(times) == 25
-    np.testing.assert_allclose(points[-1], row.trace.final_position_m[0])
-    without = build_observed_paths(replace(row.trace, samples=None))
-    np.testing.assert_allclose(without.lines[0][1][-1], points[-1])
-
-
 def test_report_without_any_run_gives_the_reason(results: Results) -> None:
     """Without any run, the report states that nothing could be scored and contains no drawings."""
     rows = tuple(row for row in results.rows if row.status is not Status.RAN)
@@ -249,15 +220,6 @@ def test_report_without_any_run_gives_the_reason(results: Results) -> None:
     assert {"Error against step size", "What goes wrong"}.isdisjoint(section.heading for section in bare.sections)
     assert "No engine run at each scene's own frame rate could be scored." in " ".join(bare.lead)
     assert "<svg" not in render_html(bare)
-
-
-def test_scenes_with_too_many_discs_are_not_drawn(results: Results, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Scenes with more discs than the limit are not among the drawn divergences."""
-    grid = build_grid(results)
-    paper, _ = find_divergences(grid)
-    assert len(paper) == 2
-    monkeypatch.setattr("carom.studies.cross_check.sections.fault_pictures.MOST_DISCS_DRAWN", 1)
-    assert find_divergences(grid) == ((), ())
 
 
 @each(

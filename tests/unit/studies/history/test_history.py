@@ -13,7 +13,7 @@ from tests.unit.studies.history.toy_engine import Toys, install_toys
 from carom.engines.registry import list_adapter_points
 from carom.execution.job import UnavailableError
 from carom.report.render.markdown import render_markdown
-from carom.studies.history.compare_cells import ChangeKind, history_journal
+from carom.studies.history.compare_cells import ChangeKind
 from carom.studies.history.document import build_history_document
 from carom.studies.history.options import HistoryOptions
 from carom.studies.history.release_cache import ReleaseCache
@@ -65,19 +65,6 @@ def test_history_classifies_each_release(registry: Toys, tmp_path: Path) -> None
     assert part.startswith(f"## {found.origin.engine}\n\nBy hand.\n\n")
     assert "1.1 to 1.2, 1 cell became worse." in part
     assert not any(name.startswith("toy-") for name in list_adapter_points())
-
-
-@pytest.mark.release
-def test_history_resumes_from_journal(registry: Toys, tmp_path: Path) -> None:
-    """A resumed history reruns nothing, reinstalls nothing and gives an equal result."""
-    kept, results = ReleaseCache(tmp_path / "kept"), []
-    for resume in (False, True):
-        with history_journal(tmp_path / "journal.jsonl", resume=resume) as notes:
-            results.append(run_history("toy", [PAIR], kept, build_options("1.1", "1.2"), notes=notes))
-            lines = (tmp_path / "journal.jsonl").read_text().splitlines()
-    assert results[0].releases == results[1].releases
-    assert registry.installed == ["1.1", "1.2"]
-    assert len(lines) == 1 + 2 * 9  # a head, and of each release its own phase and eight more
 
 
 @pytest.mark.release

@@ -1,28 +1,18 @@
 """Sampling costs: each engine has a line with its error divided by PIT's and its error not from sampling."""
 
-import json
-import re
-import statistics
 from collections.abc import Callable
 from dataclasses import replace
 
-import pytest
-from tests.scene_builders import require_value, run_cross_check
+from tests.scene_builders import require_value
 
-from carom.catalogue import find_scenes
 from carom.comparator import compare
-from carom.execution.job import Method
 from carom.execution.results import Results, Row
 from carom.model.trace import Trace
 from carom.report.document import Media, Section, Table
-from carom.report.formatting import format_number
-from carom.report.results_file.results_jsonl import format_records
 from carom.studies.cross_check.document import cross_check_document
 from carom.studies.cross_check.grid import build_grid
-from carom.studies.cross_check.sections.grade_tables import build_methods_section
 from carom.studies.cross_check.sections.sampling_cost import (
     build_sampling_cost_section,
-    draw_sampling_costs,
     measure_engine_costs,
 )
 
@@ -97,19 +87,6 @@ def test_accurate_engine_has_small_error_ratio_and_error_not_from_sampling(resul
     assert require_value(require_value(score).against_pit).velocity > 0.001  # far from PIT, for being right
 
 
-def test_chart_marks_are_inside_the_frame(results: Results) -> None:
-    """In a chart with one method, the marks are completely inside the frame."""
-    (toy,) = measure_engine_costs(build_grid(results))
-    svg = draw_sampling_costs([toy])
-    frame = re.search(r'<clipPath[^>]*>\s*<rect x="([\d.]+)" y="([\d.]+)" width="([\d.]+)" height="([\d.]+)"', svg)
-    left, top, width, height = map(float, require_value(frame).groups())
-    marks = re.findall(r'<g clip-path[^>]*>\s*<use [^>]*?x="([\d.]+)" y="([\d.]+)"', svg)
-    assert len(marks) == 2
-    for x, y in marks:
-        assert left + 4 < float(x) < left + width  # points: half of the larger mark's size
-        assert top + 4 < float(y) < top + height - 4
-
-
 def test_added_velocity_error_is_the_engines_own(results: Results) -> None:
     """Velocities 10 % too fast in a scene give an error not from sampling above 0.01; the engine differs from PIT."""
     late = "paper/late"
@@ -122,23 +99,3 @@ def test_added_velocity_error_is_the_engines_own(results: Results) -> None:
     assert line.own_velocity == min(velocities) > 0.01
     assert toy.scenes_unlike_pit == [late]
     assert get_toy_row(worse)["equals PIT"] == "2 of 3"
-
-
-@pytest.mark.long
-def test_error_ratio_is_equal_in_all_tables() -> None:
-    """The median ratio to PIT's error is the same in each table and in JSON, without scenes of no unique answer."""
-    scenes = [entry for name in ("paper", "classics/one-into-two", "classics/cradle*") for entry in find_scenes([name])]
-    found = run_cross_check(scenes, ["pic", "pit"], profiles=["tuned"])
-    toy = [replace(row, job=replace(row.job, method=Method("toy", "tuned"))) for row in found.rows]
-    rows = (*found.rows, *(row for row, was in zip(toy, found.rows, strict=True) if was.job.engine == "pit"))
-    of_all = replace(found, rows=rows)
-    grid = build_grid(of_all)
-    tables = [block for block in build_methods_section(grid).blocks if isinstance(block, Table)]
-    heads, lines = tables[-1].select_for(Media.MARKDOWN)
-    (line,) = (line for line in lines if line[0].line == "toy tuned")
-    shown = line[[head.line for head in heads].index("error / PIT's")].text
-    assert shown == get_toy_row(of_all)["error / PIT's, median"].split()[0]
-    written = [json.loads(text) for text in format_records(of_all).splitlines()[1:]]
-    own = [row["price_paid"] for row in written if row["engine"] == "toy" and row["refinement"] == 0]
-    assert shown == format_number(statistics.median(float(price) for price in own if price is not None))
-    assert own.count(None) == 2
