@@ -5,7 +5,6 @@ import hashlib
 import html
 import io
 import json
-import math
 import re
 import sys
 from collections import Counter
@@ -18,7 +17,6 @@ import pytest
 from docs.figures.raw_records import read_raw_records
 from rich.console import Console
 from tests.cases import each
-from tests.scene_builders import require_value
 
 import carom
 from carom.catalogue import find_scenes
@@ -249,16 +247,6 @@ def test_rows_of_the_sample_report_are_read_and_written_back() -> None:
     assert json.loads(format_line(summary)) == head
     for line, row in zip(lines[::20], rows[::20], strict=True):
         assert json.loads(format_line(line, spins="spin" in (row["total"] or {}))) == row
-
-
-def test_nan_is_null_in_the_file_and_nan_when_read(results: Results, folder: Path) -> None:
-    """NaN of a score is null in the file and NaN when read; a null that has a meaning stays None."""
-    _, lines = read_records(folder / "results.jsonl")
-    missed = next(line for line in lines if (line.scene, line.engine) == ("paper/missed", "pit"))
-    assert math.isnan(require_value(missed.total).velocity)
-    assert missed.diverged_s is None
-    row = next(row for row in results.rows if (row.job.scene.name, row.job.engine) == ("paper/missed", "pit"))
-    assert missed.grade is require_value(row.score).grade
 
 
 def test_junit_counts_match_the_rows(results: Results, folder: Path) -> None:

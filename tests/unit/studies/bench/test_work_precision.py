@@ -22,7 +22,7 @@ from carom.execution.job import Answer, Method, Status
 from carom.execution.score_jobs import Measures, score_journal
 from carom.studies.bench.convergence import Convergence
 from carom.studies.bench.growth import GrowthPoint, measure_growth, select_same_method
-from carom.studies.bench.machine_noise import NoiseProbe, Spread
+from carom.studies.bench.machine_noise import Spread
 from carom.studies.bench.options import BenchPlan, GrowthOptions, compute_geometric_steps, parse_step_series
 from carom.studies.bench.result import Bench, Point, find_cheapest, find_pareto_front
 from carom.studies.bench.run import measure_work_precision
@@ -139,17 +139,6 @@ def test_methods_beyond_the_scoring_budget_have_a_reason(scene: Scene, monkeypat
     found = measure_work_precision([scene], replace(plan, budget_s=24.0), InProcessPool()).scenes[0]
     unscored = {(c.engine, c.profile, p.dt_s): p.reason for c in found.curves for p in c.points if p.reason}
     assert unscored == {("pit", "tuned", 1 / 120): "the 12 s for scoring this scene are used up; raise --budget"}
-
-
-def test_noise_probe_measures_scatter_of_fixed_work() -> None:
-    """Five probes of fixed work give a positive time and a largest ratio of at least 1."""
-    probe = NoiseProbe()
-    for _ in range(5):
-        probe.take()
-    noise = probe.compute_noise()
-    assert noise.probes == 5
-    assert noise.work_s > 0
-    assert noise.worst >= 1
 
 
 def test_invalid_bench_plan_is_refused(scene: Scene) -> None:

@@ -1,11 +1,7 @@
-import json
-from pathlib import Path
-
 import pytest
 from tests.in_process_pool import InProcessPool
 from tests.scene_builders import require_value
 
-from carom.studies.stress.document import build_stress_document, write_stress
 from carom.studies.stress.options import StressOptions
 from carom.studies.stress.result import CellEnding, StressResults
 from carom.studies.stress.run import list_rows, run_stress_campaign
@@ -41,15 +37,3 @@ def test_stress_test_names_are_unique() -> None:
     """No two stress tests have the same name."""
     names = [line.name for line in list_rows()]
     assert len(set(names)) == len(names)
-
-
-def test_stress_documents_contain_every_test(results: StressResults, tmp_path: Path) -> None:
-    """HTML and Markdown contain every stress test, and the strict JSON contains a cell for each method."""
-    page = write_stress(results, build_stress_document(results), tmp_path)
-    content = json.loads((tmp_path / "stress.json").read_text(), parse_constant=pytest.fail)
-    assert [line["name"] for line in content["lines"]] == [line.name for line in results.rows]
-    assert all(len(line["cells"]) == len(results.methods) for line in content["lines"])
-    markdown, html = (tmp_path / "stress.md").read_text(), page.read_text()
-    assert all(line.name in text for line in results.rows for text in (markdown, html))
-    assert "scenes/tunnelling.pit.tuned.toml" in html
-    assert "tunnelling.pit.tuned.toml" in markdown

@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import pytest
-from tests.cases import each
 from tests.scene_builders import require_value, run_cross_check
 
 from carom.catalogue import find_scenes
@@ -14,7 +13,6 @@ from carom.report.document import Cell, Lines, Media, Table
 from carom.report.outcome_marks import Mark
 from carom.studies.cross_check.grid import build_grid, compute_standing
 from carom.studies.cross_check.sections.grade_tables import build_impacts_section, build_methods_section
-from carom.studies.cross_check.sections.scenes import build_scenes_section
 
 
 @pytest.fixture(scope="module")
@@ -30,12 +28,6 @@ def list_tables(results: Results, medium: Media) -> list[tuple[list[str], list[l
     section = build_methods_section(build_grid(results))
     found = [block.select_for(medium) for block in section.select_for(medium) if isinstance(block, Table)]
     return [([column.line for column in columns], rows) for columns, rows in found]
-
-
-def test_group_columns_count_their_scenes(results: Results) -> None:
-    """Each group of scenes is a column with the number of its scenes; scenes without a group share one column."""
-    ((heads, _),) = list_tables(results, Media.PAGE)
-    assert heads[4:-1] == ["paper 4 scenes", "others 2 scenes"]
 
 
 def test_group_cell_counts_good_scenes_and_links_to_the_worst(results: Results) -> None:
@@ -73,17 +65,6 @@ def test_terminal_and_report_order_methods_equally(results_with_profiles: Result
     assert len(orders[0]) == 4
 
 
-@each("scene", ["paper/missed", "paper/late", "paper/multiple"])
-def test_terminal_and_report_order_methods_equally_for_one_scene(results_with_profiles: Results, scene: str) -> None:
-    """For one scene, the tables of the terminal and the report list the methods in the same order."""
-    rows = tuple(row for row in results_with_profiles.rows if row.job.scene.name == scene)
-    alone = replace(results_with_profiles, rows=rows)
-    (_, terminal), *_ = list_tables(alone, Media.TERMINAL)
-    (_, page), *_ = list_tables(alone, Media.PAGE)
-    assert [row[0].line for row in terminal] == [row[0].line for row in page]
-    assert len(page) == 4
-
-
 def test_methods_are_ranked_by_grade_then_error_ratio(results_with_profiles: Results) -> None:
     """Methods are ranked by grade, then by the ratio to PIT's error; a close run makes up for no wrong one."""
     row = next(row for row in results_with_profiles.rows if row.score and row.score.grade is Grade.SAMPLED)
@@ -100,16 +81,6 @@ def test_methods_are_ranked_by_grade_then_error_ratio(results_with_profiles: Res
     assert standing(exact) == standing(narrow)
     wrong = replace(row, score=replace(row.score, grade=Grade.WRONG))
     assert standing(row, row, row) < standing(close, wrong, row)
-
-
-def test_scenes_table_has_one_column_for_pic(results_with_profiles: Results) -> None:
-    """The table of scenes has one column for both profiles of PIC and one for each profile of an engine."""
-    grid = build_grid(results_with_profiles)
-    assert [method.title for method in grid.methods][:2] == ["PIC frame-by-frame", "PIC event-driven"]
-    section = build_scenes_section(grid)
-    (table,) = (block for block in section.select_for(Media.PAGE) if isinstance(block, Table))
-    heads = [column.line for column in table.select_for(Media.PAGE)[0]]
-    assert heads == ["scene", "PIC", "PIT", "pymunk default", "pymunk tuned", "pymunk located"]
 
 
 def test_methods_with_equal_verdicts_share_a_line_on_a_terminal() -> None:
