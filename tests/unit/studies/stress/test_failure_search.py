@@ -20,8 +20,9 @@ from carom.model.scene import Need
 from carom.model.trace import Outcome
 from carom.studies.stress.bug_reports import find_symptom
 from carom.studies.stress.failure_search import RESOLUTION, find_failure
+from carom.studies.stress.options import StressOptions
 from carom.studies.stress.result import CellEnding
-from carom.studies.stress.run import STRESS_TESTS
+from carom.studies.stress.run import STRESS_TESTS, list_rows, run_stress_campaign
 from carom.studies.stress.stress_test import StressTest
 
 METHOD = Method("pic", "tuned")
@@ -127,3 +128,28 @@ def test_missed_impact_symptom_is_detected() -> None:
     """PIT passes through the thin wall of a report, which is detected as the reported missed impact."""
     entry = BUG_REPORTS["issues/mujoco-441"]
     assert find_symptom(entry, solve_pit(entry.scene)) == (True, 2.0, "1 impact is missed")
+
+
+@pytest.mark.usefixtures("in_process")
+def test_campaign_distinguishes_pic_and_pit(tmp_path: Path) -> None:
+    """PIC passes tunnelling, mujoco-441 and time reversal; PIT tunnels at 1 to 10 radii per step."""
+    options = StressOptions(["pic", "pit"], quick=True, jobs=1)
+    results = run_stress_campaign(["tunnelling", "reversal", "mujoco-441", "rapier-97"], options, out=tmp_path)
+    for line, method, ending in (
+        ("tunnelling", "pic/event-driven", CellEnding.PASSES),
+        ("tunnelling", "pit/tuned", CellEnding.FAILS_AT_SIZE),
+        ("reversal", "pic/event-driven", CellEnding.HOLDS),
+        ("mujoco-441", "pic/event-driven", CellEnding.NOT_SEEN),
+        ("mujoco-441", "pit/tuned", CellEnding.SEEN),
+    ):
+        assert results.cells[line, method].ending is ending
+    # Head-on, the approaching half of the chord is two radii: beyond that there may be no frame.
+    assert 1.0 < require_value(results.cells["tunnelling", "pit/tuned"].value) <= 10.0
+    falling = results.cells["rapier-97", "pic/event-driven"]
+    assert "gravity" in falling.reason or falling.value is not None
+
+
+def test_stress_test_names_are_unique() -> None:
+    """No two stress tests have the same name."""
+    names = [line.name for line in list_rows()]
+    assert len(set(names)) == len(names)
