@@ -24,9 +24,9 @@ from carom.studies.bench.convergence import Convergence
 from carom.studies.bench.growth import GrowthPoint, measure_growth, select_same_method
 from carom.studies.bench.machine_noise import Spread
 from carom.studies.bench.options import BenchPlan, GrowthOptions, compute_geometric_steps, parse_step_series
-from carom.studies.bench.result import Bench, Point, find_cheapest, find_pareto_front
+from carom.studies.bench.result import Point, find_cheapest, find_pareto_front
 from carom.studies.bench.run import measure_work_precision
-from carom.studies.bench.timing_pass import CellTiming, TimeScene, timing_journal
+from carom.studies.bench.timing_pass import CellTiming, TimeScene
 from carom.support.limits import MOST_DISCS
 
 
@@ -76,26 +76,15 @@ def test_pareto_front_contains_only_unbeaten_points() -> None:
 
 
 @pytest.mark.long
-def test_bench_measures_errors_and_times(scene: Scene, tmp_path: Path) -> None:
-    """PIT converges with order 1, PIC is exact, points are timed relative to PIT, and resuming changes nothing."""
-    dts = (1 / 60, 1 / 240, 1 / 960)
+def test_bench_measures_errors_and_times(scene: Scene) -> None:
+    """PIT converges with order 1, PIC is exact, and points are timed relative to PIT, with the machine's noise."""
     # However slow the machine is, nothing is left out for want of time.
+    dts = (1 / 60, 1 / 240, 1 / 960)
     plan = BenchPlan(engines=("pit", "pic"), dts=dts, profiles=("tuned",), phases=2, rounds=3, budget_s=1e6)
-
-    def run(resume: bool, **changes: Any) -> Bench:
-        with (
-            score_journal(tmp_path / "journal.jsonl", resume=resume) as journal,
-            timing_journal(tmp_path / "timings.jsonl", resume=resume) as timings,
-        ):
-            return measure_work_precision(
-                [scene], replace(plan, **changes), InProcessPool(), notes=journal, timings=timings
-            )
-
-    first = run(resume=False)
-    assert first.scenes == run(resume=True).scenes
-    assert len(load_measures(tmp_path / "journal.jsonl")) == 8  # PIC at the coarsest step alone
-    assert run(resume=True, timing=False).scenes[0].noise is None
-    found = {curve.engine: curve for curve in first.scenes[0].curves}
+    (result,) = measure_work_precision([scene], plan, InProcessPool()).scenes
+    noise = require_value(result.noise)
+    assert (noise.probes > 1, noise.work_s > 0, noise.worst >= 1) == (True, True, True)
+    found = {curve.engine: curve for curve in result.curves}
     assert found["pic"].order.verdict is Convergence.EXACT
     assert found["pit"].order.exponent == pytest.approx(1.0, abs=0.35)
     for curve in found.values():
