@@ -28,7 +28,6 @@ from carom.report.outcome_marks import Mark
 from carom.report.render.html import render_html as html_of
 from carom.report.render.markdown import render_markdown as markdown_of
 from carom.report.render.terminal import render_terminal
-from carom.report.results_file.line_codec import format_line
 from carom.report.results_file.results_jsonl import read_records
 from carom.studies.cross_check.document import build_report, cross_check_document
 from carom.support.escaping import escape_controls
@@ -235,18 +234,6 @@ def test_invalid_results_file_is_refused_with_the_reason(
     path.write_bytes(data)
     with pytest.raises(InputError, match=rf"results\.jsonl.*{words}"):
         read_records(path)
-
-
-@pytest.mark.long
-def test_rows_of_the_sample_report_are_read_and_written_back() -> None:
-    """All rows of the committed sample are read, and every twentieth one is written back unchanged."""
-    path = ROOT / "reports" / "sample" / "results.jsonl"
-    head, rows = read_raw_records(path)
-    summary, lines = read_records(path)
-    assert len(lines) == head["rows"] > 1000
-    assert json.loads(format_line(summary)) == head
-    for line, row in zip(lines[::20], rows[::20], strict=True):
-        assert json.loads(format_line(line, spins="spin" in (row["total"] or {}))) == row
 
 
 def test_junit_counts_match_the_rows(results: Results, folder: Path) -> None:

@@ -14,9 +14,9 @@ import carom
 from carom import Scene
 from carom.catalogue import find_scenes
 from carom.cli.ascii import ERRORS
-from carom.report.document import Column, Document, Section, Table
+from carom.report.document import Document
 from carom.report.render.terminal import render_terminal
-from carom.report.summary import MOST_LINES, WIDTH, format_printable
+from carom.report.summary import MOST_LINES, WIDTH
 from carom.studies.cross_check.document import cross_check_document
 
 
@@ -49,16 +49,6 @@ def test_no_line_is_wider_than_the_terminal(document: Document, width: int, full
     assert max(map(len, lines)) <= width
     if full:
         assert sum(line.strip().startswith("classics/perfectly-inelastic") for line in lines) >= 1
-
-
-@each("width", [30, 34, 40])
-def test_number_and_unit_stay_on_one_line(width: int) -> None:
-    """Even at 30 to 40 columns no number in a table is separated from its unit."""
-    columns = [Column(f"error {k}", lambda share: f"{share} %", number=True) for k in range(3)]
-    table = Table([Column("method", str), *columns], [0.044, 12.25, 100])
-    lines = print_document(Document("title", (), (Section("errors", (table,)),)), width)
-    for share in (0.044, 12.25, 100):
-        assert sum(line.count(f" {share} %") for line in lines) == 3
 
 
 def test_marks_have_ascii_replacements(document: Document) -> None:
@@ -134,12 +124,6 @@ def compare_missed() -> object:
 def test_repr_shows_the_numbers_of_a_result(build: Callable[[], object], said: str) -> None:
     """The text of a result has laws and bodies, impacts, a warning, errors with reasons, and grades by method."""
     assert said in repr(build())
-
-
-def test_text_for_terminals_is_escaped_and_cut() -> None:
-    """Control characters and direction overrides are escaped, and a line that is cut ends in an ellipsis."""
-    assert format_printable(f"a\x1b{RIGHT_TO_LEFT}b", 40) == r"a\x1b\u202eb"
-    assert format_printable("x" * 50, 10) == f"{'x' * 9}…"
 
 
 def test_exact_grade_shows_32_bit_floats() -> None:

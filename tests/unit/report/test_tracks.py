@@ -86,14 +86,6 @@ def test_disc_turns_by_its_spin_between_impacts() -> None:
     assert build_observed_paths(trace).turned[0].angle_at(0.25) == pytest.approx(1.5)
 
 
-def test_scene_without_spins_has_no_angles() -> None:
-    """Without friction and spin there are no angles, neither in a picture nor in a replay."""
-    trace = solve_pic(all_scenes()["paper/late"].scene)
-    assert compute_turnings(trace) == ()
-    data = build_replay_data(trace, [(trace, compare(trace, trace), {})])
-    assert data["turned"] == data["runs"][0]["turned"] == []
-
-
 def test_disc_with_a_spin_of_nan_stops_turning() -> None:
     """After an impact with a spin of NaN the angle stays the same, so that no NaN reaches the page."""
     trace = solve_pic(all_scenes()["spin/english-stick"].scene)

@@ -1,25 +1,17 @@
-"""Which jobs a cross-check has, and what a sweep makes of them, by itself and on a cluster, with TLS or without."""
+"""Jobs of a cross-check, their keys, and a cluster that does not answer."""
 
 import importlib.util
-import shutil
-import subprocess
-from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import pytest
 from tests.cases import each
 from tests.in_process_pool import InProcessPool
-from tests.journal_lines import read_canonical_lines
 from tests.scene_builders import disc_at, staged
 
 from carom import Scene
+from carom.execution import cluster
 from carom.execution.cache_key import build_job_key
-from carom.execution.cluster import ClusterError, ClusterPool
 from carom.execution.job import Job, Method
-from carom.execution.pool import Pool
-from carom.execution.score_jobs import score_jobs, score_journal
 from carom.studies.cross_check.options import Options
 from carom.studies.cross_check.plan import build_plan
 
@@ -69,65 +61,9 @@ def test_job_key_depends_only_on_content(scene: Scene) -> None:
 
 @pytest.mark.skipif(importlib.util.find_spec("distributed") is None, reason="distributed, extra cluster, is missing")
 @pytest.mark.filterwarnings("ignore")  # the client that gives up leaves sockets behind, too
-def test_missing_dask_scheduler_is_reported_with_its_address(monkeypatch: pytest.MonkeyPatch) -> None:
-    """If no Dask scheduler answers at an address, ClusterPool raises a ClusterError that names the address."""
-    from carom.execution import cluster
-
+@each("address", ["tcp://127.0.0.1:9", "tls://127.0.0.1:9"])
+def test_missing_dask_scheduler_is_reported_with_its_address(address: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """If no Dask scheduler answers, or certificates for TLS are missing, the ClusterError names the address."""
     monkeypatch.setattr(cluster, "CONNECT_S", 0.1)
-    with pytest.raises(cluster.ClusterError, match=r"no Dask scheduler at tcp://127\.0\.0\.1:9"):
-        cluster.ClusterPool("tcp://127.0.0.1:9")
-
-
-#: For tests with a certificate.
-needs_openssl = pytest.mark.skipif(
-    shutil.which("openssl") is None, reason="the certificates are made by the command openssl"
-)
-
-
-@pytest.fixture(scope="module")
-def certificate(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
-    """A certificate that vouches for itself, and its key, as Dask's configuration has them."""
-    folder = tmp_path_factory.mktemp("tls")
-    cert, key = str(folder / "cert.pem"), str(folder / "key.pem")
-    command = ["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", "-subj", "/CN=127.0.0.1"]
-    subprocess.run([*command, "-keyout", key, "-out", cert], check=True, capture_output=True)
-    roles = {f"distributed.comm.tls.{role}": {"cert": cert, "key": key} for role in ("client", "scheduler", "worker")}
-    return {"distributed.comm.tls.ca-file": cert, **roles}  # type: ignore[dict-item] # Dask's are nested
-
-
-@pytest.fixture(scope="module")
-def scheduler_address(certificate: dict[str, str]) -> Iterator[str]:
-    """Where the scheduler of a cluster with one worker listens, on this machine."""
-    dask: Any = importlib.import_module("dask")
-    distributed: Any = importlib.import_module("distributed")
-    options = {"n_workers": 1, "threads_per_worker": 1, "protocol": "tls://", "dashboard_address": None}
-    with dask.config.set(certificate):
-        security = distributed.Security(require_encryption=True)
-        with distributed.LocalCluster(**options, security=security, silence_logs=50) as cluster:
-            yield cluster.scheduler_address
-
-
-def run_sweep(pool: Pool, path: Path) -> list[bytes]:
-    scene = staged("three", *(disc_at(3.0 * k, 0.1 * k, 1.0 - k, 0.0) for k in range(3)), duration_s=3.0)
-    with score_journal(path) as journal:
-        score_jobs([Job(scene, Method("pit", "tuned"), 0.1 / k) for k in (1, 2, 3)], pool, journal)
-    return read_canonical_lines(path)
-
-
-@pytest.mark.long
-@needs_openssl
-def test_cluster_with_tls_needs_a_certificate(
-    scheduler_address: str, certificate: dict[str, str], tmp_path: Path
-) -> None:
-    """A sweep over TLS gives the journal of a local sweep; without a certificate or TLS there is a ClusterError."""
-    dask: Any = importlib.import_module("dask")
-    assert scheduler_address.startswith("tls://")
-    with dask.config.set(certificate), ClusterPool(scheduler_address) as pool:
-        assert run_sweep(pool, tmp_path / "tls.jsonl") == run_sweep(InProcessPool(), tmp_path / "here.jsonl")
-    none = {f"distributed.comm.tls.{role}": {"cert": None, "key": None} for role in ("client", "scheduler", "worker")}
-    for protocol in ("tls", "tcp"):
-        with (
-            dask.config.set({"distributed.comm.tls.ca-file": None, **none}),
-            pytest.raises(ClusterError, match="no Dask"),
-        ):
-            ClusterPool(scheduler_address.replace("tls://", f"{protocol}://"))
+    with pytest.raises(cluster.ClusterError, match=f"no Dask scheduler at {address}"):
+        cluster.ClusterPool(address)

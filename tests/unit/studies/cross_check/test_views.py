@@ -8,7 +8,7 @@ from pathlib import Path
 
 from rich.console import Console
 from tests.cases import each
-from tests.scene_builders import disc_at, require_value, run_cross_check, staged
+from tests.scene_builders import disc_at, require_value, staged
 
 from carom.comparator import Grade, Score, Verdict, compare
 from carom.engines.api import Capabilities
@@ -203,14 +203,6 @@ def test_trend_uses_scenes_with_errors_at_every_step(results: Results, nasty: st
     assert coarse > fine > 0.0
     assert series["gone"][0].errors == ()
     assert series["pit"][0].wrong == 1
-
-
-def test_trend_has_one_line_for_pic() -> None:
-    """The trend has one line for all profiles of PIC and one for each profile of an engine."""
-    engines, profiles = ["pic", "pit", "pymunk"], ["default", "tuned"]
-    results = run_cross_check(["paper/late"], engines, profiles=profiles, dts=[1 / 24, 1 / 96])
-    names = [series.name for series in build_trend(build_grid(results)).series]
-    assert names == ["PIC", "PIT", "pymunk default", "pymunk tuned"]
 
 
 def test_report_without_any_run_gives_the_reason(results: Results) -> None:

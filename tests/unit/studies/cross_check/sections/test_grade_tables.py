@@ -41,15 +41,6 @@ def test_group_cell_counts_good_scenes_and_links_to_the_worst(results: Results) 
     assert (others.text, others.corner) == ("0 of 2", "")  # it finds these late, and misses nothing
 
 
-def test_methods_table_sums_missed_impacts_per_method(results: Results) -> None:
-    """The row of PIT shows the sum of its missed impacts over all scenes; PIC has no row."""
-    (heads, rows) = list_tables(results, Media.DETAIL)[0]
-    missed = sum(len(row.score.missed) for row in results.rows if row.score and row.job.engine == "pit")
-    lines = {row[0].line: [cell.text for cell in row] for row in rows}
-    assert lines["PIT"][heads.index("impacts - +")] == f"-{missed}"
-    assert list(lines) == ["PIT"]
-
-
 @pytest.fixture(scope="module")
 def results_with_profiles() -> Results:
     """The paper's four cases by PIT and by three profiles of an engine, of which one steps up to the contact."""
