@@ -24,7 +24,6 @@ from carom.errors import InputError, MissingExtraError
 from carom.execution.job import Status
 from carom.execution.results import Results
 from carom.report.document import Column, Document, Media, Section, Table
-from carom.report.outcome_marks import Mark
 from carom.report.render.html import render_html as html_of
 from carom.report.render.markdown import render_markdown as markdown_of
 from carom.report.render.terminal import render_terminal
@@ -135,13 +134,6 @@ def test_html_pictures_and_headings_are_accessible(page: _Page) -> None:
     assert all(labels)
     scopes = [value for tag, name, value in page.attributes if tag == "th" and name == "scope"]
     assert len(scopes) == page.tags["th"]
-
-
-def test_html_grades_have_definitions_as_titles(page: _Page) -> None:
-    """Cells with the grades exact, sampled and wrong have the definition of the grade as their title."""
-    titles = [value for _, name, value in page.attributes if name == "title"]
-    for mark in (Mark.EXACT, Mark.SAMPLED, Mark.WRONG):
-        assert titles.count(mark.sentence) > 0
 
 
 @pytest.mark.long

@@ -41,16 +41,6 @@ def print_as_line(document: Document, width: int = 80) -> str:
     return " ".join(" ".join(print_document(document, width)).split())
 
 
-@each("width", [60, 80, 120, 200])
-@each("full", [False, True])
-def test_no_line_is_wider_than_the_terminal(document: Document, width: int, full: bool) -> None:
-    """Lines fit terminals of 60 to 200 columns, and names of scenes in tables are not cut."""
-    lines = print_document(document, width, full=full)
-    assert max(map(len, lines)) <= width
-    if full:
-        assert sum(line.strip().startswith("classics/perfectly-inelastic") for line in lines) >= 1
-
-
 def test_marks_have_ascii_replacements(document: Document) -> None:
     """In ASCII each grade has its own sign, and no character is replaced by a question mark."""
     text = "\n".join(print_document(document, 80, full=True))
