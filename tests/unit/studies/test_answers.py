@@ -323,7 +323,7 @@ def run_own_methods(*scenes: Scene, engines: tuple[str, ...] = ("pic", "pit")) -
 
 
 def join_lead(results: Results) -> str:
-    return " ".join(cross_check_document(results).lead)
+    return "\n".join(cross_check_document(results).lead)
 
 
 def test_certified_reference_is_reported_as_certified() -> None:
@@ -427,10 +427,6 @@ def run_one_profile(scenes: Sequence[Scene | CatalogueScene], *engines: str, pro
     return run_cross_check(scenes, ["pic", *engines], profiles=[profile], dts=[1 / 24])
 
 
-def join_lead_lines(results: Results) -> str:
-    return "\n".join(cross_check_document(results).lead)
-
-
 WITHOUT_PROOF = "PIC is the reference, without independent proof."
 ALL_UNPROVEN = f"None of these scenes has a known answer: {WITHOUT_PROOF}"
 UNPROVEN = f"This scene has no known answer: {WITHOUT_PROOF}"
@@ -468,17 +464,17 @@ def test_lead_names_engine_that_misses_with_default_settings() -> None:
     pytest.importorskip("pymunk", reason="pymunk is not installed")
     scenes = find_scenes(["paper/missed", "paper/late"])
     first = "Default settings: pymunk misses an impact in 1 of 2 scenes"
-    default = join_lead_lines(run_one_profile(scenes, "pymunk", profile="default"))
+    default = join_lead(run_one_profile(scenes, "pymunk", profile="default"))
     assert default.startswith(f"{first}; pymunk is at least as accurate as PIT in 1 scene.")
     both = run_cross_check(scenes, ["pic", "pymunk"], profiles=["default", "tuned"], dts=[1 / 24])
-    assert join_lead_lines(both).startswith(f"{first}. Tuned: pymunk is at least as accurate as PIT in 1 scene.")
+    assert join_lead(both).startswith(f"{first}. Tuned: pymunk is at least as accurate as PIT in 1 scene.")
 
 
 def test_lead_states_missing_scores_and_wrong_known_answers() -> None:
     """The lead names a scene whose known answer PIC misses by 1e-3, and reports if nothing was scored."""
     one = run_one_profile(find_scenes(["paper/late"]), "pit")
     known = {name: (answer, 1e-3) for name, (answer, _) in one.known.items()}
-    assert "but not paper/late." in join_lead_lines(dataclasses.replace(one, known=known))
+    assert "but not paper/late." in join_lead(dataclasses.replace(one, known=known))
     nothing = dataclasses.replace(one, rows=tuple(dataclasses.replace(row, score=None, trace=None) for row in one.rows))
     told = "Nothing was scored, because no requested method ran any of these scenes."
-    assert join_lead_lines(nothing).startswith(told)
+    assert join_lead(nothing).startswith(told)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.cases import each, long_until
+from tests.cases import each
 from tests.in_process_pool import InProcessPool
 from tests.scene_builders import disc_at, require_value, staged, wall_at, with_discs
 from tests.unit.report.test_terminal import print_as_line
@@ -30,7 +30,6 @@ from carom.studies.advise.sampling_limit import (
     Cause,
     rank_hardest_impacts,
 )
-from carom.studies.advise.step_search import CONFIRM, SearchEnding
 from carom.studies.advise.step_trial import StartTask
 
 DEGREE = math.radians(1)
@@ -117,22 +116,6 @@ def test_hardest_impact_has_its_cause_and_step(
     hard = rank_hardest_impacts(solve_pic(scene), AccuracyTarget(degrees * DEGREE))[0]
     assert hard.cause is cause
     assert step_s is None or hard.limit.dt_s == pytest.approx(step_s)
-
-
-@each("phases", long_until(1, [16, CONFIRM]))
-def test_pymunk_needs_the_step_of_the_closed_form(phases: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Pymunk's largest passing and smallest failing step enclose PIT's closed form, within a factor of 1.5."""
-    pytest.importorskip("pymunk", reason="pymunk is not installed")
-    monkeypatch.setattr("carom.studies.advise.step_search.CONFIRM", phases)
-    found = ask(build_pair(0.4), ["pic", "pit", "pymunk"], 10 * DEGREE, profiles=["tuned"], phases=2)
-    (answer,) = found.answers
-    assert (answer.method, answer.ending) == (Method("pymunk", "tuned"), SearchEnding.FOUND)
-    assert found.sampling is None
-    closed = require_value(found.closed_form)
-    for step, limit_s in ((answer.never_misses, closed.never_misses_s), (answer.meets_target, closed.meets_target_s)):
-        passes, fails = require_value(step.largest_passing), require_value(step.smallest_failing)
-        assert passes.phases == phases + 1
-        assert passes.dt_s <= limit_s < fails.dt_s <= 1.5 * passes.dt_s * (1 + 1e-9)
 
 
 @pytest.mark.long

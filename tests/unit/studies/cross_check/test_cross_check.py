@@ -14,12 +14,11 @@ import carom
 from carom import Scene
 from carom.comparator import Grade, Verdict
 from carom.errors import AdapterError, InputError, UnknownNameError
-from carom.execution import scene_reference
 from carom.execution.job import Answer, Status, Task
 from carom.execution.timing import TIMING_RUNS, TimeTask
 from carom.model.trace import Outcome
 from carom.studies.cross_check import run as execute
-from carom.studies.cross_check.options import Options, compute_default_dts
+from carom.studies.cross_check.options import Options
 from carom.studies.cross_check.plan import build_plan
 from carom.studies.cross_check.run import observed_journal
 
@@ -159,13 +158,6 @@ def test_invalid_cross_check_option_is_refused_with_its_value(scene: Scene, give
         carom.cross_check(**{"scenes": [scene], "engine_names": ["pit"], **given})
 
 
-def test_default_steps_are_fractions_of_the_scene_frame(scene: Scene) -> None:
-    """By default, a scene is run with steps of a frame, a quarter and a sixteenth of it."""
-    assert compute_default_dts(scene) == (1 / 60, 1 / 240, 1 / 960)
-    results = run_cross_check([scene], ["pit"])
-    assert [(row.job.dt_s, row.job.refinement) for row in results.rows] == [(1 / 60, 0), (1 / 240, 1), (1 / 960, 2)]
-
-
 @each(
     "profiles, found",
     [
@@ -200,15 +192,6 @@ def test_time_ratio_is_relative_to_pit(scene: Scene, monkeypatch: pytest.MonkeyP
         assert 0.0 < timing.prepare_s < timing.advance_s
         assert timing.runs == TIMING_RUNS
     assert [call[:2] for call in calls] == [(done, 4) for done in (1, 2, 3, 4)]
-
-
-def test_scene_with_too_many_impacts_is_unsupported(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A scene with more impacts than the limit is unsupported, and the reason states the limit."""
-    monkeypatch.setattr(scene_reference, "MOST_IMPACTS", 100)
-    bodies = disc_at(0, 0, 1000, 0, r=0.25), wall_at(-0.5, 0, 1, 0), wall_at(0.5, 0, -1, 0)
-    row = run_cross_check([staged("endless", *bodies, duration_s=1e9)], ["pit"]).rows[0]
-    assert row.status is Status.UNSUPPORTED
-    assert "100 impacts happen before" in row.reason
 
 
 def test_interrupted_cross_check_resumes_from_journal(scene: Scene, tmp_path: Path) -> None:

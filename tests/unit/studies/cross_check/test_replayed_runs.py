@@ -72,14 +72,6 @@ def test_replay_page_has_data_and_one_hashed_script(missed_replay: Replay, tmp_p
     assert 'id="replay-alone"' in page
 
 
-def test_replay_of_pic_is_not_marked_as_sampled(missed_replay: Replay) -> None:
-    """A replay of PIC has the scene's frame as step and is not marked as sampled."""
-    page = carom.replay(missed_replay.reference, missed_replay.reference).html()
-    (block,) = re.findall(r'data-scene="[^"<>]*">([\w+/=]+)</script>', page)
-    (run,) = json.loads(gzip.decompress(base64.b64decode(block)))["runs"]
-    assert (run["dt"], run["sampled"]) == (pytest.approx(1 / 24), False)
-
-
 @pytest.mark.long
 def test_gif_pauses_at_the_missed_impact(
     missed_replay: Replay, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -41,20 +41,6 @@ def render_text(results: Results) -> str:
     return buffer.getvalue()
 
 
-def test_grid_has_a_cell_per_scene_and_method(
-    results: Results, nasty: str, not_run: Mapping[str, tuple[Status, str]]
-) -> None:
-    """The grid has a cell for each scene, engine and profile, from the scene's coarsest step."""
-    grid = build_grid(results)
-    assert [row.name for row in grid.rows] == ["paper/late", "paper/missed", nasty]
-    assert [method.engine for method in grid.methods] == ["pic", "pit", "toy", *not_run]
-    for row in grid.rows:
-        for method, cell in zip(grid.methods, row.cells, strict=True):
-            assert (require_value(cell.line).engine, require_value(cell.line).refinement) == (method.engine, 0)
-            assert cell.reasons
-            assert all(cell.reasons)
-
-
 def test_cells_without_run_have_reasons_listed_once(
     results: Results, not_run: Mapping[str, tuple[Status, str]]
 ) -> None:
