@@ -109,12 +109,6 @@ def test_scenes_command_lists_prints_and_saves_scenes(tmp_path: Path) -> None:
     assert len(list((tmp_path / "mine").glob("*.toml"))) == 4
 
 
-@each("command, schema", [("scenes", build_scene_schema), ("diff", build_records_schema)])
-def test_schema_option_prints_json(command: str, schema: Callable[[], object]) -> None:
-    """`carom scenes --schema` prints the schema of scene files, and `carom diff --schema` that of JSON lines."""
-    assert json.loads(carom_command(command, "--schema").output) == schema()
-
-
 def test_engines_command_lists_every_engine() -> None:
     """`carom engines` has one line for each engine, with versions or "unavailable", of at most 80 characters."""
     lines = carom_command("engines").output.splitlines()
@@ -125,24 +119,37 @@ def test_engines_command_lists_every_engine() -> None:
     assert all(len(line) <= 80 for line in lines)
 
 
-def test_engines_command_describes_one_engine() -> None:
-    """`carom engines NAME` shows profiles, capabilities, knobs, the install command and related bug reports."""
-    output = carom_command("engines", "mujoco").output
-    for word in ("pip install", "cylinder-plain", "gravity", "stiffness", "issues/mujoco-441", "--show tuned"):
-        assert word in output
-    assert "tuned" in carom_command("engines", "pit").output
+@each("command, schema", [("scenes", build_scene_schema), ("diff", build_records_schema)])
+def test_schema_option_prints_json(command: str, schema: Callable[[], object]) -> None:
+    """`carom scenes --schema` prints the schema of scene files, and `carom diff --schema` that of JSON lines."""
+    assert json.loads(carom_command(command, "--schema").output) == schema()
+
+
+SHOW = "--dt .002 --restitution .9 --friction .3"
 
 
 @pytest.mark.usefixtures("in_process")
-def test_show_prints_settings_as_engine_code() -> None:
-    """`carom engines NAME --show PROFILE` prints engine code with the given time step and coefficients."""
-    arguments = ("--show", "tuned", "--dt", ".002", "--restitution", ".9", "--friction", ".3")
-    model = carom_command("engines", "mujoco", *arguments).output
-    assert 'timestep="0.002"' in model
-    assert 'friction="0.3 0 0"' in model
-    solref = -(1 + 0.9) / 0.002  # MuJoCo's damping that makes -0.9 v of v in one Euler step
-    assert f'solref="0.0 {solref!r}"' in model
-    assert "space.step(dt)" in carom_command("engines", "pymunk", "--show", "default", "--scene", "classics/box").output
+@each(
+    "words, shown",
+    [
+        ("stress --list", ["grazing", "boost", "mujoco-441"]),
+        (
+            "engines mujoco",
+            ["pip install", "cylinder-plain", "gravity", "stiffness", "issues/mujoco-441", "--show tuned"],
+        ),
+        ("engines pit", ["tuned"]),
+        # MuJoCo's damping that makes -0.9 v of v in one Euler step
+        (f"engines mujoco --show tuned {SHOW}", ['timestep="0.002"', f'solref="0.0 {-(1 + 0.9) / 0.002!r}"']),
+        (f"engines mujoco --show tuned {SHOW}", ['friction="0.3 0 0"']),
+        ("engines pymunk --show default --scene classics/box", ["space.step(dt)"]),
+        ("explain missed", ["missed (verdict): an impact is missed.", "passed through each other"]),
+        ("explain wrong direction", ["wrong direction (verdict)"]),
+    ],
+)
+def test_command_prints_descriptions_and_code(words: str, shown: list[str]) -> None:
+    """Commands list tests, describe engines and words, and print engine code with the given coefficients."""
+    output = carom_command(*words.split()).output
+    assert [text for text in shown if text not in output] == []
 
 
 def test_help_describes_every_command_and_option() -> None:
@@ -229,14 +236,6 @@ def test_run_of_one_scene_prints_a_settings_command() -> None:
     assert "space.step(dt)" in carom_command(*command.split()[1:]).output
     alone = carom_command("run", "paper/late", "-e", "pit", "-p", "tuned", "--no-timing").output
     assert "To print the settings" not in alone
-
-
-def test_stress_list_names_every_kind_of_test() -> None:
-    """`carom stress --list` names stress tests, invariances and bug reports and ends with exit code 0."""
-    result = carom_command("stress", "--list")
-    assert result.exit_code == 0
-    for name in ("grazing", "boost", "mujoco-441"):
-        assert name in result.output
 
 
 @pytest.mark.usefixtures("in_process")

@@ -86,11 +86,6 @@ def page(source: str) -> _Page:
     return page
 
 
-def test_html_is_well_formed(page: _Page) -> None:
-    """Every element of the page is closed in the right order."""
-    assert (page.faults, page.open) == ([], [])
-
-
 def test_html_is_self_contained(page: _Page, source: str) -> None:
     """The page has no web address, style sheet or image, and every reference leads to a place in the page."""
     assert "http://" not in source
@@ -123,8 +118,9 @@ def test_html_escapes_names(page: _Page, source: str) -> None:
     assert any("A <CPU>" in text for text in page.text)
 
 
-def test_html_pictures_and_headings_are_accessible(page: _Page) -> None:
-    """Every picture has an accessible label, and every table heading states its scope."""
+def test_html_is_well_formed_and_accessible(page: _Page) -> None:
+    """Elements are closed in order, every picture has an accessible label, and every table heading states its scope."""
+    assert (page.faults, page.open) == ([], [])
     labels = [value for tag, name, value in page.attributes if tag == "svg" and name == "aria-label"]
     assert page.tags["svg"] == len(labels)
     assert all(labels)

@@ -65,10 +65,6 @@ def test_synonyms_lead_to_words_of_reports(word: str, meant: str) -> None:
     assert [entry.word for entry in find_meanings(word)] == [meant]
 
 
-def test_explain_command_explains_and_lists_words() -> None:
-    """`carom explain missed` prints what the word means and when; without a word it lists every meaning."""
-    told = carom_command("explain", "missed").output
-    assert "missed (verdict): an impact is missed." in told
-    assert "passed through each other" in told
-    assert carom_command("explain", "wrong", "direction").output.startswith("wrong direction (verdict)")
+def test_explain_command_lists_words() -> None:
+    """`carom explain` without a word lists every meaning, one a line."""
     assert len(carom_command("explain").output.splitlines()) == len(list(list_meanings()))

@@ -52,6 +52,7 @@ def places(low: float, high: float, **fields: Any) -> ReleaseCell:
     return build_cell(*(replace(RAN, position_errors_m=at, **own) for at in off))
 
 
+EIGHT, EIGHT_WORSE = ([replace(RAN, digest=f"{v}", velocity_errors_m_s=(v, 0.0))] * PHASES for v in (0.1, 0.9))
 BEFORE, WORSE = speeds(0.1, 0.2), speeds(0.3, 0.4, digest="c")
 
 
@@ -76,6 +77,9 @@ BEFORE, WORSE = speeds(0.1, 0.2), speeds(0.3, 0.4, digest="c")
         (BEFORE, speeds(0.3, 0.4, digest="c", verdicts=("LATE", "TURNS")), ChangeKind.UNOBSERVED),
         (speeds(0.1, 0.2, verdicts=("TURNS",)), WORSE, ChangeKind.UNOBSERVED),
         (speeds(0.1, 0.2, grade="UNGRADED"), WORSE, ChangeKind.NEITHER),
+        # With seven phases in all no change is the engine's.
+        (build_cell(*EIGHT), build_cell(*EIGHT_WORSE[1:]), ChangeKind.OVERLAP),
+        (build_cell(*EIGHT), build_cell(*EIGHT_WORSE), ChangeKind.WORSE),
         # Reported contacts are no part of the motion, whether in counts, grades or verdicts.
         (BEFORE, speeds(0.1, 0.2, digest="c", lost=2), ChangeKind.OTHER_CONTACTS),
         (speeds(0.1, 0.3, lost=2), speeds(0.2, 0.4, digest="c"), ChangeKind.OTHER_CONTACTS),
@@ -110,13 +114,6 @@ def test_change_of_position_has_disc_time_and_ranges() -> None:
     assert (
         change.numbers == "error of disc 0's x coordinate after 1/8 of the run: 0.1 to 0.2 m before, -0.2 to -0.1 m now"
     )
-
-
-def test_change_needs_eight_phases() -> None:
-    """With seven phases in all no change is attributed to the engine; with eight it is worse."""
-    low, high = ([replace(RAN, digest=f"{v}", velocity_errors_m_s=(v, 0.0))] * PHASES for v in (0.1, 0.9))
-    assert classify_change(build_cell(*low), build_cell(*high[1:])).kind is ChangeKind.OVERLAP
-    assert classify_change(build_cell(*low), build_cell(*high)).kind is ChangeKind.WORSE
 
 
 def test_gap_within_rounding_is_no_change() -> None:
@@ -176,8 +173,6 @@ def test_versions_are_selected_by_conditions_and_names(
         ("2.3.2", "there is no release '2.3.2'; did you mean '2.3.1'"),
         ("--index-url=x", "a version must begin with a digit"),
         (">=x", "a version must begin with a digit"),
-        ("1..--x", "a version must begin with a digit"),
-        ("1 2", "a version must begin with a digit"),
         ("1;2", "a version must begin with a digit"),
     ],
 )

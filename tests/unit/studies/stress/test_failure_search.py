@@ -127,7 +127,7 @@ def test_only_the_reported_symptom_is_seen(
 
 @pytest.mark.usefixtures("in_process")
 def test_campaign_distinguishes_pic_and_pit(tmp_path: Path) -> None:
-    """PIC passes tunnelling, mujoco-441 and time reversal, PIT tunnels; a full campaign does not continue a quick one."""
+    """PIC passes tunnelling, mujoco-441 and time reversal, PIT tunnels; a full campaign continues no quick one."""
     options = StressOptions(["pic", "pit"], quick=True, jobs=1)
     results = run_stress_campaign(["tunnelling", "reversal", "mujoco-441"], options, out=tmp_path)
     for line, method, ending in (
