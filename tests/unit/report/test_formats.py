@@ -20,10 +20,12 @@ from tests.cases import each
 
 import carom
 from carom.catalogue import find_scenes
+from carom.comparator import Grade
 from carom.errors import InputError, MissingExtraError
 from carom.execution.job import Status
-from carom.execution.results import Results
+from carom.execution.results import Results, is_violation
 from carom.report.document import Column, Document, Media, Section, Table
+from carom.report.junit import render_junit
 from carom.report.render.html import render_html as html_of
 from carom.report.render.markdown import render_markdown as markdown_of
 from carom.report.render.terminal import render_terminal
@@ -234,6 +236,15 @@ def test_junit_counts_match_the_rows(results: Results, folder: Path) -> None:
     broken = {Status.CRASHED, Status.TIMED_OUT, Status.FAILED}
     assert int(root.attrib["errors"]) == sum(row.status in broken for row in results.rows)
     assert any("gone is not installed" in entry.attrib["message"] for entry in root.iter("skipped"))
+
+
+@each("fail_on", [Grade.SAMPLED, Grade.WRONG, None])
+def test_junit_failures_match_the_exit_code(results: Results, fail_on: Grade | None) -> None:
+    """The number of failed cases is the number of rows that violate the grade of `--fail-on`."""
+    root = ET.fromstring(render_junit(results, fail_on))  # noqa: S314 - our own text
+    violations = [row for row in results.rows if fail_on is not None and is_violation(row, fail_on)]
+    assert len([*root.iter("failure")]) == len(violations)
+    assert bool(violations) is (fail_on is not None)
 
 
 def test_markdown_tables_are_well_formed(folder: Path) -> None:

@@ -64,6 +64,14 @@ def test_track_passes_every_sampled_position(name: str) -> None:
         assert len(track.time_s) <= len(times) + len(trace.impacts) + 2
 
 
+def test_observed_path_has_a_point_per_step() -> None:
+    """The path of PIT has a point for each of its 24 steps and the start, and ends in the final state."""
+    trace = require_value(run_cross_check(["paper/late"], ["pit"], dts=[1 / 24]).rows[0].trace)
+    for disc, (times, points) in enumerate(build_observed_paths(trace).lines):
+        assert (len(times), times[-1]) == (25, trace.end_time_s)
+        np.testing.assert_allclose(points[-1], trace.final_position_m[disc])
+
+
 def test_track_is_a_parabola_between_its_knots() -> None:
     """Halfway through a fall of 1 s the disc has fallen a quarter of the way."""
     scene = staged("fall", disc_at(0.0, 0.0), duration_s=1.0, gravity_m_s2=(0.0, -8.0))

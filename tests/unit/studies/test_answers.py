@@ -36,7 +36,7 @@ from carom.studies.bench.axes import ErrorKind
 from carom.studies.bench.document import build_bench_document
 from carom.studies.bench.growth_document import build_growth_document
 from carom.studies.bench.result import Curve
-from carom.studies.bench.tables import build_method_table, build_suite_table, list_reached_targets
+from carom.studies.bench.tables import build_method_table, list_reached_targets
 from carom.studies.cross_check.document import cross_check_document
 from carom.studies.cross_check.explain import explain
 from carom.studies.cross_check.grid import build_grid
@@ -93,16 +93,6 @@ def test_bench_names_fastest_engine_within_target_error(target: float, words: st
     """The bench names the fastest engine whose error is at most the target, or else the most accurate one."""
     bench = build_bench()
     assert words in print_as_line(build_bench_document(replace(bench, plan=replace(bench.plan, target=target))))
-
-
-def test_methods_with_equal_targets_are_ranked_by_run_time() -> None:
-    """Among methods that reach the same targets on as many scenes, the faster one is first."""
-    several = build_bench("paper/late", "paper/missed")
-    scenes = [replace(scene, curves=tuple(reversed(scene.curves))) for scene in several.scenes]  # dearest first
-    table = build_suite_table(replace(several, scenes=tuple(scenes)), list_reached_targets(several))
-    names = [row[0].text for row in table.select_for(Media.MARKDOWN)[1]]
-    assert names.index("pymunk default") < names.index("pymunk tuned")
-    assert names.index("box2d default") < names.index("box2d tuned") < names.index("mujoco default")
 
 
 def test_bench_without_reached_target_names_the_best_engine() -> None:
@@ -269,6 +259,24 @@ def list_range_rows(found: Advice) -> list[str]:
     lines = print_document(build_advice_document(found), 200, full=True)
     heading = "Steps per second that pass, from the largest step size to the smallest tested one:"
     return lines[lines.index(heading) + 4 :][: len(found.answers)]
+
+
+@each(
+    "ending, passes_until, depth",
+    [
+        (CellEnding.PASSES, 1e-4, 1.0),
+        (CellEnding.FAILS_AT_START, None, 0.0),
+        (CellEnding.FAILS_AT_SIZE, 0.01, 0.4),
+        (CellEnding.NOT_RUN, None, None),
+    ],
+)
+def test_bar_length_is_proportional_to_passed_decades(
+    ending: CellEnding, passes_until: float | None, depth: float | None
+) -> None:
+    """On an axis of four decades and a final 0, each passed decade is a fifth of the bar."""
+    line = StressRow("attack", "gap", "a gap", "", "", (1.0, 0.1, 0.01, 1e-3, 1e-4, 0.0))
+    found = line.compute_depth(CellResult("attack", "gap", "pit/tuned", ending, passes_until=passes_until))
+    assert found == (None if depth is None else pytest.approx(depth))
 
 
 def test_campaign_of_few_methods_has_a_sentence_per_method() -> None:

@@ -3,9 +3,7 @@
 import cmath
 import dataclasses
 import itertools
-import json
 import math
-import string
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +13,6 @@ from tests.scene_builders import require_value
 
 from carom import load_scene, save_scene, solve_pic, solve_pit
 from carom.model.scene import Chain
-from carom.studies.stress import stress_test as stress_test_module
 from carom.studies.stress.contact import CONTACT_TESTS
 from carom.studies.stress.finite_walls import WALL_TESTS
 from carom.studies.stress.friction import FRICTION_TESTS
@@ -32,14 +29,6 @@ def test_ladder_is_monotone_from_harmless_to_extreme_value() -> None:
         assert (ladder[0], ladder[-1]) == ends, stress_test.name
         assert ladder == sorted(ladder, reverse=ladder[-1] < ladder[0]), stress_test.name
         assert len(set(ladder)) == len(ladder) >= 4, stress_test.name
-
-
-def test_every_entry_of_stress_tests_file_is_used() -> None:
-    """Each entry of stress_tests.json is a stress test, and each shared sentence is part of an entry."""
-    held = json.loads(Path(stress_test_module.__file__).with_name("stress_tests.json").read_text(encoding="utf-8"))
-    assert sorted(stress_test.name for stress_test in STRESS_TESTS) == sorted(held["stress_tests"])
-    quoted = "".join(entry["truth"] + entry["failure_rule"] for entry in held["stress_tests"].values())
-    assert {name for _, name, _, _ in string.Formatter().parse(quoted) if name} == set(held["sentences"])
 
 
 @each("stress_test", STRESS_TESTS)

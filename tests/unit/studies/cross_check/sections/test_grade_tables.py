@@ -31,7 +31,7 @@ def list_tables(results: Results, medium: Media) -> list[tuple[list[str], list[l
 
 
 def test_group_cell_counts_good_scenes_and_links_to_the_worst(results: Results) -> None:
-    """A cell shows the number of good scenes and whether impacts are missed, and links to the worst scene."""
+    """A cell counts a group's good scenes and links to the worst one; PIT's row has its sum of missed impacts."""
     ((heads, rows),) = list_tables(results, Media.PAGE)
     paper, others = rows[0][heads.index("paper 4 scenes")], rows[0][heads.index("others 2 scenes")]
     assert (paper.text, paper.corner) == ("0 of 4", Mark.WRONG.symbol)
@@ -39,6 +39,8 @@ def test_group_cell_counts_good_scenes_and_links_to_the_worst(results: Results) 
     assert paper.link == "#paper/multiple/pit/tuned"
     assert {share.css: share.size for share in paper.shares} == {Mark.SAMPLED.css: 2, Mark.WRONG.css: 2}
     assert (others.text, others.corner) == ("0 of 2", "")  # it finds these late, and misses nothing
+    missed = sum(len(row.score.missed) for row in results.rows if row.score and row.job.engine == "pit")
+    assert rows[0][heads.index("impacts - +")].text == f"-{missed}"
 
 
 @pytest.fixture(scope="module")
