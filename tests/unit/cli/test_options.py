@@ -1,4 +1,4 @@
-"""What a study declares is what Python, the command line and the journal follow: nonsense is refused by name."""
+"""Declared options of studies: Python, the command line and the journal follow the same declarations."""
 
 import dataclasses
 import math

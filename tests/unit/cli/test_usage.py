@@ -1,4 +1,4 @@
-"""Whatever can't be asked of a command is a sentence and exit code 2, before anything is run or written."""
+"""Wrong usage of a command: a message and exit code 2, before anything is run or written."""
 
 import shlex
 from pathlib import Path
