@@ -1,4 +1,4 @@
-"""What each file of a report must be, whatever the names and messages in it."""
+"""Files of a report: valid and complete, whatever names and messages contain."""
 
 import base64
 import hashlib

@@ -1,4 +1,4 @@
-"""What a notebook shows: pictures that are of the result, names that stay text, and nothing where no report can be."""
+"""Notebook output: pictures that show the result, escaped names, and text if no picture is possible."""
 
 import html
 import re

@@ -1,4 +1,4 @@
-"""Replays: the data of a run and of its impacts that a page gets."""
+"""Data of replays: runs and their impacts, as a page reads them."""
 
 import dataclasses
 import json

@@ -1,4 +1,4 @@
-"""What all figures of a report share."""
+"""Common properties of all figures in a report."""
 
 import re
 from importlib import resources

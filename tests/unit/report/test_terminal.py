@@ -1,4 +1,4 @@
-"""Results in a few lines: the answer within the width there is, in signs that a terminal has, and what matters."""
+"""Results in a few lines: printable text, ASCII replacements, and the most important numbers."""
 
 import io
 import math

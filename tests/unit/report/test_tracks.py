@@ -1,4 +1,4 @@
-"""Tracks, drawn paths and angles: where each disc of a run is at any time, and how far it has turned."""
+"""Tracks, drawn paths and angles: positions and rotations of discs at any time."""
 
 import dataclasses
 import math

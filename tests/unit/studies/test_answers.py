@@ -1,4 +1,4 @@
-"""Answers of the studies: they fit a terminal, and the numbers support each sentence, also in unusual cases."""
+"""Summaries of studies: they fit a terminal, and the results support every sentence."""
 
 import dataclasses
 import math
@@ -133,7 +133,7 @@ def test_bench_states_why_points_are_not_scored() -> None:
 
 
 def render_advice(found: Advice) -> str:
-    """What the terminal says of advice, in one line."""
+    """Return the advice as a terminal shows it, in one line."""
     return print_as_line(build_advice_document(found))
 
 

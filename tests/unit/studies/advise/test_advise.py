@@ -1,4 +1,4 @@
-"""The step that is advised, and the adviser from Python: an answer that prints, shows and draws itself."""
+"""Recommended step sizes, and `carom.advise` from Python."""
 
 import math
 import re

@@ -1,4 +1,4 @@
-"""The search for a step, on engines that are curves: what is known of them is what was written down."""
+"""Search for the largest passing step, on engines whose errors are given functions of the step."""
 
 import math
 from collections.abc import Callable

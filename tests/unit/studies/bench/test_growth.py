@@ -1,4 +1,4 @@
-"""Run time against the number of discs: what is run, and what is not."""
+"""Run time against the number of discs: which runs are measured, skipped or reused."""
 
 import math
 from collections.abc import Iterator, Sequence

@@ -107,7 +107,7 @@ def test_point_beyond_the_budget_is_untimed_with_reason(scene: Scene, monkeypatc
 
 
 def test_bench_adds_pic_and_pit(scene: Scene) -> None:
-    """A bench includes PIC at the coarsest step and PIT at all, unless `own` is off or a profile is asked for."""
+    """A bench includes PIC at the coarsest step and PIT at all, unless `own` is off or a profile is given."""
     plan = BenchPlan(engines=("pit",), dts=(1 / 60, 1 / 240), phases=1, timing=False)
 
     def found(plan: BenchPlan) -> dict[tuple[str, str], int]:

@@ -1,4 +1,4 @@
-"""The plan in words: what is skipped, and why."""
+"""Explanation of a plan: what is skipped, and why."""
 
 import re
 from collections.abc import Iterator, Sequence
@@ -88,7 +88,7 @@ def test_explanation_lists_engine_that_is_not_installed() -> None:
 
 
 class Noting(InProcessPool):
-    """Starts no engine: notes which jobs it is asked for."""
+    """A pool that starts no engine and records the requested jobs."""
 
     def __init__(self) -> None:
         self.jobs: list[Job] = []

@@ -1,4 +1,4 @@
-"""Page for throwing discs: next to a report, with links from its replays, and as a demo."""
+"""Play page: next to a report, linked from its replays, and as a demo."""
 
 import base64
 import gzip
@@ -53,7 +53,7 @@ def test_report_has_play_page_only_if_a_scene_supports_it(scene: Scene, linked: 
 
 @pytest.fixture(autouse=True)
 def opened_pages(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """The pages that a browser was asked to open; none opens here."""
+    """Record the pages that would open in a browser."""
     pages: list[str] = []
     monkeypatch.setattr(webbrowser, "open", lambda page: pages.append(page) or True)  # type: ignore[func-returns-value] # None
     return pages

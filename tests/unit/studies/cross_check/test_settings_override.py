@@ -1,4 +1,4 @@
-"""Settings that are tried without a profile: read as their kind, used, and never taken for a profile's own."""
+"""Settings that replace those of a profile: parsed by type, used in runs, and shown in reports."""
 
 import json
 from collections.abc import Mapping

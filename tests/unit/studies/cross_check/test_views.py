@@ -1,4 +1,4 @@
-"""What the report says must follow from the rows."""
+"""Grid and sentences of a report follow from the rows."""
 
 import io
 import re

@@ -1,4 +1,4 @@
-"""What a diff must say of two cross-checks: what was planted between them, where and how large, and nothing else."""
+"""Comparison of two cross-checks: planted changes are reported with place and size, and nothing else."""
 
 import json
 import re

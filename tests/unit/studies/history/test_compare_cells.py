@@ -1,4 +1,4 @@
-"""Changes that count as the engine's, and the order of its releases."""
+"""Changes that are attributed to an engine's release, and the selection of releases."""
 
 import math
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""A history tells which release changed a bounce, of an engine of which that is known by construction."""
+"""Histories of a toy engine, whose changes from release to release are known."""
 
 from collections.abc import Iterator
 from pathlib import Path

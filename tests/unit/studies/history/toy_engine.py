@@ -1,4 +1,4 @@
-"""An engine of which each release is known by construction, and a registry that serves it, without a network."""
+"""A toy engine whose releases differ in a known way, and a registry that serves them without a network."""
 
 from pathlib import Path
 

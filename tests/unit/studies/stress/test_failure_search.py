@@ -1,4 +1,4 @@
-"""Where a method fails, and whether it does what was reported of others."""
+"""Failure points of a method, and symptoms of reported bugs."""
 
 import math
 import re

@@ -1,4 +1,4 @@
-"""Stress tests, at walls, in contact and with friction, too: PIC passes them, and a check finds what is wrong."""
+"""Stress tests: PIC passes them, and wrong runs fail them."""
 
 import cmath
 import dataclasses

@@ -1,4 +1,4 @@
-"""What is no number satisfies no invariance, is no error to draw, and the true motion of a scene is known by name."""
+"""Exact motion of a scene; NaN satisfies no invariance and is no error that can be drawn."""
 
 import dataclasses
 import math

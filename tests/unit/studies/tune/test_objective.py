@@ -1,4 +1,4 @@
-"""What makes one set of settings better than another."""
+"""Comparison of two sets of settings."""
 
 import math
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""The search on a toy engine, whose best settings are known by construction."""
+"""Search for settings of a toy engine, whose best settings are known."""
 
 from collections.abc import Sequence
 from functools import cache
@@ -143,7 +143,7 @@ def test_evaluator_reuses_results_from_journal(tmp_path: Path) -> None:
 
 
 class _Idle(InProcessPool):
-    """A pool that must not be asked for anything."""
+    """A pool in which any task fails."""
 
     def run_each(self, tasks: Sequence[object]) -> object:  # type: ignore[override] # it only fails
         """Fail."""

@@ -1,4 +1,4 @@
-"""The overview: the methods ranked, a row each, with what they do in each group of scenes."""
+"""Tables of methods: a row per method, with its grades in each group of scenes."""
 
 from dataclasses import replace
 

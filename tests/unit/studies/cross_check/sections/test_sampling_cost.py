@@ -49,7 +49,7 @@ def build_section(results: Results) -> Section:
 
 
 def get_toy_row(results: Results) -> dict[str, str]:
-    """What the table of prices says of the toy engine, by heading."""
+    """Return the toy engine's row in the table of sampling costs, by heading."""
     columns, rows = get_table(build_section(results)).select_for(Media.PAGE)
     (row,) = (row for row in rows if row[0].text == "toy tuned")
     return {column.head: cell.line for column, cell in zip(columns, row, strict=True)}

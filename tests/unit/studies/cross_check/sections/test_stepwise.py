@@ -1,4 +1,4 @@
-"""Each step from the run's own state: which runs are listed, how they are ranked, and what is said of them."""
+"""Accuracy of single steps from the run's own state: which runs are listed, and in which order."""
 
 import math
 from collections.abc import Mapping
