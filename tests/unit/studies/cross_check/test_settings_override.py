@@ -44,6 +44,14 @@ def run_with_settings(scene: Scene, **settings: Setting) -> carom.Results:
         return execute(plan_run(scene, "mujoco", "tuned", settings, pool), pool)
 
 
+@pytest.mark.usefixtures("in_process")
+def test_run_uses_and_shows_changed_settings(scene: Scene) -> None:
+    """A run with another integrator has it in its settings, and its text shows it with the profile."""
+    found = carom.run(scene, "mujoco", dt=1 / 60, settings={"integrator": "RK4"})
+    assert (found.settings["integrator"], found.overrides) == ("RK4", {"integrator": "RK4"})
+    assert "mujoco (tuned with integrator=RK4)" in repr(found)
+
+
 def test_reports_show_changed_settings_with_the_profile(scene: Scene) -> None:
     """Markdown, JSON lines and JUnit show the changed settings wherever they name the profile."""
     results = run_with_settings(scene, integrator="RK4")
