@@ -137,14 +137,6 @@ def render_advice(found: Advice) -> str:
     return print_as_line(build_advice_document(found))
 
 
-def test_advice_names_all_methods_with_the_longest_step() -> None:
-    """Both answers of the advice name all methods that pass with the longest step."""
-    found = build_advice()
-    twin = replace(found.answers[0], method=Method("twin", "tuned"))
-    text = render_advice(replace(found, answers=(*found.answers, twin)))
-    assert text.count("200 steps/s with box2d default or twin tuned.") == 2
-
-
 def test_advice_has_steps_per_frame_and_engine_code() -> None:
     """A rate is also given in steps per frame, which may differ between the two demands, with code and command."""
     found = build_advice()

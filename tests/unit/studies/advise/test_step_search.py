@@ -101,14 +101,6 @@ def test_failing_steps_below_passing_ones_are_reported() -> None:
     assert answer.smallest_failing == answer.finer_failures[-1]
 
 
-def test_search_goes_down_to_frame_or_closed_form_step() -> None:
-    """If every step passes, the search goes down to a frame or to PIT's step, at most to an eighth of a frame."""
-    for guess_s, finest_s in ((math.inf, 1 / 60), (1 / 200, 1 / 240), (1e-6, 1 / 480)):
-        found, _ = run_search(lambda dt, _: (False, 1e-3 * dt), guess_s=guess_s)
-        assert dt_of(found.meets_target.largest_passing) == 1.0
-        assert found.meets_target.smallest_tested_s == pytest.approx(finest_s)
-
-
 def test_failure_at_64_phases_moves_answer_to_next_finer_step() -> None:
     """A step that passes at 8 phases but fails at 64 counts as failing, and the next finer step is confirmed."""
     found, tried = run_search(lambda dt, even: (dt > 0.02 or (even == CONFIRM and dt > 0.012), 1e-3 * dt))

@@ -41,13 +41,6 @@ def build_film(replay: Replay) -> FuncAnimation:
     return made
 
 
-def test_replay_computes_score_unless_given(missed_replay: Replay) -> None:
-    """A replay keeps a given score and otherwise compares the two runs."""
-    assert missed_replay.score.missed == (0,)
-    given = carom.compare(missed_replay.reference, missed_replay.observed, sampling=missed_replay.observed)
-    assert carom.replay(missed_replay.reference, missed_replay.observed, score=given).score is given
-
-
 def test_notebook_cell_is_a_sandboxed_iframe_with_the_page(missed_replay: Replay) -> None:
     """In a notebook, a replay is one sandboxed iframe that contains the page and may only run scripts."""
     cell = missed_replay._repr_html_()
@@ -70,6 +63,14 @@ def test_replay_page_has_data_and_one_hashed_script(missed_replay: Replay, tmp_p
     assert HOSTILE not in page
     assert "script-src 'sha256-" in unescape(page)
     assert 'id="replay-alone"' in page
+
+
+def test_replay_of_pic_is_not_marked_as_sampled(missed_replay: Replay) -> None:
+    """A replay of PIC has the scene's frame as step and is not marked as sampled."""
+    page = carom.replay(missed_replay.reference, missed_replay.reference).html()
+    (block,) = re.findall(r'data-scene="[^"<>]*">([\w+/=]+)</script>', page)
+    (run,) = json.loads(gzip.decompress(base64.b64decode(block)))["runs"]
+    assert (run["dt"], run["sampled"]) == (pytest.approx(1 / 24), False)
 
 
 @pytest.mark.long
