@@ -1,5 +1,7 @@
 """The command line: output, refused arguments and exit codes."""
 
+import base64
+import hashlib
 import json
 import os
 import re
@@ -35,7 +37,9 @@ from carom.model.scene_file import build_scene_schema
 from carom.report.results_file.line_codec import build_records_schema
 from carom.studies.tune.search import KnobSearch
 from carom.support.options import list_declared_options
+from carom.web.engine_script import PageEngine, link_script
 from carom.web.packages import PACKAGES, load_package_script
+from carom.web.page import add_gallery, render_page
 
 SCENE = tomli_w.dumps(staged("mine", disc_at(0, 0, 1, 0), disc_at(3.0, 0.3, -1, 0), duration_s=2.0).model_dump())
 
@@ -414,6 +418,15 @@ def test_play_refuses_a_missing_engine_with_its_install_command(monkeypatch: pyt
     assert result.exit_code == 2
     assert "rapier2d is not installed: " in printed_text(result)
     assert "npm install" in printed_text(result)
+
+
+def test_page_hashes_an_engines_script_and_refuses_other_imports() -> None:
+    """The page's policy contains the hash of an engine's script; an adapter that imports other packages is refused."""
+    engine = PageEngine("toy", "Toy", {"default": {}}, "0;", "of no licence")
+    digest = base64.b64encode(hashlib.sha256(b"0;").digest()).decode()
+    assert f"'sha256-{digest}'" in render_page(add_gallery(), [engine])
+    with pytest.raises(InputError, match="imports other"):
+        link_script("matter", package="", package_name="matter-js", module='import Other from "other";\n')
 
 
 def test_page_refuses_an_unexpected_package_version(tmp_path: Path) -> None:

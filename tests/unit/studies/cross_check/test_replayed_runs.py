@@ -120,6 +120,13 @@ def test_film_shows_positions_and_magnifies_the_missed_impact(missed_replay: Rep
         assert places == pytest.approx(expected, abs=1e-5)
 
 
+def test_film_of_large_discs_has_no_inset() -> None:
+    """Discs that are already large in the picture have no magnifying inset."""
+    scene = staged("large", disc_at(0, 0, 1, r=1), disc_at(3, 0, r=1), duration_s=2.0, frame_rate_hz=3.0)
+    shown = carom.replay(carom.solve_pic(scene), carom.solve_pit(scene))
+    assert build_film(shown)._fig.axes[1].child_axes == []  # type: ignore[attr-defined]  # noqa: SLF001
+
+
 def test_film_of_an_invented_impact_magnifies_the_run() -> None:
     """A film whose first fault is an impact that PIC does not have magnifies the place of the run's first disc."""
     scene = staged("invented", disc_at(0, 0, 1, r=0.1), disc_at(3, 1, r=0.1), duration_s=2.0, frame_rate_hz=3.0)
