@@ -19,9 +19,11 @@ from tests.scene_builders import alter_impact, require_value
 from carom import solve_pic, solve_pit
 from carom.catalogue import find_scenes
 from carom.comparator import Grade, Score, compare
+from carom.engines.registry import load_adapter
 from carom.errors import InputError
 from carom.execution.environment import Environment
 from carom.execution.job import Job, Method, Status
+from carom.execution.observation.engine_run import observe_run
 from carom.execution.results import Results, Row
 from carom.model.trace import Trace
 from carom.report.outcome_marks import Mark
@@ -316,3 +318,16 @@ def test_documented_job_uses_declared_inputs_of_the_action() -> None:
     used = re.findall(r"(\w+): ", text.partition("- uses: ./.github/actions/carom\n")[2].partition("```")[0])
     declared = re.findall(r"^  (\w+):$", (root / "action.yml").read_text(encoding="utf-8"), re.MULTILINE)
     assert {"engine", "releases", "records"} <= set(used) & set(declared)
+
+
+def test_diverged_runs_are_compared_by_single_steps(write: Write) -> None:
+    """After a trajectory has diverged, a diff compares the missed impacts of single steps."""
+    trace = observe_run(load_adapter("pit"), ROW, "tuned", DT)
+    paths = write("old", {"pit": trace}), write("new", {"pit": trace})
+    for path, missed in zip(paths, (1, 3), strict=True):
+        head, line = path.read_text().splitlines()
+        row = json.loads(line)
+        row["diverged_s"] = 0.25
+        row["local_truth"]["missed"] = missed
+        path.write_text(f"{head}\n{json.dumps(row)}\n")
+    assert "impacts missed 1 → 3" in [str(measure) for measure in get_only_change(compare_records(*paths)).measures]
