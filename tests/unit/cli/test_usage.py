@@ -1,4 +1,4 @@
-"""Whatever can't be asked of a command is a sentence and exit code 2, before anything is run or written."""
+"""Wrong usage of a command: a message and exit code 2, before anything is run or written."""
 
 import shlex
 from pathlib import Path
@@ -51,6 +51,8 @@ REFUSED = [
     ("engines pymunk --show located", "profile 'located' of pymunk cannot be printed as code"),
     ("engines pymunk --show tuned --scene paper", "--scene must name one scene"),
     ("history pymunk --bisect paper:default:1/60", "--bisect must name one scene"),
+    ("history pit paper/late", "pit has no registry"),
+    ("history pymunk paper/late -p best", "pymunk has no profile 'best'"),
     ("run paper/missed -e pit --retry", "--resume and --retry need the output folder"),
     # what an option can't be
     ("run paper/missed --dt fast", "--dt must be a number of seconds such as 1/240 or 0.004"),
@@ -62,25 +64,17 @@ REFUSED = [
     ("bench paper/missed --dt 1/60..x", "--dt must be a number of seconds"),
     ("bench paper/missed --axes time-error", "'--axes': 'time-error' is not one of 'error-time', 'error-dt'"),
     ("bench paper/missed --phases 1000000", "--phases must be a whole number from"),
-    ("bench paper/missed --jobs 1000000", "--jobs must be a whole number from"),
-    ("bench paper/missed --rounds 1000000", "--rounds must be a whole number from"),
     ("bench --grow --discs 1000000000", "--discs must be a whole number from 1 to 100000"),
-    ("bench --grow -e pit --discs 2 --time-limit 1e10", "--time-limit must be a positive"),
     ("bench paper/missed -e pit --scheduler nan", "--scheduler must be an address such as tcp://"),
     ("bench --grow --scheduler tcp://host:8786", "--scheduler must be left out, since run time and memory are"),
     ("history pymunk --scheduler tcp://host:8786", "--scheduler must be left out, since each release is installed"),
     ("tune pymunk --timing --scheduler tcp://host:8786", "omit --timing or --scheduler"),
-    ("run paper/missed -e pit --dt 0.1 --time-limit nan", "--time-limit must be a positive"),
     ("run paper/missed -e pymunk --set iterations", "--set must be NAME=VALUE"),
     ("stress grazing --time-limit 0", "--time-limit must be a positive number of seconds, at most 1e7, got '0'"),
     ("stress small -e pit --memory-limit inf", "--memory-limit must be a positive number of mega"),
-    ("advise paper/missed --budget 0", "--budget must be a whole number from 1 to"),
     ("advise paper/missed --direction-error 1", "--direction-error must be an angle such as 1deg"),
     ("advise paper/missed --miss-probability 2", "--miss-probability must be 0 or more and below 1"),
-    ("certify classics/box --time-budget 0", "--time-budget must be a positive number of seconds, at most 1e7, got"),
-    ("certify classics/box --max-precision 10", "--max-precision must be a whole number from 64 to 1048576, got '10'"),
     ("certify classics/box --digits 100000", "--digits must be a whole number from 1 to 10000, got '100000'"),
-    ("tune pymunk classics/miss --time-limit 0", "--time-limit must be a positive"),
     ("engines pymunk --show tuned --restitution 2", "restitution"),
     ("diff {kept} {kept} --engine pymunk", "--engine must be OLD=NEW"),
     # where nothing can be written

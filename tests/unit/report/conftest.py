@@ -1,4 +1,4 @@
-"""Small cross-checks put together by hand: real traces of PIC and PIT, and an engine for every way not to be run."""
+"""Small cross-checks built by hand: real traces of PIC and PIT, and an engine for every reason not to run."""
 
 from collections.abc import Mapping
 from dataclasses import replace

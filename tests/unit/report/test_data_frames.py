@@ -1,4 +1,4 @@
-"""Data frames: every number of a trace and of results under a name that says its unit."""
+"""Data frames: the numbers of traces and results, in columns whose names contain the units."""
 
 import sys
 

@@ -1,7 +1,8 @@
-"""What a notebook shows: pictures that are of the result, names that stay text, and nothing where no report can be."""
+"""Notebook output: pictures that show the result, escaped names, and text if no picture is possible."""
 
+import html
+import re
 from collections import Counter
-from html.parser import HTMLParser
 from itertools import pairwise
 
 import numpy as np
@@ -28,21 +29,9 @@ def scene() -> Scene:
     return staged(HOSTILE, *discs, wall_at(0.0, -2.0, 0.0, 1.0), duration_s=2.0, frame_rate_hz=8)
 
 
-class Seen(HTMLParser):
-    """The elements and the text of some HTML."""
-
-    def __init__(self, page: str) -> None:
-        super().__init__()
-        self.elements: Counter[str] = Counter()
-        self.text = ""
-        self.feed(page)
-        self.close()
-
-    def handle_starttag(self, tag: str, _attrs: object) -> None:
-        self.elements[tag] += 1
-
-    def handle_data(self, data: str) -> None:
-        self.text += data
+def strip_tags(page: str | None) -> str:
+    """Return the text that a page shows."""
+    return html.unescape(re.sub(r"<[^>]+>", "", page or ""))
 
 
 def list_circles(axes: object) -> list[Circle]:
@@ -56,20 +45,19 @@ def test_notebook_cell_has_text_and_one_picture(scene: Scene) -> None:
     for thing in (scene, reference, observed, results, carom.certify(scene)):
         page = thing._repr_html_()
         assert page
-        seen = Seen(page)
-        assert seen.elements["svg"] == 1
-        assert not seen.elements["script"]
-        assert str(thing) in seen.text
+        assert page.count("<svg") == 1
+        assert "<script" not in page
+        assert str(thing) in strip_tags(page)
 
 
 def test_score_is_shown_as_a_table(scene: Scene) -> None:
     """The table has the grade, the measured errors and the verdicts with their reasons, and no "n/a"."""
     score = carom.compare(carom.solve_pic(scene), carom.solve_pit(scene))
-    seen = Seen(score._repr_html_() or "")
-    assert seen.elements["table"] == 1
+    page = score._repr_html_() or ""
+    assert page.count("<table") == 1
     for said in (mark_of_grade(score.grade, 64).sentence, "final velocity", score.findings[0].reason):
-        assert said in seen.text
-    assert "n/a" not in seen.text
+        assert said in strip_tags(page)
+    assert "n/a" not in page
 
 
 def test_notebook_without_matplotlib_shows_text(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -86,7 +74,7 @@ def test_large_scene_is_shown_without_a_picture() -> None:
     """A scene of 100 discs is shown as text only, since the discs would be too small to see."""
     discs = (disc_at(k % 10, k // 10, r=0.25) for k in range(100))
     page = staged("many", *discs, duration_s=1.0)._repr_html_()
-    assert Seen(page or "").elements == {"div": 1, "pre": 1}
+    assert re.findall(r"<\w+", page or "") == ["<div", "<pre"]
 
 
 @each("bad", [np.nan, np.inf])
@@ -95,7 +83,7 @@ def test_non_finite_trace_is_shown_as_text(scene: Scene, field: str, bad: float)
     """A trace with NaN or infinity is shown as text; plot and replay are refused with the name of the field."""
     trace = carom.solve_pic(scene)
     broken = alter_impact(trace, 0, **{field: bad})
-    assert Seen(broken._repr_html_() or "").elements == {"div": 1, "pre": 1}
+    assert re.findall(r"<\w+", broken._repr_html_() or "") == ["<div", "<pre"]
     with pytest.raises(InputError, match=f"{field}.*can't be drawn"):
         broken.plot(Figure().add_subplot())
     with pytest.raises(InputError, match=f"{field}.*can't be replayed"):

@@ -1,4 +1,4 @@
-"""What all figures of a report share."""
+"""Common properties of all figures in a report."""
 
 import re
 from importlib import resources
@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from tests.cases import each
 
-from carom.engines.registry import list_adapter_points, load_adapter
+from carom.engines.registry import list_adapter_points
 from carom.report.svg import SERIES, choose_line_style, finish, format_tick, use_drawing_style
 
 
@@ -31,24 +31,6 @@ def test_short_logarithmic_axis_has_plain_labels() -> None:
         ]
     assert labels
     assert not [label for label in labels if "$" in label]
-
-
-def test_profiles_of_an_engine_have_different_dashes() -> None:
-    """All lines of an engine have the same colour, so each of its profiles has its own dash."""
-    several = 0
-    for engine in list_adapter_points():
-        names = list(load_adapter(engine).profiles)
-        dashes = {repr(choose_line_style(engine, profile=name)["linestyle"]) for name in names}
-        assert len(dashes) == len(names), (engine, names)
-        several += len(names) > 2
-    assert several, "no engine with three profiles was tried"
-
-
-def test_profile_has_the_same_dash_for_every_engine() -> None:
-    """The profile `located` has the same dash for pymunk and Box2D, and each engine has its own colour."""
-    first, second = (choose_line_style(name, profile="located") for name in ("pymunk", "box2d"))
-    assert first["linestyle"] == second["linestyle"]
-    assert first["color"] != second["color"]
 
 
 def test_engines_have_different_colours_or_markers() -> None:

@@ -1,8 +1,8 @@
-"""Results in a few lines: the answer within the width there is, in signs that a terminal has, and what matters."""
+"""Results in a few lines: printable text, ASCII replacements, and the most important numbers."""
 
 import io
 import math
-import re
+from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
@@ -14,9 +14,9 @@ import carom
 from carom import Scene
 from carom.catalogue import find_scenes
 from carom.cli.ascii import ERRORS
-from carom.report.document import Column, Document, Section, Table
+from carom.report.document import Document
 from carom.report.render.terminal import render_terminal
-from carom.report.summary import MOST_LINES, WIDTH, format_printable
+from carom.report.summary import MOST_LINES, WIDTH
 from carom.studies.cross_check.document import cross_check_document
 
 
@@ -39,34 +39,6 @@ def print_document(document: Document, width: int, *, full: bool = False) -> lis
 def print_as_line(document: Document, width: int = 80) -> str:
     """Return what a terminal of a width shows, in one line."""
     return " ".join(" ".join(print_document(document, width)).split())
-
-
-def test_summary_of_the_whole_suite_fits_one_screen(document: Document) -> None:
-    """At 80 columns the summary has one line per method, and with 13 methods at most 25 lines."""
-    lines = print_document(document, 80)
-    methods = [line for line in lines if re.match(r"(PIT|pymunk default|pymunk tuned|pymunk located) ", line)]
-    assert len(methods) == 4
-    assert len(lines) - len(methods) + 13 <= 25
-
-
-@each("width", [60, 80, 120, 200])
-@each("full", [False, True])
-def test_no_line_is_wider_than_the_terminal(document: Document, width: int, full: bool) -> None:
-    """Lines fit terminals of 60 to 200 columns, and names of scenes in tables are not cut."""
-    lines = print_document(document, width, full=full)
-    assert max(map(len, lines)) <= width
-    if full:
-        assert sum(line.strip().startswith("classics/perfectly-inelastic") for line in lines) >= 1
-
-
-@each("width", [30, 34, 40])
-def test_number_and_unit_stay_on_one_line(width: int) -> None:
-    """Even at 30 to 40 columns no number in a table is separated from its unit."""
-    columns = [Column(f"error {k}", lambda share: f"{share} %", number=True) for k in range(3)]
-    table = Table([Column("method", str), *columns], [0.044, 12.25, 100])
-    lines = print_document(Document("title", (), (Section("errors", (table,)),)), width)
-    for share in (0.044, 12.25, 100):
-        assert sum(line.count(f" {share} %") for line in lines) == 3
 
 
 def test_marks_have_ascii_replacements(document: Document) -> None:
@@ -104,68 +76,44 @@ def test_repr_of_every_result_is_short_and_printable(of: Scene) -> None:
         assert str(thing) == repr(thing)
 
 
-def test_repr_of_a_scene_shows_laws_and_bodies() -> None:
-    """The text has each number of the scene that affects the motion, and the number of discs that are not shown."""
+def build_rough_scene() -> Scene:
+    """Three discs, one of them immovable, and a wall, with restitution, friction and gravity."""
     post = disc_at(9.0, 0.0, r=0.25, m=math.inf)
     fields = {"walls": (wall_at(0.0, -2.0, 0.0, 2.0),), "restitution": 0.5, "friction": 0.3}
     fields |= {"discs": (*build_scene().discs, post), "gravity_m_s2": (0.0, -9.81)}
-    text = repr(build_scene().model_copy(update=fields))
-    for said in (
-        "'head-on': 3 discs, 1 wall; 2.75 s at 4 frames a second",
-        "restitution 0.5, wall restitution 1, friction 0.3, gravity (0, -9.81) m/s²",
-        "disc 0: at (0, 0) m, (1, 0) m/s, radius 0.5 m, 1 kg",
-        "disc 2: at (9, 0) m, (0, 0) m/s, radius 0.25 m, immovable",
-        "wall 0: through (0, -2) m, normal (0, 1) towards discs",
-    ):
-        assert said in text
-    assert repr(build_scene(40)).endswith("and 35 more")
+    return build_scene().model_copy(update=fields)
 
 
-def test_repr_of_a_trace_shows_its_impacts() -> None:
-    """The text has the time, the bodies and the velocities of each impact, PIT's step, and a run's warning."""
-    trace = carom.solve_pic(build_scene())
-    assert "'head-on' by pic: 1 impact\n  until 2.75 s: ran to the end of the scene" in repr(trace)
-    assert "2 s: disc 0 and disc 1, then at (0, 0) and (1, 0) m/s" in repr(trace)
-    assert "by pit at 1/4 s: 1 impact" in repr(carom.solve_pit(build_scene()))
-    assert "warning: careful" in repr(replace(trace, notes=("careful",)))
+def compare_missed() -> object:
+    observed = carom.solve_pit("paper/missed")
+    return carom.compare(carom.solve_pic("paper/missed"), observed, sampling=observed)
 
 
-def test_repr_of_a_score_shows_grade_counts_and_reason() -> None:
-    """PIT at 24 Hz misses the impact of `paper/missed`: the text has grade, counts, error ratio and verdict."""
-    (entry,) = find_scenes(["paper/missed"])
-    observed = carom.solve_pit(entry.scene)
-    score = carom.compare(carom.solve_pic(entry.scene), observed, sampling=observed)
-    assert repr(score).startswith("Score: wrong\n  0 of 1 impact found, 1 missed, 0 invented\n")
-    assert "error / PIT's: 1\n" in repr(score)
-    assert f"  {score.findings[0].verdict.value} ({score.findings[0].reason})" in repr(score)
-
-
-def test_repr_of_results_counts_grades_by_method() -> None:
-    """The text has, for each method, the number of runs with each grade."""
-    results = run_cross_check(find_scenes(["paper/missed"]), ["pic", "pit"], dts=[1 / 24])
-    lines = repr(results).splitlines()
-    assert lines[0].startswith(f"Results: {len(results.rows)} runs of 1 scene by 3 methods")
-    for engine, profile in (("pic", "frame-by-frame"), ("pic", "event-driven"), ("pit", "tuned")):
-        (line,) = [line.strip() for line in lines if line.strip().startswith(f"{engine}/{profile}: ")]
-        grades = [row.grade for row in results.rows if (row.job.engine, row.job.profile) == (engine, profile)]
-        for grade in filter(None, set(grades)):
-            assert f"{grades.count(grade)} {grade.name.lower()}" in line
-
-
-def test_repr_of_a_certified_trace_shows_its_digits() -> None:
-    """An impact at 1/3 s is shown with the 30 digits requested, and with the time up to which it is certified."""
-    thirds = staged("thirds", disc_at(0.0, 0.0, 3.0, 0.0), disc_at(2.0, 0.0), duration_s=1.0)
-    text = repr(carom.certify(thirds, digits=30))
-    assert text.startswith("CertifiedTrace of 'thirds': 1 impact, 30 digits requested\n")
-    assert "certified to the end of the scene" in text
-    assert f"  0.{'3' * 30}" in text
-    assert "  0.33333" in repr(carom.certify(thirds))
-
-
-def test_text_for_terminals_is_escaped_and_cut() -> None:
-    """Control characters and direction overrides are escaped, and a line that is cut ends in an ellipsis."""
-    assert format_printable(f"a\x1b{RIGHT_TO_LEFT}b", 40) == r"a\x1b\u202eb"
-    assert format_printable("x" * 50, 10) == f"{'x' * 9}…"
+@each(
+    "build, said",
+    [
+        (build_rough_scene, "'head-on': 3 discs, 1 wall; 2.75 s at 4 frames a second"),
+        (build_rough_scene, "restitution 0.5, wall restitution 1, friction 0.3, gravity (0, -9.81) m/s²"),
+        (build_rough_scene, "disc 0: at (0, 0) m, (1, 0) m/s, radius 0.5 m, 1 kg"),
+        (build_rough_scene, "disc 2: at (9, 0) m, (0, 0) m/s, radius 0.25 m, immovable"),
+        (build_rough_scene, "wall 0: through (0, -2) m, normal (0, 1) towards discs"),
+        (lambda: build_scene(40), "and 35 more"),
+        (
+            lambda: carom.solve_pic(build_scene()),
+            "'head-on' by pic: 1 impact\n  until 2.75 s: ran to the end of the scene\n"
+            "  2 s: disc 0 and disc 1, then at (0, 0) and (1, 0) m/s",
+        ),
+        (lambda: carom.solve_pit(build_scene()), "by pit at 1/4 s: 1 impact"),
+        (lambda: replace(carom.solve_pic(build_scene()), notes=("careful",)), "warning: careful"),
+        (compare_missed, "Score: wrong\n  0 of 1 impact found, 1 missed, 0 invented\n"),
+        (compare_missed, "error / PIT's: 1\n  an impact is missed ("),
+        (lambda: run_cross_check(["paper/missed"], ["pit"], dts=[1 / 24]), "1 run of 1 scene by 1 method"),
+        (lambda: run_cross_check(["paper/missed"], ["pit"], dts=[1 / 24]), "pit/tuned: 1 wrong"),
+    ],
+)
+def test_repr_shows_the_numbers_of_a_result(build: Callable[[], object], said: str) -> None:
+    """The text of a result has laws and bodies, impacts, a warning, errors with reasons, and grades by method."""
+    assert said in repr(build())
 
 
 def test_exact_grade_shows_32_bit_floats() -> None:

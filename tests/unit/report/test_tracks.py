@@ -1,4 +1,4 @@
-"""Tracks, drawn paths and angles: where each disc of a run is at any time, and how far it has turned."""
+"""Tracks, drawn paths and angles: positions and rotations of discs at any time."""
 
 import dataclasses
 import math
@@ -64,6 +64,14 @@ def test_track_passes_every_sampled_position(name: str) -> None:
         assert len(track.time_s) <= len(times) + len(trace.impacts) + 2
 
 
+def test_observed_path_has_a_point_per_step() -> None:
+    """The path of PIT has a point for each of its 24 steps and the start, and ends in the final state."""
+    trace = require_value(run_cross_check(["paper/late"], ["pit"], dts=[1 / 24]).rows[0].trace)
+    for disc, (times, points) in enumerate(build_observed_paths(trace).lines):
+        assert (len(times), times[-1]) == (25, trace.end_time_s)
+        np.testing.assert_allclose(points[-1], trace.final_position_m[disc])
+
+
 def test_track_is_a_parabola_between_its_knots() -> None:
     """Halfway through a fall of 1 s the disc has fallen a quarter of the way."""
     scene = staged("fall", disc_at(0.0, 0.0), duration_s=1.0, gravity_m_s2=(0.0, -8.0))
@@ -84,14 +92,6 @@ def test_disc_turns_by_its_spin_between_impacts() -> None:
     np.testing.assert_allclose(second.angle_rad, [0.0, 0.0, -2 * (end_s - hit_s)], rtol=1e-14)
     assert first.angle_at(end_s - 0.25) == pytest.approx(first.angle_rad[-1] - 1.0)
     assert build_observed_paths(trace).turned[0].angle_at(0.25) == pytest.approx(1.5)
-
-
-def test_scene_without_spins_has_no_angles() -> None:
-    """Without friction and spin there are no angles, neither in a picture nor in a replay."""
-    trace = solve_pic(all_scenes()["paper/late"].scene)
-    assert compute_turnings(trace) == ()
-    data = build_replay_data(trace, [(trace, compare(trace, trace), {})])
-    assert data["turned"] == data["runs"][0]["turned"] == []
 
 
 def test_disc_with_a_spin_of_nan_stops_turning() -> None:

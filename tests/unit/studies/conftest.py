@@ -1,4 +1,4 @@
-"""The hostile adapters of the runs' tests and the cross-checks of the pages', for the studies, too."""
+"""Fixtures of other packages' tests that the tests of studies use."""
 
 from tests.unit.execution.conftest import hostile, install
 from tests.unit.report.conftest import nasty, not_run, results

@@ -1,4 +1,4 @@
-"""A bench, a campaign, advice and growth put together by hand, of the eleven methods of a default install."""
+"""A bench, a stress campaign, advice and a growth bench, built by hand for the default engines."""
 
 import math
 from functools import partial
@@ -94,7 +94,7 @@ def build_campaign_results(one_in: int = 1) -> StressResults:
 
 
 def build_advice() -> Advice:
-    """Return what the adviser says of two discs: all found, except for MuJoCo's default that never meets the demand."""
+    """Return the advice on two discs: every step is found, except that MuJoCo's default never meets the demand."""
     answers = []
     for method in METHODS[3:]:
         last = 0.01 / (1 + METHODS.index(method) // 2)  # two and two tie

@@ -29,7 +29,6 @@ from carom.studies.bench.timing_pass import timing_journal
 from carom.studies.cross_check.options import Options
 from carom.studies.cross_check.plan import build_plan
 from carom.studies.cross_check.run import execute, observed_journal
-from carom.studies.diff.compare_records import compare_records
 from carom.studies.history.compare_cells import history_journal
 from carom.studies.history.options import HistoryOptions
 from carom.studies.history.release_cache import ReleaseCache
@@ -139,11 +138,6 @@ def run_conformance_case(_folder: Path, _how: How) -> None:
         subject.watch(Setup(scene()))
 
 
-def compare_two_records(_folder: Path, _how: How) -> None:
-    kept = Path(__file__).parents[2] / "earlier_formats" / "results-3.jsonl"
-    compare_records(kept, kept)
-
-
 #: Each study, and what starts workers for it: a comparison reads two files, and starts none.
 ALL: dict[str, list[Any]] = {
     "advise": [pytest.param(run_advise, marks=pytest.mark.long)],
@@ -161,12 +155,6 @@ KEPT = {cross_check, bench, run_growth, run_stress, run_tune, run_release_histor
 def test_every_study_has_a_row_in_this_test() -> None:
     """The table of this file has a row for each package of `carom.studies`."""
     assert {one.name for one in iter_modules(studies.__path__)} == set(ALL), "each study needs a row in ALL"
-
-
-def test_record_comparison_starts_no_worker(recorded_tasks: Asked, tmp_path: Path) -> None:
-    """Comparing two record files starts no worker process."""
-    compare_two_records(tmp_path, {})
-    assert recorded_tasks == []
 
 
 @pytest.mark.parametrize("study", [*(one for own in ALL.values() for one in own), run_conformance_case])

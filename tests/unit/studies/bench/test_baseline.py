@@ -1,4 +1,4 @@
-"""A bench compared with an earlier one: what is called a change, and what is not."""
+"""Comparison of a bench with an earlier one: which differences count as changes."""
 
 import math
 from dataclasses import replace

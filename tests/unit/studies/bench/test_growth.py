@@ -1,4 +1,4 @@
-"""Run time against the number of discs: what is run, and what is not."""
+"""Run time against the number of discs: which runs are measured, skipped or reused."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -8,9 +8,9 @@ from types import SimpleNamespace
 from typing import TypeVar
 
 import pytest
-from tests.command import carom_command, printed_text
 from tests.fake_clock import Clock
 from tests.in_process_pool import InProcessPool
+from tests.scene_builders import require_value
 
 from carom.engines.api import Capabilities, Profile
 from carom.execution.job import Answer, Method, Status, Task, UnsupportedError
@@ -54,28 +54,21 @@ PLAIN_AND_FALLING = [("pit", 2), ("pit", 2)]
 
 
 @pytest.mark.long
-def test_interrupted_growth_bench_resumes_from_journal(tmp_path: Path, recorded_runs: list[tuple[str, int]]) -> None:
-    """After Ctrl-C a growth bench runs only the rest; ratios exist only between runs of the same session."""
-
-    def interrupt(done: int, _total: int, _what: str) -> None:
-        if done == 5:
-            raise KeyboardInterrupt
-
-    path, sizes, engines = tmp_path / "growth.jsonl", (2, 3, 4), ("pit", "pymunk")
-    with pytest.raises(KeyboardInterrupt), growth.growth_journal(path) as journal:
-        growth.measure_growth(GrowthOptions(engines, sizes=sizes, own=False), notes=journal, progress=interrupt)
-    two = [("pit", 2), ("pymunk", 2)] * 2  # plain, and falling
-    assert recorded_runs == [*two, ("pit", 3)]
+def test_ratio_needs_runs_of_the_same_session(tmp_path: Path, recorded_runs: list[tuple[str, int]]) -> None:
+    """A resumed growth bench runs only the rest, and has ratios only between runs of the same session."""
+    path, engines = tmp_path / "growth.jsonl", ("pit", "pymunk")
+    with growth.growth_journal(path) as journal:
+        growth.measure_growth(GrowthOptions(engines, sizes=(2, 3), own=False), notes=journal)
+        earlier = "2000-01-01T00:00:00+00:00"
+        for key, run in [*journal.entries.items()]:
+            if key.method.engine == "pymunk" and key.discs == 3:
+                value = replace(require_value(run.answer.value), bench_start=earlier)
+                journal.add([JournalEntry(key, Answer(Status.RAN, value=value))])
+    recorded_runs.clear()
     with growth.growth_journal(path, resume=True) as journal:
-        values = [run.answer.value for run in journal.entries.values() if run.answer.value is not None]
-        earlier = [replace(value, bench_start="2000-01-01T00:00:00+00:00") for value in values]
-        keys = list(journal.entries)
-        journal.add([JournalEntry(key, Answer(Status.RAN, value=one)) for key, one in zip(keys, earlier, strict=True)])
-    with growth.growth_journal(path, resume=True) as journal:
-        found = growth.measure_growth(GrowthOptions(engines, sizes=sizes, own=False), notes=journal)
-    assert recorded_runs[5:] == [("pymunk", 3), ("pit", 3), ("pymunk", 3), *[("pit", 4), ("pymunk", 4)] * 2]
+        found = growth.measure_growth(GrowthOptions(engines, sizes=(2, 3, 4), own=False), notes=journal)
+    assert recorded_runs == [("pit", 4), ("pymunk", 4)] * 2
     pit, pymunk = (curve.points for curve in found.curves if not curve.gravity)
-    assert [value.timing.advance_s for value in earlier][:3] == [p.advance_s for p in (pit[0], pymunk[0], pit[1])]
     assert [pymunk[k].ratio == pymunk[k].advance_s / pit[k].advance_s for k in range(3)] == [True, False, True]
     assert math.isnan(pymunk[1].ratio)
 
@@ -91,17 +84,6 @@ def test_run_skipped_for_budget_is_retried_with_larger_budget(
     with growth.growth_journal(path, resume=True) as journal:
         second = growth.measure_growth(GrowthOptions(["pit"], sizes=[2], own=False), notes=journal)
     assert second.curves[0].points[0].reason == ""
-    assert recorded_runs == PLAIN_AND_FALLING
-
-
-@pytest.mark.long
-def test_growth_bench_needs_resume_for_existing_folder(tmp_path: Path, recorded_runs: list[tuple[str, int]]) -> None:
-    """A folder with a growth bench is refused without `--resume`; with it, nothing runs again."""
-    command = ["bench", "--grow", "-e", "pit", "--no-own", "--discs", "2", "--out", str(tmp_path / "out")]
-    for arguments, exit_code in (([], 0), ([], 2), (["--resume"], 0)):
-        result = carom_command(*command, *arguments)
-        assert result.exit_code == exit_code, result.output
-        assert ("continue with --resume" in printed_text(result)) == (exit_code == 2)
     assert recorded_runs == PLAIN_AND_FALLING
 
 

@@ -1,10 +1,9 @@
+import importlib
 import json
 import math
-import os
 import re
-import subprocess
-import sys
 from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -15,22 +14,19 @@ from tests.cases import each
 from tests.command import carom_command
 from tests.fake_clock import Clock
 from tests.in_process_pool import InProcessPool
-from tests.processes import interrupt, wait_until_begun
 from tests.scene_builders import disc_at, require_value, staged
 
 from carom import Scene
 from carom.errors import InputError, UnknownNameError
 from carom.execution.job import Answer, Method, Status
-from carom.execution.pool import Lane
 from carom.execution.score_jobs import Measures, score_journal
-from carom.studies.bench.axes import ErrorKind
 from carom.studies.bench.convergence import Convergence
 from carom.studies.bench.growth import GrowthPoint, measure_growth, select_same_method
-from carom.studies.bench.machine_noise import NoiseProbe, Spread
+from carom.studies.bench.machine_noise import Spread
 from carom.studies.bench.options import BenchPlan, GrowthOptions, compute_geometric_steps, parse_step_series
-from carom.studies.bench.result import Bench, Point, find_cheapest, find_pareto_front
+from carom.studies.bench.result import Point, find_cheapest, find_pareto_front
 from carom.studies.bench.run import measure_work_precision
-from carom.studies.bench.timing_pass import CellTiming, TimeScene, timing_journal
+from carom.studies.bench.timing_pass import CellTiming, TimeScene
 from carom.support.limits import MOST_DISCS
 
 
@@ -80,26 +76,15 @@ def test_pareto_front_contains_only_unbeaten_points() -> None:
 
 
 @pytest.mark.long
-def test_bench_measures_errors_and_times(scene: Scene, tmp_path: Path) -> None:
-    """PIT converges with order 1, PIC is exact, points are timed relative to PIT, and resuming changes nothing."""
-    dts = (1 / 60, 1 / 240, 1 / 960)
+def test_bench_measures_errors_and_times(scene: Scene) -> None:
+    """PIT converges with order 1, PIC is exact, and points are timed relative to PIT, with the machine's noise."""
     # However slow the machine is, nothing is left out for want of time.
+    dts = (1 / 60, 1 / 240, 1 / 960)
     plan = BenchPlan(engines=("pit", "pic"), dts=dts, profiles=("tuned",), phases=2, rounds=3, budget_s=1e6)
-
-    def run(resume: bool, **changes: Any) -> Bench:
-        with (
-            score_journal(tmp_path / "journal.jsonl", resume=resume) as journal,
-            timing_journal(tmp_path / "timings.jsonl", resume=resume) as timings,
-        ):
-            return measure_work_precision(
-                [scene], replace(plan, **changes), InProcessPool(), notes=journal, timings=timings
-            )
-
-    first = run(resume=False)
-    assert first.scenes == run(resume=True).scenes
-    assert len(load_measures(tmp_path / "journal.jsonl")) == 8  # PIC at the coarsest step alone
-    assert run(resume=True, timing=False).scenes[0].noise is None
-    found = {curve.engine: curve for curve in first.scenes[0].curves}
+    (result,) = measure_work_precision([scene], plan, InProcessPool()).scenes
+    noise = require_value(result.noise)
+    assert (noise.probes > 1, noise.work_s > 0, noise.worst >= 1) == (True, True, True)
+    found = {curve.engine: curve for curve in result.curves}
     assert found["pic"].order.verdict is Convergence.EXACT
     assert found["pit"].order.exponent == pytest.approx(1.0, abs=0.35)
     for curve in found.values():
@@ -122,7 +107,7 @@ def test_point_beyond_the_budget_is_untimed_with_reason(scene: Scene, monkeypatc
 
 
 def test_bench_adds_pic_and_pit(scene: Scene) -> None:
-    """A bench includes PIC at the coarsest step and PIT at all, unless `own` is off or a profile is asked for."""
+    """A bench includes PIC at the coarsest step and PIT at all, unless `own` is off or a profile is given."""
     plan = BenchPlan(engines=("pit",), dts=(1 / 60, 1 / 240), phases=1, timing=False)
 
     def found(plan: BenchPlan) -> dict[tuple[str, str], int]:
@@ -145,30 +130,8 @@ def test_methods_beyond_the_scoring_budget_have_a_reason(scene: Scene, monkeypat
     assert unscored == {("pit", "tuned", 1 / 120): "the 12 s for scoring this scene are used up; raise --budget"}
 
 
-@pytest.mark.long
-@pytest.mark.usefixtures("hostile")
-def test_abort_during_timing_affects_only_its_own_method(scene: Scene) -> None:
-    """An engine that aborts during timing gets a reason instead of times; the other methods are timed."""
-    aborts, pit = (Method("aborts", "tuned"), 0.1), (Method("pit", "tuned"), 0.1)
-    with Lane() as lane:
-        timing = TimeScene(scene, (aborts, pit), rounds=3).run(lane).value
-    assert "SIGABRT" in dict(require_value(timing).untimed)[aborts]
-    assert dict(require_value(timing).timings)[pit].rounds == 3
-
-
-def test_noise_probe_measures_scatter_of_fixed_work() -> None:
-    """Five probes of fixed work give a positive time and a largest ratio of at least 1."""
-    probe = NoiseProbe()
-    for _ in range(5):
-        probe.take()
-    noise = probe.compute_noise()
-    assert noise.probes == 5
-    assert noise.work_s > 0
-    assert noise.worst >= 1
-
-
 def test_invalid_bench_plan_is_refused(scene: Scene) -> None:
-    """A bench with no or equal scenes, an unknown profile or an invalid number is refused with name and value."""
+    """A bench without scenes, with equal scenes or an unknown profile is refused with the name."""
     plan = BenchPlan(engines=("pit",))
     for scenes, wrong, error, words in (
         ([], plan, InputError, "no scene"),
@@ -177,14 +140,11 @@ def test_invalid_bench_plan_is_refused(scene: Scene) -> None:
     ):
         with pytest.raises(error, match=words):
             measure_work_precision(scenes, wrong, InProcessPool())
-    for name, value in (("target", 0.0), ("budget_s", math.nan), ("rounds", 0)):
-        with pytest.raises(InputError, match=f"{name} must be .*, got {value:g}"):
-            replace(plan, **{name: value})  # type: ignore[arg-type] # of the field's own type
 
 
 @pytest.mark.long
 def test_growth_measures_each_size_or_reports_why_not(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each number of discs has a run time and a ratio to PIT, or a reason; a size of 0 is refused."""
+    """Each number of discs has a run time and a ratio to PIT, or a reason."""
     monkeypatch.setattr("carom.studies.bench.growth.time", Clock())  # nothing uses up a budget, however slow it is
     found = measure_growth(GrowthOptions(["pit", "pic"], sizes=(2, 40), budget_s=60.0))
     for curve in found.curves:
@@ -195,8 +155,6 @@ def test_growth_measures_each_size_or_reports_why_not(monkeypatch: pytest.Monkey
     curve, _ = measure_growth(GrowthOptions(["pic"], sizes=(2, 40, MOST_DISCS), budget_s=1e-3, own=False)).curves
     assert "according to the run with 40 discs" in curve.points[-1].reason
     assert all(entry.ratio == 1.0 for entry in pit.points if not entry.reason)
-    with pytest.raises(InputError, match=r"sizes\[0\] must be a whole number from 1 to 100000, got 0"):
-        measure_growth(GrowthOptions(["pit"], sizes=(0,)))
 
 
 def test_power_law_is_fitted_after_the_last_drop_in_run_time() -> None:
@@ -236,9 +194,10 @@ def load_measures(path: Path) -> list[tuple[float, Measures]]:
         return [(r.key.dt_s, r.answer.value) for r in journal.entries.values() if r.answer.value is not None]
 
 
-@pytest.fixture
-def jobs(tmp_path: Path, scene: Scene, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
-    """The names of the documented lines, in a folder with a journal: two jobs, one without an error, one not run."""
+def test_documented_lines_read_the_errors_of_a_journal(
+    tmp_path: Path, scene: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The lines of docs/reference/bench.md for numpy, pandas and DuckDB read the errors of a journal bit for bit."""
     plan = BenchPlan(engines=("pit",), dts=(1 / 60, 1 / 240), profiles=("tuned",), phases=1, timing=False, own=False)
     with score_journal(tmp_path / "journal.jsonl") as journal:
         measure_work_precision([scene], plan, InProcessPool(), notes=journal)
@@ -249,60 +208,16 @@ def jobs(tmp_path: Path, scene: Scene, monkeypatch: pytest.MonkeyPatch) -> dict[
         journal.add([replace(ran, key=replace(ran.key, dt_s=dt), answer=answer) for dt, answer in answers.items()])
     errors = [(dt_s, measures.total.velocity) for dt_s, measures in load_measures(tmp_path / "journal.jsonl")]
     monkeypatch.chdir(tmp_path)
-    names = {"json": json, "np": np, "Path": Path, "errors": errors}
-    exec(find_documented_line("jobs ="), names)  # noqa: S102 - our own documentation
-    return names
-
-
-def find_documented_line(start: str) -> str:
-    """Return the line of docs/reference/bench.md that begins so."""
     lines = (Path(__file__).parents[4] / "docs" / "reference" / "bench.md").read_text().splitlines()
-    return next(line for line in lines if line.startswith(start))
-
-
-def test_documented_numpy_line_reads_journal(jobs: dict[str, Any]) -> None:
-    """The documented numpy line reads the errors of all completed runs from a journal, bit for bit."""
-    found = eval(find_documented_line("np."), jobs)  # noqa: S307 - our own documentation
-    assert found.tobytes() == np.array([error for _, error in jobs["errors"]]).tobytes()
-
-
-@pytest.mark.long
-def test_documented_pandas_line_reads_journal(jobs: dict[str, Any]) -> None:
-    """The documented pandas line reads a journal as a row per job, with NaN for a job without a result."""
-    jobs["pd"] = pytest.importorskip("pandas", reason="pandas is not installed")
-    frame = eval(find_documented_line("pd."), jobs)  # noqa: S307 - our own documentation
-    found = frame["answer.value.total.velocity"].to_numpy(float)
-    assert found.tobytes() == np.array([*(error for _, error in jobs["errors"]), math.nan]).tobytes()
-    assert frame["key.method.engine"].tolist() == ["pit"] * 4
-
-
-def test_documented_duckdb_query_reads_journal(jobs: dict[str, Any]) -> None:
-    """The documented DuckDB query returns the largest error of each step, bit for bit."""
-    jobs["duckdb"] = pytest.importorskip("duckdb", reason="duckdb is not installed")
-    found = eval(find_documented_line("duckdb."), jobs).fetchall()  # noqa: S307 - our own documentation
-    assert repr(sorted(found)) == repr(sorted(("pit", dt_s, error) for dt_s, error in jobs["errors"]))
-
-
-def test_each_error_kind_has_its_own_label_and_meaning() -> None:
-    """No two kinds of error share a label or a description."""
-    assert len({kind.meaning for kind in ErrorKind}) == len({kind.label for kind in ErrorKind}) == len(ErrorKind)
-
-
-@pytest.mark.long
-@pytest.mark.usefixtures("hostile", "heard_interrupts")
-def test_interrupted_bench_keeps_journal_and_suggests_resume(scene_file: Path, tmp_path: Path) -> None:
-    """After Ctrl-C, a bench exits with 130 and suggests `--resume`; finished cells are in the journal."""
-    out = tmp_path / "out"
-    # While one of the engines hangs, the bench can't end before it is interrupted.
-    options = ["-e", "pit", "-e", "hangs", "-p", "tuned", "-j", "2", "--time-limit", "1e6", "--out"]
-    command = [sys.executable, "-m", "carom", "bench", str(scene_file), *options, str(out)]
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])}
-    pipes: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    with subprocess.Popen(command, **pipes, env=environment) as process:
-        journal = out / "journal.jsonl"
-        wait_until_begun(process, lambda: journal.exists() and journal.read_bytes().count(b"\n") > 1)
-        errors = interrupt(process)
-    assert process.returncode == 130
-    assert "--resume continues from them" in errors
-    assert "Traceback" not in errors
-    assert load_measures(journal), journal.read_text()
+    code = {line.partition(".")[0]: line for line in lines if line.startswith(("np.", "pd.", "duckdb."))}
+    names: dict[str, Any] = {"json": json, "np": np, "Path": Path}
+    exec(next(line for line in lines if line.startswith("jobs =")), names)  # noqa: S102 - our own documentation
+    assert eval(code["np"], names).tobytes() == np.array([error for _, error in errors]).tobytes()  # noqa: S307
+    if find_spec("pandas"):
+        frame = eval(code["pd"], {**names, "pd": importlib.import_module("pandas")})  # noqa: S307
+        assert frame["answer.value.total.velocity"].to_list() == pytest.approx(
+            [*(error for _, error in errors), math.nan], rel=0, abs=0, nan_ok=True
+        )
+    if find_spec("duckdb"):
+        found = eval(code["duckdb"], {**names, "duckdb": importlib.import_module("duckdb")}).fetchall()  # noqa: S307
+        assert repr(sorted(found)) == repr(sorted(("pit", dt_s, error) for dt_s, error in errors))

@@ -1,4 +1,4 @@
-"""A cross-check drawn again from its records."""
+"""Reports that are rebuilt from results.jsonl."""
 
 from pathlib import Path
 

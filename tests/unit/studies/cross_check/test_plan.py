@@ -1,27 +1,17 @@
-"""Which jobs a cross-check has, and what a sweep makes of them, by itself and on a cluster, with TLS or without."""
+"""Jobs of a cross-check, their keys, and a cluster that does not answer."""
 
 import importlib.util
-import shutil
-import subprocess
-from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import pytest
 from tests.cases import each
 from tests.in_process_pool import InProcessPool
-from tests.journal_lines import read_canonical_lines
 from tests.scene_builders import disc_at, staged
 
 from carom import Scene
-from carom.execution import scheduler
+from carom.execution import cluster
 from carom.execution.cache_key import build_job_key
-from carom.execution.cluster import ClusterError, ClusterPool
-from carom.execution.job import Answer, Job, Method, Status
-from carom.execution.pool import LocalPool, Pool
-from carom.execution.scheduler import build_batches
-from carom.execution.score_jobs import Measures, ScoreTask, estimate_steps, score_jobs, score_journal
+from carom.execution.job import Job, Method
 from carom.studies.cross_check.options import Options
 from carom.studies.cross_check.plan import build_plan
 
@@ -52,148 +42,28 @@ def scene() -> Scene:
     return staged("oblique", disc_at(0, 0, 1, 0), disc_at(3, 0.3, -1, 0), duration_s=2.0)
 
 
-def build_jobs(scene: Scene, engines: tuple[str, ...], count: int) -> list[Job]:
-    return [
-        Job(scene, Method(engine, "tuned"), 1 / (20 + k // 2), 0, (k % 2) / 2)
-        for engine in engines
-        for k in range(count)
-    ]
-
-
-def test_batch_has_jobs_of_one_engine_up_to_the_limit(scene: Scene) -> None:
-    """Each job is in exactly one batch, and a batch has at most `BATCH_TASKS` jobs, all of one engine."""
-    jobs = build_jobs(scene, ("pit", "pic"), 150)
-    found = build_batches((k, ScoreTask(job), estimate_steps(job)) for k, job in enumerate(jobs))
-    assert sorted(k for _, message in found for k, _ in message) == list(range(len(jobs)))
-    assert all({task.engine for _, task in message} == {engine} for engine, message in found)
-    assert max(len(message) for _, message in found) == scheduler.BATCH_TASKS
-
-
-@pytest.mark.long
-@pytest.mark.usefixtures("hostile")
-def test_abort_affects_only_its_own_jobs(scene: Scene) -> None:
-    """If engines abort, exit or raise, their jobs have that status and reason, and the jobs of PIT run."""
-    jobs = build_jobs(scene, ("aborts", "exits", "raises", "missing", "pit"), 2)
-    with LocalPool(2) as pool:
-        found = score_jobs(jobs, pool)
-    by_engine: dict[str, list[Answer[Measures]]] = {}
-    for job in jobs:
-        by_engine.setdefault(job.engine, []).append(found[build_job_key(job)])
-    assert {engine: {result.status for result in results} for engine, results in by_engine.items()} == {
-        "aborts": {Status.CRASHED},
-        "exits": {Status.CRASHED},
-        "raises": {Status.FAILED},
-        "missing": {Status.UNAVAILABLE},
-        "pit": {Status.RAN},
-    }
-    assert all("SIGABRT" in result.reason for result in by_engine["aborts"])
-    assert all("exit code 7" in result.reason for result in by_engine["exits"])
-
-
-def test_journaled_jobs_are_not_run_again(scene: Scene, tmp_path: Path) -> None:
-    """A resumed sweep runs only the missing jobs and ends with the content of an uninterrupted one."""
-    jobs = build_jobs(scene, ("pit", "pic"), 5)
-    with InProcessPool() as pool:
-        with score_journal(tmp_path / "whole.jsonl") as journal:
-            score_jobs(jobs, pool, journal)
-        with score_journal(tmp_path / "parts.jsonl") as journal:
-            score_jobs(jobs[::3], pool, journal)
-        first = (tmp_path / "parts.jsonl").read_bytes()
-        calls: list[tuple[int, int]] = []
-        with score_journal(tmp_path / "parts.jsonl", resume=True) as journal:
-            score_jobs(jobs, pool, journal, lambda done, total, _: calls.append((done, total)))
-    assert (tmp_path / "parts.jsonl").read_bytes().startswith(first)
-    assert len((tmp_path / "parts.jsonl").read_bytes().splitlines()) == len(jobs) + 1
-    assert read_canonical_lines(tmp_path / "parts.jsonl") == read_canonical_lines(tmp_path / "whole.jsonl")
-    assert calls[0] == (1, len(jobs))
-    assert calls[-1] == (len(jobs), len(jobs))
-
-
 def test_job_key_depends_only_on_content(scene: Scene) -> None:
-    """Step, phase, profile, engine, name and any number of the scene change the key; its description does not."""
+    """Step, phase, method, setting, name and numbers of the scene change the key; its description does not."""
     job = Job(scene, Method("pic", "event-driven"), 0.1)
     others = [
         replace(job, phase=0.5),
         replace(job, dt_s=0.1000000001),
         replace(job, method=Method("pic", "frame-by-frame")),
         replace(job, method=Method("pit", "tuned")),
+        replace(job, method=Method("pic", "event-driven", (("iterations", 5),))),
         replace(job, scene=scene.model_copy(update={"duration_s": 2.0000000000000004})),
         replace(job, scene=scene.model_copy(update={"name": "other"})),
     ]
-    assert len({build_job_key(other) for other in [job, *others]}) == 7
+    assert len({build_job_key(other) for other in [job, *others]}) == 8
     described = replace(job, scene=scene.model_copy(update={"description": "words"}), refinement=3)
     assert build_job_key(described) == build_job_key(job)
 
 
 @pytest.mark.skipif(importlib.util.find_spec("distributed") is None, reason="distributed, extra cluster, is missing")
 @pytest.mark.filterwarnings("ignore")  # the client that gives up leaves sockets behind, too
-def test_missing_dask_scheduler_is_reported_with_its_address(monkeypatch: pytest.MonkeyPatch) -> None:
-    """If no Dask scheduler answers at an address, ClusterPool raises a ClusterError that names the address."""
-    from carom.execution import cluster
-
+@each("address", ["tcp://127.0.0.1:9", "tls://127.0.0.1:9"])
+def test_missing_dask_scheduler_is_reported_with_its_address(address: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """If no Dask scheduler answers, or certificates for TLS are missing, the ClusterError names the address."""
     monkeypatch.setattr(cluster, "CONNECT_S", 0.1)
-    with pytest.raises(cluster.ClusterError, match=r"no Dask scheduler at tcp://127\.0\.0\.1:9"):
-        cluster.ClusterPool("tcp://127.0.0.1:9")
-
-
-#: For tests with a certificate.
-needs_openssl = pytest.mark.skipif(
-    shutil.which("openssl") is None, reason="the certificates are made by the command openssl"
-)
-
-
-@pytest.fixture(scope="module")
-def certificate(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
-    """A certificate that vouches for itself, and its key, as Dask's configuration has them."""
-    folder = tmp_path_factory.mktemp("tls")
-    cert, key = str(folder / "cert.pem"), str(folder / "key.pem")
-    command = ["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", "-subj", "/CN=127.0.0.1"]
-    subprocess.run([*command, "-keyout", key, "-out", cert], check=True, capture_output=True)
-    roles = {f"distributed.comm.tls.{role}": {"cert": cert, "key": key} for role in ("client", "scheduler", "worker")}
-    return {"distributed.comm.tls.ca-file": cert, **roles}  # type: ignore[dict-item] # Dask's are nested
-
-
-@pytest.fixture(scope="module")
-def scheduler_address(certificate: dict[str, str]) -> Iterator[str]:
-    """Where the scheduler of a cluster with one worker listens, on this machine."""
-    dask: Any = importlib.import_module("dask")
-    distributed: Any = importlib.import_module("distributed")
-    options = {"n_workers": 1, "threads_per_worker": 1, "protocol": "tls://", "dashboard_address": None}
-    with dask.config.set(certificate):
-        security = distributed.Security(require_encryption=True)
-        with distributed.LocalCluster(**options, security=security, silence_logs=50) as cluster:
-            yield cluster.scheduler_address
-
-
-def run_sweep(pool: Pool, path: Path) -> list[bytes]:
-    scene = staged("three", *(disc_at(3.0 * k, 0.1 * k, 1.0 - k, 0.0) for k in range(3)), duration_s=3.0)
-    with score_journal(path) as journal:
-        score_jobs([Job(scene, Method("pit", "tuned"), 0.1 / k) for k in (1, 2, 3)], pool, journal)
-    return read_canonical_lines(path)
-
-
-@pytest.mark.long
-@needs_openssl
-def test_cluster_with_tls_gives_the_same_journal(
-    scheduler_address: str, certificate: dict[str, str], tmp_path: Path
-) -> None:
-    """A sweep over TLS, with the certificates of Dask's configuration, gives the journal of a local sweep."""
-    dask: Any = importlib.import_module("dask")
-    assert scheduler_address.startswith("tls://")
-    with dask.config.set(certificate), ClusterPool(scheduler_address) as pool:
-        assert run_sweep(pool, tmp_path / "tls.jsonl") == run_sweep(InProcessPool(), tmp_path / "here.jsonl")
-
-
-@pytest.mark.long
-@needs_openssl
-@pytest.mark.usefixtures("certificate")
-@pytest.mark.parametrize("protocol", ["tls", "tcp"])
-def test_cluster_refuses_clients_without_a_certificate(scheduler_address: str, protocol: str) -> None:
-    """A client without a certificate or without TLS gets a ClusterError that no scheduler was found."""
-    dask: Any = importlib.import_module("dask")
-    none = {f"distributed.comm.tls.{role}": {"cert": None, "key": None} for role in ("client", "scheduler", "worker")}
-    with (
-        dask.config.set({"distributed.comm.tls.ca-file": None, **none}),
-        pytest.raises(ClusterError, match="no Dask scheduler at"),
-    ):
-        ClusterPool(scheduler_address.replace("tls://", f"{protocol}://"))
+    with pytest.raises(cluster.ClusterError, match=f"no Dask scheduler at {address}"):
+        cluster.ClusterPool(address)

@@ -1,4 +1,4 @@
-"""Page for throwing discs: next to a report, with links from its replays, and as a demo."""
+"""Play page: next to a report, linked from its replays, and as a demo."""
 
 import base64
 import gzip
@@ -18,9 +18,8 @@ from carom.catalogue import all_scenes
 from carom.studies.cross_check import demo as module
 from carom.studies.cross_check.document import build_report
 from carom.studies.cross_check.grid import build_grid
-from carom.studies.cross_check.play_page import PLAY_PAGE, build_play_link, build_play_page
+from carom.studies.cross_check.play_page import PLAY_PAGE, build_play_link
 from carom.studies.cross_check.sections.scenes import pack_replays
-from carom.web.page import add_gallery
 
 PAIR = staged("mine/a pair & more", disc_at(0, 0, 1), disc_at(3, 0), duration_s=2.0)
 #: One more than the page shows, of which two meet.
@@ -32,23 +31,10 @@ def test_play_link_percent_encodes_the_scene_name() -> None:
     assert build_play_link(PAIR) == "play.html#mine%2Fa%20pair%20%26%20more"
 
 
-def test_scene_with_too_many_discs_has_no_play_link() -> None:
-    """A scene with too many discs has no link, and no play page is built for it alone."""
-    assert build_play_link(MANY) == ""
-    assert build_play_page([MANY]) == ""
-
-
 @each("name", ["tables/box-of-edges", "driven/paddle", "contact/slide-to-roll", "contact/table-pair"])
 def test_scene_with_edges_driven_walls_or_contact_has_play_link(name: str) -> None:
     """Scenes with edges, driven walls, lasting contact or table deceleration have a link to the play page."""
     assert build_play_link(all_scenes()[name].scene)
-
-
-def test_play_page_has_own_scene_before_the_gallery() -> None:
-    """The play page lists the given scene first and then scenes of the catalogue, such as classics/bullet."""
-    names = [scene.name for scene in add_gallery(PAIR)]
-    assert names[0] == "mine/a pair & more"
-    assert "classics/bullet" in names
 
 
 @each("scene, linked", [(PAIR, True), (MANY, False)])
@@ -67,7 +53,7 @@ def test_report_has_play_page_only_if_a_scene_supports_it(scene: Scene, linked: 
 
 @pytest.fixture(autouse=True)
 def opened_pages(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """The pages that a browser was asked to open; none opens here."""
+    """Record the pages that would open in a browser."""
     pages: list[str] = []
     monkeypatch.setattr(webbrowser, "open", lambda page: pages.append(page) or True)  # type: ignore[func-returns-value] # None
     return pages

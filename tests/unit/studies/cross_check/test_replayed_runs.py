@@ -5,19 +5,15 @@ import gzip
 import json
 import re
 import sys
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from html import unescape
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 from matplotlib import rc_context
 from matplotlib.animation import FFMpegWriter, FuncAnimation
-from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
-from matplotlib.patches import Circle, Rectangle
+from matplotlib.patches import Circle
 from PIL import Image
 from tests.scene_builders import disc_at, staged
 
@@ -38,11 +34,11 @@ def missed_replay() -> Replay:
     return carom.replay(carom.solve_pic(scene), carom.solve_pit(scene))
 
 
-def test_replay_computes_score_unless_given(missed_replay: Replay) -> None:
-    """A replay keeps a given score and otherwise compares the two runs."""
-    assert missed_replay.score.missed == (0,)
-    given = carom.compare(missed_replay.reference, missed_replay.observed, sampling=missed_replay.observed)
-    assert carom.replay(missed_replay.reference, missed_replay.observed, score=given).score is given
+def build_film(replay: Replay) -> FuncAnimation:
+    """Return the film of a replay, which does not warn if it is not shown."""
+    made = films.build_film(replay.reference, replay.observed, replay.score)
+    made._draw_was_started = True  # type: ignore[attr-defined]  # noqa: SLF001
+    return made
 
 
 def test_notebook_cell_is_a_sandboxed_iframe_with_the_page(missed_replay: Replay) -> None:
@@ -94,155 +90,52 @@ def test_gif_pauses_at_the_missed_impact(
         assert film.convert("RGB").tobytes() != first
     assert min(lasts) == 40
     assert max(lasts) >= 1000 * (films._PAUSE_S - films._FLASH_S)  # noqa: SLF001 - while flashes fade frames differ
-    assert sum(lasts) == 40 * _count_frames(missed_replay)
+    assert sum(lasts) == 40 * len([*build_film(missed_replay).new_frame_seq()])
 
 
-@dataclass(frozen=True)
-class _Film:
-    """A film, looked at frame by frame."""
-
-    made: FuncAnimation
-    times: np.ndarray
-
-    def show(self, frame: int) -> tuple[list[Axes], list[list[Circle]]]:
-        """Return left, right and what is magnified, and the circles of each."""
-        self.made._func(frame)  # type: ignore[attr-defined]  # noqa: SLF001
-        left, right = self.made._fig.axes[:2]  # type: ignore[attr-defined]  # noqa: SLF001
-        pictures = [left, right, *right.child_axes]
-        return pictures, [[part for part in axes.patches if isinstance(part, Circle)] for axes in pictures]
-
-
-@pytest.fixture(scope="module")
-def film(missed_replay: Replay) -> Iterator[_Film]:
-    made = films.build_film(missed_replay.reference, missed_replay.observed, missed_replay.score)
-    yield _Film(made, films._compute_frame_times(missed_replay.reference.scene, _find_closest_time_s(missed_replay)))  # noqa: SLF001
-    made._draw_was_started = True  # type: ignore[attr-defined]  # noqa: SLF001 - it was looked at, and need not warn
-
-
-def _find_closest_time_s(missed_replay: Replay) -> float:
-    """Return when two discs that fly on are nearest to each other."""
-    one, other = missed_replay.reference.scene.discs
-    apart, passing = (np.subtract(getattr(other, of), getattr(one, of)) for of in ("position_m", "velocity_m_s"))
-    return float(-(apart @ passing) / (passing @ passing))
-
-
-def _get_position(cross: Line2D) -> np.ndarray:
-    place: np.ndarray = np.array(cross.get_xydata(), dtype=float)[0]
-    return place
-
-
-def _count_frames(missed_replay: Replay) -> int:
-    return len(films._compute_frame_times(missed_replay.reference.scene, _find_closest_time_s(missed_replay)))  # noqa: SLF001
-
-
-def test_last_film_frame_shows_final_positions(missed_replay: Replay, film: _Film) -> None:
-    """In the last frame the circles are at the final positions; the right picture also has the last check."""
-    _, circles = film.show(len(film.times) - 1)
-    left, right = ([circle.get_center() for circle in drawn] for drawn in circles[:2])
-    exact, seen = missed_replay.reference.final_position_m, missed_replay.observed.final_position_m
-    assert np.array(left) == pytest.approx(exact, abs=1e-5)
-    assert np.array(right[:6]) == pytest.approx(np.concatenate([seen, exact, seen]), abs=1e-5)
-
-
-def test_film_marks_missed_impact_with_cross(missed_replay: Replay, film: _Film) -> None:
-    """A cross at the point of contact is visible in the last frame and not in the first."""
-    pictures, _ = film.show(0)
-    (cross,) = [line for line in pictures[1].lines if line.get_marker() == "x"]
-    (impact,) = missed_replay.reference.impacts
-    met_s, one = impact["time_s"], missed_replay.reference.scene.discs[0]
-    centre = np.add(one.position_m, met_s * np.array(one.velocity_m_s))
-    assert np.hypot(*(_get_position(cross) - centre)) == pytest.approx(one.radius_m)
-    for frame, visible in ((0, False), (len(film.times) - 1, True)):
-        film.show(frame)
-        assert cross.get_visible() is visible
-
-
-def test_film_frame_shows_the_latest_check_before_it(missed_replay: Replay, film: _Film) -> None:
-    """The dashed discs are at the positions of the last check before the frame (checks every 1/24 s)."""
-    _, (_, right, _) = film.show(int(np.searchsorted(film.times, 2.5 / 24)))
-    dashed = [circle for circle in right if circle.get_linestyle() == "--"]
-    discs = missed_replay.reference.scene.discs
-    looked = [np.add(disc.position_m, 2 / 24 * np.array(disc.velocity_m_s)) for disc in discs]
-    assert np.array([circle.get_center() for circle in dashed]) == pytest.approx(np.array(looked), abs=1e-5)
-
-
-def test_outline_of_a_check_fades(missed_replay: Replay, film: _Film) -> None:
-    """The outline of a check is opaque in its first frame, fainter four frames later and gone after twelve."""
-    first = int(np.searchsorted(film.times, 10 / 24 - 1e-9))
-    one = missed_replay.reference.scene.discs[0]
-    place = np.add(one.position_m, 10 / 24 * np.array(one.velocity_m_s))
-    for frame, alpha in ((first, 1.0), (first + 4, 1 - 4 / 11.25), (first + 12, 0.0)):
-        _, (_, right, _) = film.show(frame)
-        strengths = [
-            circle.get_alpha() or 0.0
-            for circle in right
-            if circle.get_linewidth() == 2.5 and np.hypot(*np.subtract(circle.get_center(), place)) < 1e-5
-        ]
-        assert max(strengths, default=0.0) == pytest.approx(alpha)
-
-
-def test_film_slows_down_and_pauses_at_the_miss(missed_replay: Replay, film: _Film) -> None:
-    """A frame is 1/150 of the scene, an eighth of that before the miss, where the film pauses for 38 frames."""
-    steps, held_s = np.diff(film.times), _find_closest_time_s(missed_replay)
-    even_s = missed_replay.reference.scene.duration_s / 150
-    assert steps[0] == pytest.approx(even_s)
-    assert steps[-1] == pytest.approx(even_s, rel=0.02)
-    (held,) = np.nonzero(np.abs(film.times - held_s) < 1e-12)
-    assert len(held) == 38
-    assert steps[held[0] - 2] == pytest.approx(even_s / 8)
-    assert (steps >= 0).all()
-    assert film.times[-1] == missed_replay.reference.scene.duration_s
-
-
-def test_film_magnifies_the_missed_impact(missed_replay: Replay, film: _Film) -> None:
-    """At the miss, not in the first frame, an inset magnifies 2.5 radii around the contact and does not cover it."""
-    pictures, _ = film.show(0)
-    _, right, inset = pictures
-    (frame,) = [part for part in right.patches if isinstance(part, Rectangle)]
-    assert not inset.get_visible()
-    assert not frame.get_visible()
-    film.show(int(np.searchsorted(film.times, _find_closest_time_s(missed_replay))))
-    assert inset.get_visible()
-    assert frame.get_visible()
+def test_film_shows_positions_and_magnifies_the_missed_impact(missed_replay: Replay) -> None:
+    """The last frame has the final positions and a cross at the missed contact; an inset magnifies the contact."""
+    reference, observed = missed_replay.reference, missed_replay.observed
+    made = build_film(missed_replay)
+    left, right = made._fig.axes[:2]  # type: ignore[attr-defined]  # noqa: SLF001
+    (inset,) = right.child_axes
     (cross,) = [line for line in right.lines if line.get_marker() == "x"]
-    place, radius = _get_position(cross), missed_replay.reference.scene.discs[0].radius_m
-    corners = np.array([place - 2.5 * radius, place + 2.5 * radius])
+    is_visible = []
+    for frame in made.new_frame_seq():
+        made._func(frame)  # type: ignore[attr-defined]  # noqa: SLF001
+        is_visible.append((cross.get_visible(), inset.get_visible()))
+    assert is_visible[0] == (False, False)
+    assert is_visible[-1][0]
+    assert any(magnified for _, magnified in is_visible)
+    (impact,), disc = reference.impacts, reference.scene.discs[0]
+    centre = np.add(disc.position_m, impact["time_s"] * np.array(disc.velocity_m_s))
+    (place,) = np.array(cross.get_xydata())
+    assert np.hypot(*(place - centre)) == pytest.approx(disc.radius_m)
+    corners = np.array([place - 2.5 * disc.radius_m, place + 2.5 * disc.radius_m])
     assert np.transpose([inset.get_xlim(), inset.get_ylim()]) == pytest.approx(corners)
-    right.figure.canvas.draw()
-    box, at = inset.get_window_extent(), right.transData.transform(place)
-    assert box.width > 1.4 * 5 * radius * right.transData.get_matrix()[0, 0]
-    assert not box.contains(*at)
+    exact, seen = reference.final_position_m, observed.final_position_m
+    for axes, expected in ((left, exact), (right, np.concatenate([seen, exact, seen]))):
+        circles = [part for part in axes.patches if isinstance(part, Circle)]
+        places = np.array([circle.get_center() for circle in circles[: len(expected)]])
+        assert places == pytest.approx(expected, abs=1e-5)
 
 
 def test_film_of_large_discs_has_no_inset() -> None:
     """Discs that are already large in the picture have no magnifying inset."""
     scene = staged("large", disc_at(0, 0, 1, r=1), disc_at(3, 0, r=1), duration_s=2.0, frame_rate_hz=3.0)
     shown = carom.replay(carom.solve_pic(scene), carom.solve_pit(scene))
-    made = films.build_film(shown.reference, shown.observed, shown.score)
-    assert made._fig.axes[1].child_axes == []  # type: ignore[attr-defined]  # noqa: SLF001
-    made._draw_was_started = True  # type: ignore[attr-defined]  # noqa: SLF001 - it was looked at, and need not warn
+    assert build_film(shown)._fig.axes[1].child_axes == []  # type: ignore[attr-defined]  # noqa: SLF001
 
 
-def test_film_of_an_invented_impact_magnifies_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A film whose first fault is an impact that PIC does not have pauses at it, around the first disc of the run."""
+def test_film_of_an_invented_impact_magnifies_the_run() -> None:
+    """A film whose first fault is an impact that PIC does not have magnifies the place of the run's first disc."""
     scene = staged("invented", disc_at(0, 0, 1, r=0.1), disc_at(3, 1, r=0.1), duration_s=2.0, frame_rate_hz=3.0)
-    run = carom.solve_pit(scene)
     record = ImpactRecord(1.0, 0, 1, (1.0, 0.0), (1.0, 0.0), (0.0, 0.0), (1.0, 0.0), (0.0, 0.0))
-    invented = replace(run, impacts=build_impact_array([record]))
+    invented = replace(carom.solve_pit(scene), impacts=build_impact_array([record]))
     shown = carom.replay(carom.solve_pic(scene), invented)
     assert shown.score.spurious == (0,)
-    regions = list[tuple[object, object]]()
-    draw = films._draw_inset  # noqa: SLF001 - its region is what counts
-
-    def draw_and_keep(axes: Axes, region: Any, limits: Any) -> Any:
-        regions.append(region)
-        return draw(axes, region, limits)
-
-    monkeypatch.setattr(films, "_draw_inset", draw_and_keep)
-    made = films.build_film(shown.reference, shown.observed, shown.score)
-    made._draw_was_started = True  # type: ignore[attr-defined]  # noqa: SLF001 - it was looked at, and need not warn
-    ((low, high),) = regions
-    assert 0.5 * (np.asarray(low) + np.asarray(high)) == pytest.approx(np.array([1.0, 0.0]))
+    (inset,) = build_film(shown)._fig.axes[1].child_axes  # type: ignore[attr-defined]  # noqa: SLF001
+    assert np.mean([inset.get_xlim(), inset.get_ylim()], axis=1) == pytest.approx(np.array([1.0, 0.0]))
 
 
 @pytest.mark.long
@@ -255,7 +148,7 @@ def test_mp4_contains_every_frame(missed_replay: Replay, tmp_path: Path, monkeyp
     with rc_context({"animation.ffmpeg_path": str(program)}):
         frames = missed_replay.save(tmp_path / "replay.mp4").read_bytes()
     size = 4 * 640 * 352  # four bytes a pixel, 8 by 4.4 inches of 80
-    assert len(frames) == size * _count_frames(missed_replay)
+    assert len(frames) == size * len([*build_film(missed_replay).new_frame_seq()])
     assert frames[:size] != frames[-size:]
 
 

@@ -1,4 +1,4 @@
-"""Changes that count as the engine's, and the order of its releases."""
+"""Changes that are attributed to an engine's release, and the selection of releases."""
 
 import math
 from dataclasses import replace
@@ -10,7 +10,7 @@ from tests.cases import each
 from carom.errors import CaromError
 from carom.execution.job import Answer, Status
 from carom.studies.history.compare_cells import PLACES, ChangeKind, ReleaseCell, ReleaseRun, classify_change
-from carom.studies.history.run import select_versions, sort_versions
+from carom.studies.history.run import select_versions
 
 PHASES = 8
 RAN = ReleaseRun(
@@ -52,6 +52,7 @@ def places(low: float, high: float, **fields: Any) -> ReleaseCell:
     return build_cell(*(replace(RAN, position_errors_m=at, **own) for at in off))
 
 
+EIGHT, EIGHT_WORSE = ([replace(RAN, digest=f"{v}", velocity_errors_m_s=(v, 0.0))] * PHASES for v in (0.1, 0.9))
 BEFORE, WORSE = speeds(0.1, 0.2), speeds(0.3, 0.4, digest="c")
 
 
@@ -76,6 +77,9 @@ BEFORE, WORSE = speeds(0.1, 0.2), speeds(0.3, 0.4, digest="c")
         (BEFORE, speeds(0.3, 0.4, digest="c", verdicts=("LATE", "TURNS")), ChangeKind.UNOBSERVED),
         (speeds(0.1, 0.2, verdicts=("TURNS",)), WORSE, ChangeKind.UNOBSERVED),
         (speeds(0.1, 0.2, grade="UNGRADED"), WORSE, ChangeKind.NEITHER),
+        # With seven phases in all no change is the engine's.
+        (build_cell(*EIGHT), build_cell(*EIGHT_WORSE[1:]), ChangeKind.OVERLAP),
+        (build_cell(*EIGHT), build_cell(*EIGHT_WORSE), ChangeKind.WORSE),
         # Reported contacts are no part of the motion, whether in counts, grades or verdicts.
         (BEFORE, speeds(0.1, 0.2, digest="c", lost=2), ChangeKind.OTHER_CONTACTS),
         (speeds(0.1, 0.3, lost=2), speeds(0.2, 0.4, digest="c"), ChangeKind.OTHER_CONTACTS),
@@ -112,13 +116,6 @@ def test_change_of_position_has_disc_time_and_ranges() -> None:
     )
 
 
-def test_change_needs_eight_phases() -> None:
-    """With seven phases in all no change is attributed to the engine; with eight it is worse."""
-    low, high = ([replace(RAN, digest=f"{v}", velocity_errors_m_s=(v, 0.0))] * PHASES for v in (0.1, 0.9))
-    assert classify_change(build_cell(*low), build_cell(*high[1:])).kind is ChangeKind.OVERLAP
-    assert classify_change(build_cell(*low), build_cell(*high)).kind is ChangeKind.WORSE
-
-
 def test_gap_within_rounding_is_no_change() -> None:
     """A gap of 1e-6 between two ranges is rounding with 32-bit floats and a change with 64-bit floats."""
     for bits, moved in ((32, ChangeKind.OTHER_CONTACTS), (64, ChangeKind.WORSE)):
@@ -143,12 +140,6 @@ def test_release_without_reported_impacts_observes_no_contact() -> None:
 
 
 LISTED = ("10.0.0", "2.3.1.post1", "2.3.1", "3.0.0", "3.0.0rc1", "2.10", "0.0.0-50223ff-20240729")
-
-
-def test_versions_are_sorted_numerically() -> None:
-    """Version 10 is after 3, a release candidate before its release and a post-release after it."""
-    ordered = ("0.0.0-50223ff-20240729", "2.3.1", "2.3.1.post1", "2.10", "3.0.0rc1", "3.0.0", "10.0.0")
-    assert sort_versions(LISTED) == ordered
 
 
 @each(
@@ -182,8 +173,6 @@ def test_versions_are_selected_by_conditions_and_names(
         ("2.3.2", "there is no release '2.3.2'; did you mean '2.3.1'"),
         ("--index-url=x", "a version must begin with a digit"),
         (">=x", "a version must begin with a digit"),
-        ("1..--x", "a version must begin with a digit"),
-        ("1 2", "a version must begin with a digit"),
         ("1;2", "a version must begin with a digit"),
     ],
 )

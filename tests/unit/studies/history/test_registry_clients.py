@@ -76,18 +76,13 @@ def test_client_error_has_last_output_or_reason(
 
 
 @each("name", ["--global", "-g", "../toy", "a b", "http://x/y.tgz", "", "a;b"])
-def test_invalid_package_name_is_refused(name: str) -> None:
-    """An option, a path or a URL instead of a package name is refused."""
+def test_option_or_address_as_package_or_version_is_refused(name: str, tmp_path: Path) -> None:
+    """An option, a path or a URL instead of a package name or a version is refused."""
     for client in (Pip(), Npm()):
         with pytest.raises(ClientError, match="is not a package name"):
             client.list_versions(name)
-
-
-def test_invalid_version_is_refused(tmp_path: Path) -> None:
-    """A URL instead of a version is refused."""
-    for client in (Pip(), Npm()):
         with pytest.raises(InputError, match="a version must begin with a digit"):
-            client.install("toy", "git+https://x", tmp_path)
+            client.install("toy", name, tmp_path)
 
 
 def write_wheel(folder: Path, name: str, version: str, needs: str = "") -> None:
@@ -187,18 +182,19 @@ def test_release_cache_removes_nothing_while_in_use(tmp_path: Path) -> None:
     assert ReleaseCache(tmp_path).versions("pip", "toy") == ()
 
 
-@each("instead", ["a file", "a link", "a folder without a list"])
+@each("instead", ["a file", "a link", "", "\x00" * 40, "[" * 100_000])
 def test_damaged_release_is_installed_again(instead: str, tmp_path: Path) -> None:
-    """A file, a link or a folder without a list instead of a release is replaced; a link's target stays."""
+    """A release with a damaged list, or a file or a link in its place, is replaced; the link's target stays."""
     kept, other = ReleaseCache(tmp_path / "root"), tmp_path / "other"
     place = kept.install(Breaks(), "pip", "toy", "1")
     other.mkdir()
-    if instead == "a folder without a list":
-        (place / "carom-release.json").unlink()
-        (place / "half").unlink()
-    else:
+    if instead in {"a file", "a link"}:
         place.rename(tmp_path / "before")
         place.write_text("") if instead == "a file" else place.symlink_to(other)
+    else:
+        (place / "carom-release.json").write_text(instead)
+        (place / "half").unlink()
+    assert kept.find("pip", "toy", "1") is None
     assert kept.install(Breaks(), "pip", "toy", "1") == place
     assert (place / "half").is_file()
     assert not place.is_symlink()

@@ -1,6 +1,5 @@
-"""An engine of which each release is known by construction, and a registry that serves it, without a network."""
+"""A toy engine whose releases differ in a known way, and a registry that serves them without a network."""
 
-import json
 from pathlib import Path
 
 import pytest
@@ -9,7 +8,7 @@ from tests.installed_adapters import clear_entry_point_caches, write_distributio
 from carom.execution import describe_engines
 from carom.studies.history.registry_clients import CLIENTS, ClientError
 
-#: Discs that overlap and approach at the end of a step exchange what the release keeps of their velocities.
+#: Discs that overlap and approach at the end of a step get the fraction of their velocities that the release keeps.
 ADAPTER = """
 import json, sys
 from importlib import metadata
@@ -20,7 +19,7 @@ class World:
     def __init__(self, scene, settings):
         import toyengine
         self.engine, self.dt, self.steps, self.contacts = toyengine, settings["dt_s"], 0, ()
-        self.settings = {**settings, "slop": toyengine.SLOP}
+        self.settings = settings
         self.x = np.array([d.position_m for d in scene.discs]); self.v = np.array([d.velocity_m_s for d in scene.discs])
         self.reach = sum(d.radius_m for d in scene.discs)
 
@@ -33,8 +32,7 @@ class World:
                 n = d / np.hypot(*d)
                 push = (1 + self.engine.KEEPS) / 2 * (u @ n) * n
                 self.v = self.v + [push, -push]
-                if self.engine.TELLS:
-                    self.contacts = (Contact(0, 1, self.steps * self.dt, tuple(n)),)
+                self.contacts = (Contact(0, 1, self.steps * self.dt, tuple(n)),)
             self.steps += 1
 
     def observe(self):
@@ -55,18 +53,8 @@ class Adapter:
 adapter = Adapter()
 """
 
-#: For each release: the fraction of velocity after an impact, the tolerated overlap, and whether the release reports
-#: contacts.
-RELEASES = {
-    "0.9": (1.0, 0.0, True),
-    "1.0": (1.0, 0.0, True),
-    "1.1": (1.0, 0.0, True),
-    "1.2": (0.5, 0.0, True),
-    "1.3": (0.5, 0.0, True),
-    "1.4": (1.0, 0.0, True),
-    "1.5": (0.5, 0.1, True),
-    "1.6": (1.0, 0.1, False),
-}
+#: For each release: the fraction of the velocity that an impact keeps.
+RELEASES = {"0.9": 1.0, "1.0": 1.0, "1.1": 1.0, "1.2": 0.5, "1.3": 0.5, "1.4": 1.0}
 
 
 class Toys:
@@ -84,11 +72,10 @@ class Toys:
         return (*reversed(RELEASES), "2.0")
 
     def install(self, package: str, version: str, folder: Path) -> tuple[str, ...]:
-        """Lay a release into a folder."""
+        """Write a release into a folder."""
         if version not in RELEASES or not self.reached:
             raise ClientError("pip: ERROR: No matching distribution found for toyengine==2.0")
-        keeps, slop, tells = RELEASES[version]
-        (folder / "toyengine.py").write_text(f"KEEPS, SLOP, TELLS = {json.dumps(keeps)}, {slop}, {tells}\n")
+        (folder / "toyengine.py").write_text(f"KEEPS = {RELEASES[version]}\n")
         write_distribution(folder, package, {}, version=version)
         self.installed.append(version)
         return (f"{package}=={version}",)

@@ -1,4 +1,4 @@
-"""Where a method fails, and whether it does what was reported of others."""
+"""Failure points of a method, and symptoms of reported bugs."""
 
 import math
 import re
@@ -12,16 +12,18 @@ from tests.cases import each
 from tests.in_process_pool import InProcessPool
 from tests.scene_builders import require_value
 
-from carom import Trace, load_scene, solve_pic, solve_pit
+from carom import Trace, load_scene, solve_pic
 from carom.catalogue import BugReport, Symptom, all_scenes
+from carom.errors import InputError
 from carom.execution.job import Answer, Method, Status, Task
 from carom.execution.observation.engine_run import ObserveTask
 from carom.model.scene import Need
 from carom.model.trace import Outcome
 from carom.studies.stress.bug_reports import find_symptom
 from carom.studies.stress.failure_search import RESOLUTION, find_failure
+from carom.studies.stress.options import StressOptions
 from carom.studies.stress.result import CellEnding
-from carom.studies.stress.run import STRESS_TESTS
+from carom.studies.stress.run import STRESS_TESTS, list_rows, run_stress_campaign
 from carom.studies.stress.stress_test import StressTest
 
 METHOD = Method("pic", "tuned")
@@ -123,7 +125,26 @@ def test_only_the_reported_symptom_is_seen(
     assert re.fullmatch(reason, told)
 
 
-def test_missed_impact_symptom_is_detected() -> None:
-    """PIT passes through the thin wall of a report, which is detected as the reported missed impact."""
-    entry = BUG_REPORTS["issues/mujoco-441"]
-    assert find_symptom(entry, solve_pit(entry.scene)) == (True, 2.0, "1 impact is missed")
+@pytest.mark.usefixtures("in_process")
+def test_campaign_distinguishes_pic_and_pit(tmp_path: Path) -> None:
+    """PIC passes tunnelling, mujoco-441 and time reversal, PIT tunnels; a full campaign continues no quick one."""
+    options = StressOptions(["pic", "pit"], quick=True, jobs=1)
+    results = run_stress_campaign(["tunnelling", "reversal", "mujoco-441"], options, out=tmp_path)
+    for line, method, ending in (
+        ("tunnelling", "pic/event-driven", CellEnding.PASSES),
+        ("tunnelling", "pit/tuned", CellEnding.FAILS_AT_SIZE),
+        ("reversal", "pic/event-driven", CellEnding.HOLDS),
+        ("mujoco-441", "pic/event-driven", CellEnding.NOT_SEEN),
+        ("mujoco-441", "pit/tuned", CellEnding.SEEN),
+    ):
+        assert results.cells[line, method].ending is ending
+    # Head-on, the approaching half of the chord is two radii: beyond that there may be no frame.
+    assert 1.0 < require_value(results.cells["tunnelling", "pit/tuned"].value) <= 10.0
+    with pytest.raises(InputError, match="its quick is True, but this study's is False; name another folder"):
+        run_stress_campaign(["reversal"], replace(options, quick=False), out=tmp_path, resume=True)
+
+
+def test_stress_test_names_are_unique() -> None:
+    """No two stress tests have the same name."""
+    names = [line.name for line in list_rows()]
+    assert len(set(names)) == len(names)

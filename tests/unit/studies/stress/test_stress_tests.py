@@ -1,35 +1,23 @@
-"""Stress tests, at walls, in contact and with friction, too: PIC passes them, and a check finds what is wrong."""
+"""Stress tests: PIC passes them, and wrong runs fail them."""
 
 import cmath
 import dataclasses
 import itertools
-import json
 import math
-import string
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
-from mpmath import mp
 from tests.cases import each, release_after
 from tests.scene_builders import require_value
-from tests.validation import contact_runs
 
 from carom import load_scene, save_scene, solve_pic, solve_pit
-from carom.model.scene import Chain, Scene
-from carom.model.trace import Mode, Trace
-from carom.studies.stress import stress_test as stress_test_module
+from carom.model.scene import Chain
 from carom.studies.stress.contact import CONTACT_TESTS
 from carom.studies.stress.finite_walls import WALL_TESTS
 from carom.studies.stress.friction import FRICTION_TESTS
 from carom.studies.stress.run import STRESS_TESTS
 from carom.studies.stress.stress_test import StressTest
-
-each_stress_test = each("stress_test", STRESS_TESTS)
-
-#: Stress tests that no float64 method can pass to the end: an error doubles faster than once a bounce.
-HORIZON = "unstable-orbit"
 
 
 def test_ladder_is_monotone_from_harmless_to_extreme_value() -> None:
@@ -43,44 +31,43 @@ def test_ladder_is_monotone_from_harmless_to_extreme_value() -> None:
         assert len(set(ladder)) == len(ladder) >= 4, stress_test.name
 
 
-def test_every_entry_of_stress_tests_file_is_used() -> None:
-    """Each entry of stress_tests.json is a stress test, and each shared sentence is part of an entry."""
-    held = json.loads(Path(stress_test_module.__file__).with_name("stress_tests.json").read_text(encoding="utf-8"))
-    assert sorted(stress_test.name for stress_test in STRESS_TESTS) == sorted(held["stress_tests"])
-    quoted = "".join(entry["truth"] + entry["failure_rule"] for entry in held["stress_tests"].values())
-    assert {name for _, name, _, _ in string.Formatter().parse(quoted) if name} == set(held["sentences"])
-
-
-@each_stress_test
+@each("stress_test", STRESS_TESTS)
 @pytest.mark.parametrize("stride", release_after(1, [6, 1]))
 def test_pic_passes_every_stress_test(stress_test: StressTest, stride: int, tmp_path: Path) -> None:
-    """PIC passes the quick ladder of every stress test, unstable-orbit up to 20, and its scene survives a file."""
+    """PIC passes the quick ladder of every stress test to rounding, and the scene survives a file.
+
+    In unstable-orbit an error doubles faster than once a bounce, and the pressure of a gas is a mean over a run.
+    """
     ladder = stress_test.build_ladder(quick=True)
-    if stress_test.name == HORIZON:
+    if stress_test.name == "unstable-orbit":
         ladder = [value for value in ladder if value <= 20]
-    trials_of_value = {
-        value: stress_test.trials(value) for value in (ladder[::-stride] if not stress_test.full_only else ladder[:1])
-    }
-    for trial in trials_of_value[min(trials_of_value, key=ladder.index)][:1]:
-        save_scene(trial.scene, tmp_path / "scene.toml")
-        assert load_scene(tmp_path / "scene.toml") == trial.scene
-    for value, trials in trials_of_value.items():
-        for trial in trials:
+    for value in ladder[:1] if stress_test.full_only else ladder[::-stride]:
+        for trial in stress_test.trials(value):
             result = trial.check(solve_pic(trial.scene))
             assert not result.failure, (value, result)
+            assert result.error < 1e-11 or stress_test.name in {"unstable-orbit", "gas-pressure"}, (value, result)
+    scene = stress_test.trials(ladder[0])[0].scene
+    save_scene(scene, tmp_path / "scene.toml")
+    assert load_scene(tmp_path / "scene.toml") == scene
 
 
-@each("name", ["grazing", "tunnelling", "galperin"])
-def test_pit_fails_stress_tests_on_sampling(name: str) -> None:
-    """PIT passes grazing, tunnelling and galperin at the harmless value and fails at the extreme one."""
+@each(
+    "name, passes, fails",
+    [
+        ("grazing", None, None),
+        ("tunnelling", None, None),
+        ("galperin", None, None),
+        ("thin-wall", 0.99, 8.0),
+        ("paddle", 0.99, 8.0),
+    ],
+)
+def test_pit_fails_stress_tests_on_sampling(name: str, passes: float | None, fails: float | None) -> None:
+    """PIT passes at the first value, such as 0.99 radii per step, and fails at the last, such as 8."""
     stress_test = next(stress_test for stress_test in STRESS_TESTS if stress_test.name == name)
-
-    def stands(value: float) -> bool:
-        return all(not trial.check(solve_pit(trial.scene)).failure for trial in stress_test.trials(value))
-
-    ladder = stress_test.build_ladder(quick=True)
-    assert stands(ladder[0])
-    assert not stands(ladder[-1])
+    first, *_, last = stress_test.build_ladder(quick=True)
+    for value, is_passed in ((passes or first, True), (fails or last, False)):
+        failures = [trial.check(solve_pit(trial.scene)).failure for trial in stress_test.trials(value)]
+        assert any(failures) is not is_passed
 
 
 def test_bisection_value_is_geometric_mean() -> None:
@@ -94,13 +81,6 @@ def test_bisection_value_is_geometric_mean() -> None:
 
 
 WALLS = {stress_test.name: stress_test for stress_test in WALL_TESTS}
-
-
-@each("name", ["thin-wall", "paddle"])
-def test_pit_misses_thin_wall_only_with_large_steps(name: str) -> None:
-    """PIT passes all phases at a thin wall or paddle at 0.99 radii per step, and fails at least one at 8."""
-    assert not any(trial.check(solve_pit(trial.scene)).failure for trial in WALLS[name].trials(0.99))
-    assert any(trial.check(solve_pit(trial.scene)).failure for trial in WALLS[name].trials(8.0))
 
 
 def test_seam_test_hits_a_joint_of_the_floor() -> None:
@@ -119,26 +99,6 @@ def test_seam_test_hits_a_joint_of_the_floor() -> None:
 IN_CONTACT = {stress_test.name: stress_test for stress_test in CONTACT_TESTS}
 
 
-@each(
-    "name, whole",
-    [*((name, False) for name in list(IN_CONTACT)[::2]), *release_after(0, [(name, True) for name in IN_CONTACT])],
-)
-def test_contact_truth_and_pic_agree_with_60_digits(name: str, whole: bool) -> None:
-    """The truth of contact stress tests and PIC agree to 1e-14 with an integration in 60 digits."""
-    stress_test = IN_CONTACT[name]
-    for value in stress_test.build_ladder(quick=False) if whole else (stress_test.harmless,):
-        for trial in stress_test.trials(value):
-            trace = solve_pic(trial.scene)
-            with mp.workdps(contact_runs.DIGITS):
-                end = contact_runs.run_contact_scene(trial.scene)
-                velocity, spin = [float(part) for part in end.velocity], float(end.spin)
-            spins = None if trace.final_spin_rad_s is None else np.array([spin])
-            told = dataclasses.replace(trace, final_velocity_m_s=np.array([velocity]), final_spin_rad_s=spins)
-            for checked in (trial.check(told), trial.check(trace)):
-                assert checked.failure == ""
-                assert checked.error < 1e-14
-
-
 @each("stress_test", [*WALLS.values(), *IN_CONTACT.values()])
 def test_trace_that_ignores_walls_fails_every_stress_test(stress_test: StressTest) -> None:
     """A trace in which the disc ignores the walls fails each wall and contact stress test at the harmless value."""
@@ -150,62 +110,15 @@ def test_trace_that_ignores_walls_fails_every_stress_test(stress_test: StressTes
         )
 
 
-def test_unchanged_spin_of_rolling_disc_fails() -> None:
-    """A disc that rolls with the right velocity and its initial spin fails, and the reason is the rim speed."""
-    for name in ("slipping-slope", "bouncing-slope", "slide-friction"):
-        trial = IN_CONTACT[name].trials(IN_CONTACT[name].harmless)[-1]
-        trace = solve_pic(trial.scene)
-        unturned = dataclasses.replace(trace, final_spin_rad_s=np.array([trial.scene.discs[0].spin_rad_s]))
-        assert "a rim speed is wrong by" in trial.check(unturned).failure
-        assert trial.check(unturned).failure.endswith("times the change that contact causes")
-
-
-def test_slope_tests_end_at_threshold_and_one_rounding_beside() -> None:
-    """The last two values of slope stress tests are one rounding (2^-52) next to the threshold, and the threshold."""
-    for name in ("sliding-slope", "slipping-slope", "rolling-slope", "bouncing-slope"):
-        *_, least, none = IN_CONTACT[name].build_ladder(quick=False)
-        assert (least, none) == (2.0**-52, 0.0)
-        above, below = ((-gx / gy) for gx, gy in (trial.scene.gravity_m_s2 for trial in IN_CONTACT[name].trials(least)))
-        (at, _) = ((-gx / gy) for gx, gy in (trial.scene.gravity_m_s2 for trial in IN_CONTACT[name].trials(none)))
-        assert below <= at <= above
-        assert above - below <= 8.0 * 2.0**-52 * at
-
-
 ROUGH = {stress_test.name: stress_test for stress_test in FRICTION_TESTS}
 
 
-@each(
-    "name, solve, quick",
-    [
-        *((name, solve_pic, False) for name in ROUGH if name != "rolling"),
-        *((name, solve_pit, True) for name in ("friction", "spin", "inertia")),
-    ],
-)
-def test_friction_tests_are_passed_to_rounding(name: str, solve: Callable[[Scene], Trace], quick: bool) -> None:
-    """PIC passes all friction stress tests but rolling with errors below 1e-11, PIT those in which no normal turns."""
-    for value in ROUGH[name].build_ladder(quick=quick):
-        for trial in ROUGH[name].trials(value):
-            result = trial.check(solve(trial.scene))
-            assert result.failure == ""
-            assert result.error < 1e-11, value
-
-
-@each("value", [0.9, 0.5, 0.1, 1e-3])
-def test_disc_bouncing_on_rough_floor_ends_rolling(value: float) -> None:
-    """After infinitely many bounces on a rough floor the disc rolls; PIC errs below 1e-12, and PIT passes."""
-    (trial,) = ROUGH["rolling"].trials(value)
-    trace = solve_pic(trial.scene)
-    assert require_value(trace.modes)["after"].tolist() == [Mode.ROLL]
-    assert trial.check(trace).error < 1e-12
-    assert trial.check(solve_pit(trial.scene)).failure == ""
-
-
-@each("name", list(ROUGH))
+@each("name", [*ROUGH, "slipping-slope", "bouncing-slope", "slide-friction"])
 def test_wrong_or_missing_spin_fails_friction_tests(name: str) -> None:
-    """In each friction stress test, a run with a reversed, missing or NaN spin fails with the reason."""
-    trial = ROUGH[name].trials(ROUGH[name].harmless * (10.0 if name == "friction" else 1.0))[0]
+    """In stress tests with friction or contact, a run with a wrong, missing or NaN spin fails with the reason."""
+    stress_test = {**ROUGH, **IN_CONTACT}[name]
+    trial = stress_test.trials(stress_test.harmless * (10.0 if name == "friction" else 1.0))[-1]
     trace = solve_pic(trial.scene)
-    assert trial.check(trace).failure == ""
     turned = dataclasses.replace(trace, final_spin_rad_s=-10.0 * require_value(trace.final_spin_rad_s))
     assert "a rim speed is wrong by" in trial.check(turned).failure
     none = dataclasses.replace(trace, final_spin_rad_s=None, spins=None)

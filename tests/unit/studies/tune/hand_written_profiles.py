@@ -1,4 +1,4 @@
-"""What a search finds on the group `classics`, and what profiles written by hand do there."""
+"""Comparison of found settings with hand-written profiles on the group `classics`."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""What makes one set of settings better than another."""
+"""Comparison of two sets of settings."""
 
 import math
 from dataclasses import replace
@@ -71,11 +71,6 @@ def test_cost_is_median_time_ratio_to_first_profile() -> None:
 def test_error_scale_maps_rounding_to_0_and_pit_to_one_half(result: SceneResult, part: float) -> None:
     """Rounding is 0, PIT's error 0.5, an infinite error or a wrong scene 1, and NaN 0 only for an exact run."""
     assert compute_error_on_scale(result) == pytest.approx(part, abs=1e-12)
-
-
-def test_crashed_scene_counts_as_wrong() -> None:
-    """A scene in which the engine crashes has the same merit as a wrong scene."""
-    assert compute_merit([SceneResult(None, reason="crashed")]) == compute_merit([SceneResult(Grade.WRONG)])
 
 
 def test_diverged_run_is_scored_by_single_steps() -> None:

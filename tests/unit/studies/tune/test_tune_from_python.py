@@ -1,4 +1,4 @@
-"""The search for settings from Python: one call, and an answer that prints, shows and draws itself."""
+"""`carom.tune` from Python: text, table and plot of the result."""
 
 from dataclasses import replace
 

@@ -1,9 +1,8 @@
-"""The overview: the methods ranked, a row each, with what they do in each group of scenes."""
+"""Tables of methods: a row per method, with its grades in each group of scenes."""
 
 from dataclasses import replace
 
 import pytest
-from tests.cases import each
 from tests.scene_builders import require_value, run_cross_check
 
 from carom.catalogue import find_scenes
@@ -14,7 +13,6 @@ from carom.report.document import Cell, Lines, Media, Table
 from carom.report.outcome_marks import Mark
 from carom.studies.cross_check.grid import build_grid, compute_standing
 from carom.studies.cross_check.sections.grade_tables import build_impacts_section, build_methods_section
-from carom.studies.cross_check.sections.scenes import build_scenes_section
 
 
 @pytest.fixture(scope="module")
@@ -32,14 +30,8 @@ def list_tables(results: Results, medium: Media) -> list[tuple[list[str], list[l
     return [([column.line for column in columns], rows) for columns, rows in found]
 
 
-def test_group_columns_count_their_scenes(results: Results) -> None:
-    """Each group of scenes is a column with the number of its scenes; scenes without a group share one column."""
-    ((heads, _),) = list_tables(results, Media.PAGE)
-    assert heads[4:-1] == ["paper 4 scenes", "others 2 scenes"]
-
-
 def test_group_cell_counts_good_scenes_and_links_to_the_worst(results: Results) -> None:
-    """A cell shows the number of good scenes and whether impacts are missed, and links to the worst scene."""
+    """A cell counts a group's good scenes and links to the worst one; PIT's row has its sum of missed impacts."""
     ((heads, rows),) = list_tables(results, Media.PAGE)
     paper, others = rows[0][heads.index("paper 4 scenes")], rows[0][heads.index("others 2 scenes")]
     assert (paper.text, paper.corner) == ("0 of 4", Mark.WRONG.symbol)
@@ -47,36 +39,8 @@ def test_group_cell_counts_good_scenes_and_links_to_the_worst(results: Results) 
     assert paper.link == "#paper/multiple/pit/tuned"
     assert {share.css: share.size for share in paper.shares} == {Mark.SAMPLED.css: 2, Mark.WRONG.css: 2}
     assert (others.text, others.corner) == ("0 of 2", "")  # it finds these late, and misses nothing
-
-
-def test_methods_table_sums_missed_impacts_per_method(results: Results) -> None:
-    """The row of PIT shows the sum of its missed impacts over all scenes; PIC has no row."""
-    (heads, rows) = list_tables(results, Media.DETAIL)[0]
     missed = sum(len(row.score.missed) for row in results.rows if row.score and row.job.engine == "pit")
-    lines = {row[0].line: [cell.text for cell in row] for row in rows}
-    assert lines["PIT"][heads.index("impacts - +")] == f"-{missed}"
-    assert list(lines) == ["PIT"]
-
-
-def test_terminal_table_counts_scenes_per_grade(results: Results) -> None:
-    """In a terminal, the row of a method shows the number of scenes of each grade."""
-    (heads, rows) = list_tables(results, Media.TERMINAL)[0]
-    ((name, *counts),) = [[cell.text for cell in row] for row in rows]
-    marks = [cell.mark.word for row in build_grid(results).rows for cell in row.cells if cell.method.engine == "pit"]
-    assert name == "PIT"
-    assert counts[heads.index("wrong") - 1] == str(marks.count("wrong"))
-    assert sum(int(count or 0) for count in counts) == len(marks)
-
-
-def test_table_of_one_scene_has_physical_units() -> None:
-    """For one scene, errors have units: PIT is 37.5 ms late in paper/late at 1/24 s and 6.25 ms at 1/96 s."""
-    found = run_cross_check(find_scenes(["paper/late"]), ["pit"], dts=[1 / 24, 1 / 96])
-    coarse, fine, *_ = list_tables(found, Media.TERMINAL)
-    (heads, ((*cells,),)) = coarse
-    shown = dict(zip((head.split()[0] for head in heads), (cell.text for cell in cells), strict=True))
-    assert (shown["method"], shown["impacts"], shown["time"], shown["energy"]) == ("PIT", "1/1", "+37.5", "0")
-    assert shown["grade"].startswith("≈ ")
-    assert fine[1][0][2].text == "+6.25"
+    assert rows[0][heads.index("impacts - +")].text == f"-{missed}"
 
 
 @pytest.fixture(scope="module")
@@ -86,38 +50,15 @@ def results_with_profiles() -> Results:
 
 
 def test_terminal_and_report_order_methods_equally(results_with_profiles: Results) -> None:
-    """The terminal, page and Markdown order methods equally, by the mean grade."""
-    (heads, counted), *_ = list_tables(results_with_profiles, Media.TERMINAL)
-    media = (Media.TERMINAL, Media.PAGE, Media.MARKDOWN)
-    orders = [[row[0].line for row in list_tables(results_with_profiles, medium)[0][1]] for medium in media]
-    assert orders[0] == orders[1] == orders[2]
-    assert orders[0][0] == "pymunk located"
-    assert len(orders[0]) == 4
-
-    def count(row: list[Cell], *names: str) -> int:
-        return sum(int(row[heads.index(name)].text or 0) for name in names)
-
-    graded = ("exact", "close", "sampled", "inaccurate", "diverged", "wrong")
-    # Nothing parts here, so the two grades that share this column need not be distinguished.
-    assert not any(count(row, "diverged") for row in counted)
-    places = (0, 1, 2, 3, 4, 6)
-    merits = [
-        sum(place * count(row, name) for place, name in zip(places, graded, strict=True)) / count(row, *graded)
-        for row in counted
-    ]
-    assert merits == sorted(merits)
-    assert len(set(merits)) > 1
-
-
-@each("scene", ["paper/missed", "paper/late", "paper/multiple"])
-def test_terminal_and_report_order_methods_equally_for_one_scene(results_with_profiles: Results, scene: str) -> None:
-    """For one scene, the tables of the terminal and the report list the methods in the same order."""
-    rows = tuple(row for row in results_with_profiles.rows if row.job.scene.name == scene)
-    alone = replace(results_with_profiles, rows=rows)
-    (_, terminal), *_ = list_tables(alone, Media.TERMINAL)
-    (_, page), *_ = list_tables(alone, Media.PAGE)
-    assert [row[0].line for row in terminal] == [row[0].line for row in page]
-    assert len(page) == 4
+    """The terminal and the page order methods equally, for several scenes and for one; Markdown does so for several."""
+    for scene in ("", "paper/missed", "paper/late", "paper/multiple"):
+        rows = tuple(row for row in results_with_profiles.rows if scene in {"", row.job.scene.name})
+        chosen = replace(results_with_profiles, rows=rows)
+        media = (Media.TERMINAL, Media.PAGE) if scene else (Media.TERMINAL, Media.PAGE, Media.MARKDOWN)
+        first, *others = [[row[0].line for row in list_tables(chosen, medium)[0][1]] for medium in media]
+        assert all(order == first for order in others)
+        assert len(first) == 4
+        assert scene or first[0] == "pymunk located"
 
 
 def test_methods_are_ranked_by_grade_then_error_ratio(results_with_profiles: Results) -> None:
@@ -136,16 +77,6 @@ def test_methods_are_ranked_by_grade_then_error_ratio(results_with_profiles: Res
     assert standing(exact) == standing(narrow)
     wrong = replace(row, score=replace(row.score, grade=Grade.WRONG))
     assert standing(row, row, row) < standing(close, wrong, row)
-
-
-def test_scenes_table_has_one_column_for_pic(results_with_profiles: Results) -> None:
-    """The table of scenes has one column for both profiles of PIC and one for each profile of an engine."""
-    grid = build_grid(results_with_profiles)
-    assert [method.title for method in grid.methods][:2] == ["PIC frame-by-frame", "PIC event-driven"]
-    section = build_scenes_section(grid)
-    (table,) = (block for block in section.select_for(Media.PAGE) if isinstance(block, Table))
-    heads = [column.line for column in table.select_for(Media.PAGE)[0]]
-    assert heads == ["scene", "PIC", "PIT", "pymunk default", "pymunk tuned", "pymunk located"]
 
 
 def test_methods_with_equal_verdicts_share_a_line_on_a_terminal() -> None:

@@ -1,4 +1,4 @@
-"""Reliability of the reference: its horizon, and where it comes to rest."""
+"""Reliability of the reference: its horizon, and when discs come to rest."""
 
 from dataclasses import replace
 from typing import Any
@@ -17,7 +17,7 @@ from carom.studies.cross_check.sections.stepwise import build_steps_section
 
 
 def list_reference_lines(scene: Scene) -> list[tuple[str, ...]]:
-    """Return what the report of a scene's runs by PIC and PIT says of the reference."""
+    """Return the lines on the reference in the report of a scene's runs by PIC and PIT."""
     section = build_reference_section(build_grid(run_cross_check([scene], ["pic", "pit"], dts=[1 / 24])))
     return [block.items for block in section.select_for(Media.TERMINAL) if isinstance(block, Lines)]
 
