@@ -6,6 +6,8 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from random import Random
+from typing import Any
 
 from tests.processes import PATIENT_S
 
@@ -69,6 +71,27 @@ def try_act(act: Callable[[], str], *names: str, most: int = 2000, limit_s: floa
         return f"no end after {limit_s:g} s"
     except Exception as error:  # noqa: BLE001 - this is what is looked for
         return f"{type(error).__name__}: {str(error)[:300]!r}"
+
+
+#: What JSON can hold in the place of a value.
+PIECES: tuple[Any, ...] = (
+    *(None, True, False, 0, -1, 5, 10**20, 10**400, 0.0, -0.5, 5e-324, 1e308, float("nan"), float("inf"), "", "x"),
+    *("inf", "é\n", "\ud800"),
+    *("\x1b[31m", "ran", "wrong", [], [[]], [1], ["a"], {}, {"a": []}, {"": None}, [{"verdict": "x"}], "9" * 400),
+)
+
+
+def spoil(rng: Random, value: Any) -> Any:
+    """Return a copy of a value of JSON in which one thing is replaced, taken away or doubled."""
+    if isinstance(value, dict) and value and rng.random() < 0.9:
+        key = rng.choice([*value])
+        if rng.random() < 0.1:
+            return {name: one for name, one in value.items() if name != key}
+        return {**value, key: spoil(rng, value[key])}
+    if isinstance(value, list) and value and rng.random() < 0.9:
+        k = rng.randrange(len(value))
+        return [*value[:k], spoil(rng, value[k]), *value[k + rng.choice((1, 1, 0, 2)) :]]
+    return rng.choice(PIECES)
 
 
 def shrink(data: bytes, fails: Callable[[bytes], bool]) -> bytes:

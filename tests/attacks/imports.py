@@ -13,8 +13,7 @@ from random import Random
 from typing import Any
 from unittest.mock import patch
 
-from tests.attacks.guard import try_act
-from tests.attacks.results import spoil
+from tests.attacks.guard import spoil, try_act
 from tests.attacks.scenes import mutate
 
 from carom.catalogue import all_scenes

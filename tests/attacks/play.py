@@ -17,7 +17,7 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
-from tests.attacks.results import spoil
+from tests.attacks.guard import spoil
 from tests.attacks.scenes import mutate
 
 from carom import Scene

@@ -4,9 +4,8 @@ import json
 from collections.abc import Iterator
 from pathlib import Path
 from random import Random
-from typing import Any
 
-from tests.attacks.guard import try_act
+from tests.attacks.guard import PIECES, spoil, try_act
 from tests.in_process_pool import InProcessPool
 
 from carom import cross_check, solve_pit
@@ -20,26 +19,6 @@ from carom.studies.cross_check.options import Options
 from carom.studies.cross_check.run import observed_journal
 from carom.studies.diff.compare_records import compare_records
 from carom.studies.diff.document import build_diff_document
-
-#: What JSON can hold in the place of a value.
-PIECES: tuple[Any, ...] = (
-    *(None, True, False, 0, -1, 5, 10**20, 10**400, 0.0, -0.5, 5e-324, 1e308, float("nan"), float("inf"), "", "x"),
-    "inf",
-    *("\x1b[31m", "ran", "wrong", [], [[]], [1], ["a"], {}, {"a": []}, {"": None}, [{"verdict": "x"}], "9" * 400),
-)
-
-
-def spoil(rng: Random, value: Any) -> Any:
-    """Return a copy of a value of JSON in which one thing is replaced, taken away or doubled."""
-    if isinstance(value, dict) and value and rng.random() < 0.9:
-        key = rng.choice([*value])
-        if rng.random() < 0.1:
-            return {name: one for name, one in value.items() if name != key}
-        return {**value, key: spoil(rng, value[key])}
-    if isinstance(value, list) and value and rng.random() < 0.9:
-        k = rng.randrange(len(value))
-        return [*value[:k], spoil(rng, value[k]), *value[k + rng.choice((1, 1, 0, 2)) :]]
-    return rng.choice(PIECES)
 
 
 def results(rng: Random, folder: Path) -> Iterator[str]:

@@ -89,7 +89,7 @@ def compute_exact_gap(bulge: float, x: float, y: float) -> float:
         return float(mpmath.hypot(x - (-0.375 + 0.125 * across), y - (0.875 - 0.875 * across)) - radius)
 
 
-@each("bulge", [50.0, 1.0, 0.3, 1e-3, 1e-6, 1e-9, 1e-12, 1e-15, 1e-60])
+@each("bulge", [50.0, 2.0, 1.0, 0.3, 1e-3, 1e-6, 1e-9, 1e-12, 1e-15, 1e-60])
 def test_nearest_point_of_a_flat_arc_is_exact_to_rounding(bulge: float) -> None:
     """For bulges from 50 to 1e-60 the distance of points near the arc's middle is that of exact arithmetic."""
     # This holds on both sides of the arc and for both directions, within the rounding of the arc's ends.

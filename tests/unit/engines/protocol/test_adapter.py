@@ -68,24 +68,14 @@ def test_program_answers_every_request(tmp_path: Path) -> None:
     [
         ("if do == 'step': answer = {'error': {'kind': 'refused', 'message': 'too fast'}}", "refused 'step': too fast"),
         (
-            "if do == 'prepare': sys.stderr.write('all is well\\n')\n"
-            "if do == 'step': answer = {'error': {'message': 'boom'}}",
-            "failed 'step': boom",
-        ),
-        (
             "if do == 'step': sys.stderr.write('inertia is 0\\n'); answer = {'error': {'message': 'boom'}}",
             "failed 'step': boom; it last printed 'inertia is 0'",
         ),
         ("if do == 'step': answer = {}", f"seconds is required, but missing; it wrote b'{{}}'; {REQUESTS}"),
-        ("if do == 'step': answer = {'seconds': 'soon'}", "seconds must be a valid number, got 'soon'"),
         ("if do == 'step': answer = {'seconds': -1}", "seconds must be greater than or equal to 0, got -1"),
         (
             "if do == 'step': print('{\"seconds\": 1, \"seconds\": 2}', flush=True)",
             "the line is ambiguous: one object has the key 'seconds' twice; it wrote b'{\"seconds\": 1, \"seco",
-        ),
-        (
-            'if do == \'step\': print(\'{"seconds": 1, "more": [{"a": 1, "a": 1}]}\', flush=True)',
-            "one object has the key 'a' twice",
         ),
         ("if do == 'step': answer = []", "the line must be an object, got []"),
         (
@@ -98,7 +88,6 @@ def test_program_answers_every_request(tmp_path: Path) -> None:
         ),
         ("if do == 'step': import os, signal; os.kill(os.getpid(), signal.SIGKILL)", "signal 9"),
         ("if do == 'step': sys.stdout.close(); sys.exit()", "closed its output"),
-        ("if do == 'step': sys.stdout.write('{\"seconds\": '); sys.exit(4)", "exit code 4"),
     ],
 )
 def test_program_error_names_the_engine_and_the_cause(instead: str, told: str, tmp_path: Path) -> None:
@@ -108,7 +97,6 @@ def test_program_error_names_the_engine_and_the_cause(instead: str, told: str, t
         world.advance(1)
     assert told in str(caught.value)
     assert "toy" in str(caught.value)
-    assert "all is well" not in str(caught.value)
     world.close()
 
 
@@ -140,21 +128,14 @@ def test_setting_that_json_cannot_express_is_refused(value: float, tmp_path: Pat
         adapter.prepare(build_still_scene(), {"dt_s": 0.5, "slop": value})
 
 
-def test_request_to_an_exited_program_raises(tmp_path: Path) -> None:
-    """The first request to an exited program reports the exit code, and the next one that it has ended."""
-    world = prepare_world(tmp_path, "if do == 'step': sys.exit(3)")
-    for told in ("exit code 3", "has ended"):
-        with pytest.raises(AdapterError, match=told):
-            world.advance(1)
-
-
 def test_exited_program_is_restarted_for_the_next_world(tmp_path: Path) -> None:
-    """An adapter starts its program again for the next world after the program has exited."""
-    adapter = program_adapter(write_manifest(tmp_path, "if do == 'step': sys.exit(1)"))
+    """A world of an exited program raises at each request, and the next world has a new program."""
+    adapter = program_adapter(write_manifest(tmp_path, "if do == 'step': sys.exit(3)"))
     for _ in range(2):
         world = adapter.prepare(build_still_scene(), {"dt_s": 0.5})
-        with pytest.raises(AdapterError, match="exit code 1"):
-            world.advance(1)
+        for told in ("exit code 3", "has ended"):
+            with pytest.raises(AdapterError, match=told):
+                world.advance(1)
 
 
 def test_other_protocol_version_and_missing_program_are_refused(tmp_path: Path) -> None:
@@ -238,12 +219,6 @@ def test_templates_reproduce_pit(language: str, tmp_path: Path) -> None:
         assert found.impacts[field].tolist() == pit.impacts[field].tolist()
     np.testing.assert_allclose(found.final_position_m, pit.final_position_m, rtol=0, atol=1e-12)
     np.testing.assert_allclose(found.final_velocity_m_s, pit.final_velocity_m_s, rtol=0, atol=1e-12)
-
-
-def test_templates_have_fewer_than_150_lines() -> None:
-    """Each template, including its toy engine, has fewer than 150 lines."""
-    for path in TEMPLATES.glob("*/engine.*"):
-        assert len(path.read_text(encoding="utf-8").splitlines()) < 150, path
 
 
 def test_published_schema_matches_the_messages() -> None:
