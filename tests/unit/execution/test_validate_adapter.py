@@ -1,4 +1,4 @@
-"""Whatever an adapter's methods return is what it may be, or refused by the name of the field and the value."""
+"""Values that an adapter's methods return are valid, or refused with the name of the field and the value."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def build_scene(friction: float = 0.0) -> Scene:
 
 
 def read_observation(*contacts: object, float_bits: int = 64, friction: float = 0.0, **fields: Any) -> Observation:
-    """Let in what was observed in the second step."""
+    """Return the validated observation of the second step."""
     validator, rows = Validator(build_scene(friction), DT, float_bits), StateRows(1, len(STATE))
     found: Any = {"position_m": STATE, "velocity_m_s": STATE, "contacts": contacts, **fields}
     validator.read(Observation(**found), rows, 0)
@@ -43,7 +43,7 @@ def read_observation(*contacts: object, float_bits: int = 64, friction: float = 
 
 
 def test_valid_observation_is_copied_unchanged() -> None:
-    """Values of any numeric type are kept to the bit, and later changes of the adapter's arrays have no effect."""
+    """Values of any numeric type, also NaN, are kept to the bit; later changes of the adapter's arrays do nothing."""
     position = STATE.astype(np.float32)
     wall = Contact(np.int64(0), -1, np.float32(0.125), [0, -1], None)  # type: ignore[arg-type] # as adapters have it
     seen = read_observation(TOUCH, TOLD, wall, position_m=position)
@@ -51,11 +51,7 @@ def test_valid_observation_is_copied_unchanged() -> None:
     assert seen.contacts == (TOUCH, TOLD, Contact(0, -1, 0.125, (0.0, -1.0)))
     assert seen.position_m.tolist() == STATE.tolist()
     assert seen.position_m.dtype == np.float64
-
-
-def test_non_finite_state_is_accepted() -> None:
-    """NaN in a state is accepted: it is the engine's result, and the run's outcome reports it."""
-    assert np.isnan(read_observation(position_m=STATE * math.nan).position_m).all()
+    assert np.isnan(read_observation(position_m=STATE * math.nan).position_m).all()  # reported as the run's outcome
 
 
 @each(
@@ -64,10 +60,8 @@ def test_non_finite_state_is_accepted() -> None:
         ({"position_m": STATE.tolist()}, r"position_m of an Observation must be an array of floats, got '\[\[0.0"),
         ({"position_m": STATE.T[:1]}, r"position_m of an Observation must have the shape \(2, 2\), got \(1, 2\)"),
         ({"velocity_m_s": STATE + 1j}, "velocity_m_s of an Observation must be an array of floats, got a ndarray"),
-        ({"velocity_m_s": STATE.astype(object)}, "velocity_m_s of an Observation must be an array of floats"),
         ({"spin_rad_s": np.zeros(3)}, r"spin_rad_s of an Observation must have the shape \(2,\), got \(3,\)"),
         ({"warning": 5}, r"the warning of an observation must be a text, got 5 \(int\)"),
-        ({"warning": None}, "the warning of an observation must be a text, got None"),
         ({"warning": "x" * (MOST_CHARACTERS + 1)}, "must have at most 2000 characters, got 2001"),
         ({"warning": "\ud800"}, "must be Unicode text"),
         ({"contacts": 7}, r"contacts of an observation must be a tuple, got 7 \(int\)"),
@@ -104,24 +98,14 @@ def test_every_number_of_a_contact_must_be_finite(value: Any) -> None:
             read_observation(build_contact(field, numbers[: NUMBERS[field]]))
 
 
-def test_swapped_contact_without_walls_suggests_no_wall() -> None:
-    """In a scene without walls, the error for swapped bodies suggests no wall but links to the documentation."""
-    validator = Validator(build_scene().model_copy(update={"walls": ()}), DT, 64)
-    with pytest.raises(AdapterError, match=r"has no walls\); see docs/reference/adapters.md#field-by-field"):
-        validator.check_contacts((Contact(1, 0, 0.1, ALONG_X),), DT, 2 * DT)
-
-
 @each(
     "contact, words",
     [
         (Contact(1, 0, 0.1, ALONG_X), "bodies 1 and 0"),
-        (Contact(0, 0, 0.1, ALONG_X), "bodies 0 and 0"),
         (Contact(0, 2, 0.1, ALONG_X), "bodies 0 and 2"),
         (Contact(0, -7, 0.1, ALONG_X), r"bodies 0 and -7: .* or a wall \(-1 - k for wall k; number of walls: 1\)"),
-        (Contact(-1, 0, 0.1, ALONG_X), "bodies -1 and 0"),
         (Contact(0.0, 1, 0.1, ALONG_X), r"first of a contact must be a whole number, got 0.0 \(float\)"),  # type: ignore[arg-type] # what is refused
         (Contact(0, 1, 0.1, (0.0, 0.0)), "normal of a contact of bodies 0 and 1 must have the length 1, got 0, 0"),
-        (Contact(0, 1, 0.1, (5.0, 0.0)), "must have the length 1, got 5, 0"),
         (Contact(0, 1, 0.1, (0.6, 0.8, 0.0)), "normal of a contact .* must have 2 items"),  # type: ignore[arg-type] # what is refused
         (Contact(0, 1, -0.1, ALONG_X), "must be within the step that reports it, 0.1 to 0.2 s, got -0.1"),
         (Contact(0, 1, 0.5, ALONG_X), "must be within the step that reports it, 0.1 to 0.2 s, got 0.5"),
@@ -139,18 +123,15 @@ BEYOND = math.nextafter(LARGEST, math.inf)
 
 
 @each("place", [1, 3])
-@each("value", [1e-17, -5e-324, 1.0])
+@each("value", [-5e-324, 1.0])
 def test_wall_of_a_contact_has_zero_velocity_and_spin(place: int, value: float) -> None:
     """Velocities and spins of a wall in a contact must be exactly 0; even 5e-324 is refused."""
-    moved: Any = list(WALL.velocities or ())
-    moved[place] = (0.0, value)
-    with pytest.raises(AdapterError, match=f"velocities of a contact .* must be 0 for a wall.*{value:g}"):
-        read_observation(dataclasses.replace(WALL, velocities=tuple(moved)))
-    turned: Any = [0.0] * 4
-    turned[place] = value
-    with pytest.raises(AdapterError, match=f"spins_rad_s of a contact .* must be 0 for a wall.*{value:g}"):
-        read_observation(dataclasses.replace(WALL, spins_rad_s=tuple(turned)))
     assert read_observation(WALL).contacts == (WALL,)
+    moved, turned = list[Any](WALL.velocities or ()), [0.0] * 4
+    moved[place], turned[place] = (0.0, value), value
+    for field, values in (("velocities", moved), ("spins_rad_s", turned)):
+        with pytest.raises(AdapterError, match=f"{field} of a contact .* must be 0 for a wall.*{value:g}"):
+            read_observation(dataclasses.replace(WALL, **{field: tuple(values)}))
 
 
 def test_number_without_a_finite_square_is_refused() -> None:
@@ -220,7 +201,6 @@ READ_SETTINGS = partial(to_plain_settings, owner="of it")
     [
         (READ_SETTINGS, None, "settings of it must be a mapping, got None"),
         (READ_SETTINGS, {"k": np.zeros(2)}, "setting 'k' of it must be a number"),
-        (READ_SETTINGS, {"k": b"x"}, "setting 'k' of it must be a number"),
         (READ_SETTINGS, {"k": "\ud800"}, "setting 'k' of it must be Unicode"),
         (READ_SETTINGS, {5: 1.0}, "a name among the settings of it must be a text"),
         (READ_SETTINGS, {"k": -(10**5000)}, "setting 'k' of it must be at most 2"),

@@ -107,6 +107,7 @@ def test_npm_package_decides_availability_and_version(tmp_path: Path) -> None:
         ("restitution = [0.0, 1.0]", "restitution = 1", "capabilities.restitution: must be a list, got 1;"),
         ('"instant"', '"middle"', "capabilities: stamp must be one of start, end, instant, got 'middle';"),
         ('name = "toy"', 'name = "../toy"', "name"),
+        ('name = "toy"', 'name = "toy"\nprotocol = 2', "protocol"),
         ('command = ["./toy", "--quiet", "../shared.js"]', "command = []", "command"),
         ("walls = false", "wals = false", "'wals'"),
         ('description = "As shipped."', "", "profiles.default.description"),
