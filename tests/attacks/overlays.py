@@ -1,7 +1,4 @@
-"""The folders of releases of `carom history`: killed while one is installed, spoilt, pruned, and opened by two at once.
-
-A release that is found is whole. Nothing outside of the folder is removed, and nothing unfinished stays in it.
-"""
+"""The folder of releases of `carom history`: installs that are killed, damaged files, and two users at once."""
 
 import os
 from collections.abc import Iterator
@@ -28,14 +25,12 @@ class _Client:
         self.fails = rng.random() < 0.2
 
     def list_versions(self, package: str) -> tuple[str, ...]:
-        """Return no versions: none are asked for."""
         del package
         return ()
 
     def install(self, package: str, version: str, folder: Path) -> tuple[str, ...]:
-        """Write the files of a release, by calls of which each may be the last."""
         for name, content in self._files.items():
-            with (folder / name).open("wb") as file:
+            with (folder / name).open("wb") as file:  # a call at which the process may be killed
                 file.write(content)
         if self.fails:
             raise ClientError("no network")
@@ -48,7 +43,10 @@ class _Client:
 
 
 def attack(rng: Random, folder: Path) -> Iterator[str]:
-    """Install, kill, spoil and prune; and look for what is found afterwards."""
+    """Releases of `carom history` that are killed, damaged, or installed twice at once.
+
+    Every release that is used is complete, and nothing unfinished remains.
+    """
     while True:
         rmtree(folder / "root", ignore_errors=True)
         rmtree(folder / "outside", ignore_errors=True)

@@ -13,7 +13,10 @@ NAMES = ("index.html", "report.md", "results.jsonl", "junit.xml", "a.svg", "a.pn
 
 
 def attack(rng: Random, folder: Path) -> Iterator[str]:
-    """Write a report over another in a process that ends at a call drawn by lot; look at what the next one finds."""
+    """`carom run` killed at each call that changes the disk.
+
+    The report is completely the old or the new one.
+    """
     out, number = folder / "out", 0
     while True:
         old, new = ({name: rng.randbytes(rng.choice((0, 10, 10**5))) for name in _draw_names(rng)} for _ in range(2))

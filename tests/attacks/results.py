@@ -22,7 +22,10 @@ from carom.studies.diff.document import build_diff_document
 
 
 def results(rng: Random, folder: Path) -> Iterator[str]:
-    """Compare a spoilt results.jsonl with the sound one."""
+    """`results.jsonl` with values of wrong types.
+
+    The file is compared, or refused with a message.
+    """
     scenes = [all_scenes()[name].scene for name in ("paper/missed", "paper/wrong-direction", "spin/grip")]
     sound, path = folder / "sound.jsonl", folder / "results.jsonl"
     checked = cross_check(scenes, ["pit", "pic"], profiles=["tuned"], dts=[1 / 60], timing=False, pool=InProcessPool())
@@ -44,7 +47,10 @@ def results(rng: Random, folder: Path) -> Iterator[str]:
 
 
 def journals(rng: Random, folder: Path) -> Iterator[str]:
-    """Go on with a journal of a cross-check in which a line is in shape, and a value in it is not."""
+    """Journals with values of wrong types.
+
+    The file is read, or refused with a message.
+    """
     path, scene = folder / "journal.jsonl", all_scenes()["spin/grip"].scene
     path.unlink(missing_ok=True)
     trace, job = solve_pit(scene, frame_rate_hz=60), Job(scene, Method("pit", "tuned"), 1 / 60)

@@ -2,8 +2,6 @@
 
 import json
 import random
-import select
-import subprocess
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
@@ -11,44 +9,12 @@ from typing import Any
 
 import pytest
 from tests.attacks.guard import spoil
-from tests.unit.engines.protocol.programs import LANGUAGES, build_template
+from tests.unit.engines.protocol.programs import LANGUAGES, Talk, build_template
 from tests.unit.engines.protocol.test_adapter import SESSION
 
-#: So long may an answer take, in seconds: no request below asks for more than a few steps.
-LIMIT_S = 60.0
 LINES = 250
 
 REQUESTS: list[dict[str, Any]] = [json.loads(line)[0] for line in SESSION.read_text(encoding="utf-8").splitlines()]
-
-
-class Talk:
-    """A program, and its answers line by line."""
-
-    def __init__(self, command: list[str], folder: Path) -> None:
-        self._process = subprocess.Popen(command, cwd=folder, bufsize=0, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
-        self._said = b""
-
-    def ask(self, line: bytes) -> Any:
-        """Return the answer to a line."""
-        assert self._process.stdin
-        assert self._process.stdout
-        self._process.stdin.write(line + b"\n")
-        while b"\n" not in self._said:
-            ready, _, _ = select.select([self._process.stdout], [], [], LIMIT_S)
-            assert ready, f"no answer to {line[:200]!r}"
-            chunk = self._process.stdout.read(2**16)
-            assert chunk, f"it ended over {line[:200]!r}"
-            self._said += chunk
-        answer, _, self._said = self._said.partition(b"\n")
-        assert not self._said, f"more than one answer to {line[:200]!r}"
-        return json.loads(answer)
-
-    def close(self) -> None:
-        """Let it end by the end of its input, as it must."""
-        for pipe in (self._process.stdin, self._process.stdout):
-            assert pipe
-            pipe.close()
-        self._process.wait(LIMIT_S)
 
 
 @pytest.fixture(params=LANGUAGES)
