@@ -30,28 +30,17 @@ def _read_cross_check(folder: Path) -> Any:
     return [head["rows"], head["scenes"], head["sampling"], *(json.dumps(row, sort_keys=True) for row in rows)]
 
 
-def _read_bench(folder: Path) -> Any:
-    return read_canonical_lines(folder / "journal.jsonl")
+def _read_journal(folder: Path) -> Any:
+    """Return the journal of a command, and the scenes that it has saved."""
+    scenes = {path.name: path.read_bytes() for path in folder.glob("scenes/*")}
+    return [read_canonical_lines(folder / "journal.jsonl"), scenes]
 
 
-def _read_timed_bench(folder: Path) -> Any:
+def _read_timings(folder: Path) -> Any:
     """Return what a bench has scored, and what it has timed, without the times."""
     timings = [json.loads(line) for line in (folder / "timings.jsonl").read_text().splitlines()[1:]]
     keys = sorted(json.dumps(one["key"], sort_keys=True) for one in timings)
-    return [_read_bench(folder), *keys, (folder / "bench.json").exists()]
-
-
-def _read_stress(folder: Path) -> Any:
-    found = json.loads((folder / "stress.json").read_text())
-    scenes = {path.name: path.read_bytes() for path in (folder / "scenes").iterdir()}
-    return [json.dumps(found["lines"], sort_keys=True), scenes]
-
-
-def _read_tuning(folder: Path) -> Any:
-    """Return what a search has tried, and its page without its date, its time and its command."""
-    page = (folder / "tune.md").read_text().splitlines()
-    own = ("| Date |", "| Whole run |", "carom tune")
-    return [_read_bench(folder), *(line for line in page if not any(word in line for word in own))]
+    return [_read_journal(folder), *keys, (folder / "bench.json").exists()]
 
 
 def _read_files(folder: Path) -> Any:
@@ -62,10 +51,10 @@ def _read_files(folder: Path) -> Any:
 #: By name: the command, the option of its folder, and what must be equal. FOLDER is the folder of this attack.
 WORK: dict[str, tuple[str, str, Callable[[Path], Any]]] = {
     "run": ("run paper/late -e pit -e pic --no-timing --fail-on never --resume", "--report", _read_cross_check),
-    "bench": ("bench paper/late -e pit -e pic --no-timing --dt 1/60..1/4000:12 --resume", "--out", _read_bench),
-    "timing": ("bench paper/late -e pit --dt 1/60 --rounds 3 --budget 1e5 --resume", "--out", _read_timed_bench),
-    "stress": ("stress tunnelling -e pit --quick --resume", "--out", _read_stress),
-    "tune": ("tune pymunk paper/late --trials 6 --resume", "--out", _read_tuning),
+    "bench": ("bench paper/late -e pit -e pic --no-timing --dt 1/60..1/4000:12 --resume", "--out", _read_journal),
+    "timing": ("bench paper/late -e pit --dt 1/60 --rounds 3 --budget 1e5 --resume", "--out", _read_timings),
+    "stress": ("stress tunnelling -e pit --quick --resume", "--out", _read_journal),
+    "tune": ("tune pymunk paper/late --trials 6 --resume", "--out", _read_journal),
     "advise": ("advise paper/late -e pit --phases 2 --budget 20000", "", _read_files),
     "certify": ("certify paper/late classics/bank-shot --digits 30", "--out", _read_files),
     "diff": ("diff FOLDER/old FOLDER/new --engine pymunk=box2d --fail-on never", "--page", _read_files),

@@ -2,13 +2,12 @@
 
 import os
 from collections.abc import Iterator
-from functools import partial
 from pathlib import Path
 from random import Random
 from shutil import rmtree
 
 from tests.attacks.guard import try_act
-from tests.attacks.reports import kill_at
+from tests.attacks.reports import end_at
 
 from carom.studies.history.registry_clients import ClientError
 from carom.studies.history.release_cache import open_release_cache
@@ -59,18 +58,16 @@ def attack(rng: Random, folder: Path) -> Iterator[str]:
 
 def _kill_installs(rng: Random, root: Path) -> str:
     """Install a release in one or two processes that end at a call drawn by lot, then in one that is left alone."""
-    client, number, children = _Client(rng), rng.randrange(20), list[int]()
-    for _ in range(rng.choice((1, 2))):
-        children.append(os.fork())
-        if not children[-1]:
-            try:
-                kill_at(number, partial(os._exit, 9))
-                with open_release_cache(rng.choice((0.0, 1e9)), root) as kept:
-                    kept.install(client, "pip", "toy", "1.0")
-            finally:
-                os._exit(0)
-    for child in children:
-        os.waitpid(child, 0)
+    client, number, children = _Client(rng), rng.randrange(20), rng.choice((1, 2))
+
+    def install() -> None:
+        with open_release_cache(rng.choice((0.0, 1e9)), root) as kept:
+            kept.install(client, "pip", "toy", "1.0")
+
+    for _ in range(children):
+        end_at(number, install)
+    for _ in range(children):
+        os.wait()
     with open_release_cache(1e9, root) as kept:
         found = kept.find("pip", "toy", "1.0")
         if found is not None and not client.is_whole(found):

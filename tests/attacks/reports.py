@@ -24,14 +24,8 @@ def attack(rng: Random, folder: Path) -> Iterator[str]:
             path.unlink() if path.is_file() else None
         write_files(out, "bench", old)
         number = (number + 1) % (4 * len(new) + 12)
-        child = os.fork()
-        if not child:
-            try:
-                kill_at(number, partial(os._exit, 9))
-                write_files(out, "bench", new)
-            finally:
-                os._exit(0)
-        os.waitpid(child, 0)
+        end_at(number, partial(write_files, out, "bench", new))
+        os.wait()
         claim(out, "bench")
         found = {path.name: path.read_bytes() for path in out.iterdir() if path.name != MARKER}
         expected = (old, {**old, **new})
@@ -41,6 +35,16 @@ def attack(rng: Random, folder: Path) -> Iterator[str]:
 
 def _draw_names(rng: Random) -> list[str]:
     return rng.sample(NAMES, rng.randrange(1, len(NAMES) + 1))
+
+
+def end_at(number: int, act: Callable[[], object]) -> None:
+    """Start a process that ends in an act, at the call of this number."""
+    if not os.fork():
+        try:
+            kill_at(number, partial(os._exit, 9))
+            act()
+        finally:
+            os._exit(0)
 
 
 def kill_at(number: int, kill: Callable[[], object], put: Callable[..., None] = setattr) -> None:

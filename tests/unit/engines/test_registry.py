@@ -1,6 +1,5 @@
 """Adapters found by entry point, without importing an engine."""
 
-import os
 import sys
 from collections.abc import Callable
 from importlib import metadata
@@ -9,8 +8,8 @@ from typing import Any
 
 import pytest
 from tests.cases import each
-from tests.installed_adapters import write_distribution
-from tests.processes import run_command
+from tests.in_process_pool import InProcessPool
+from tests.installed_adapters import clear_entry_point_caches, write_distribution
 
 from carom.engines.api import Engine
 from carom.engines.registry import (
@@ -21,7 +20,7 @@ from carom.engines.registry import (
     load_adapter,
 )
 from carom.errors import UnknownNameError
-from carom.execution.describe_engines import engines
+from carom.execution.describe_engines import describe_engines, engines
 
 
 def test_engines_lists_every_entry_point() -> None:
@@ -113,9 +112,8 @@ def test_adapter_reports_its_version_and_availability() -> None:
     assert told(Engine("Both", module="no_such_module"), unavailable=lambda: "no licence")[0].startswith("no_such")
 
 
-@pytest.mark.long
-def test_invalid_metadata_makes_only_its_own_entry_unavailable(tmp_path: Path) -> None:
-    """Unreadable entry points and metadata are reported in lines of `carom engines`, which ends normally."""
+def test_invalid_metadata_makes_only_its_own_entry_unavailable(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Unreadable entry points and metadata give unavailable engines with the reason, and the others stay available."""
     for name, entry_points in (
         ("bytes", b"[carom.adapters]\nq\xff = module:adapter\n"),
         ("words", b"[carom.adapters]\nno entry point\n"),
@@ -127,17 +125,14 @@ def test_invalid_metadata_makes_only_its_own_entry_unavailable(tmp_path: Path) -
         (info / "entry_points.txt").write_bytes(entry_points)
         if name == "unnamed":
             (info / "METADATA").write_bytes(b"\xff")
-    path = os.pathsep.join(str(folder) for folder in tmp_path.iterdir())
-    done = run_command(
-        [sys.executable, "-m", "carom", "engines"],
-        check=False,
-        env={**os.environ, "PYTHONPATH": path, "COLUMNS": "500"},
-    )
-    assert (done.returncode, done.stderr) == (0, "")
-    lines = {line.split()[0]: line for line in done.stdout.splitlines() if line.strip()}
-    for name in ("bytes", "words"):
-        assert "can't read the entry points of an installed distribution" in lines[str(tmp_path / name)]
-    for name in ("q", "r"):
-        assert "unavailable: an entry point must name an object, as module:object, got" in lines[name]
-    assert "unavailable: the adapter 'u' can't be loaded" in lines["u"]
-    assert "unavailable" not in lines["pit"]
+        monkeypatch.syspath_prepend(str(tmp_path / name))
+    clear_entry_point_caches()
+    unreadable = "can't read the entry points of an installed distribution"
+    reasons = {str(tmp_path / "bytes"): unreadable, str(tmp_path / "words"): unreadable}
+    reasons |= dict.fromkeys("qr", "an entry point must name an object, as module:object, got")
+    reasons |= {"u": "the adapter 'u' can't be loaded", "pit": ""}
+    for info in describe_engines([*reasons], InProcessPool()):
+        assert reasons[info.name] in info.unavailable
+        assert info.available == (info.name == "pit")
+    monkeypatch.undo()
+    clear_entry_point_caches()

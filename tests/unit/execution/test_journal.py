@@ -138,20 +138,6 @@ def test_journal_of_another_study_is_refused(tmp_path: Path) -> None:
         score_journal(path, resume=True)
 
 
-@each("torn", ['{"key":{"scene', "\x00\x00\x00", "\x00\x00\n", '{"key":1,\n'])
-def test_torn_last_line_is_removed(tmp_path: Path, torn: str) -> None:
-    """A torn last line is removed on resume, the other lines are kept, and new entries are appended."""
-    path = write_journal(tmp_path, 0.1, 0.2)
-    whole = path.read_bytes()
-    path.write_bytes(whole + torn.encode())
-    assert read_steps(path) == [0.1, 0.2]
-    assert path.read_bytes() == whole
-    with score_journal(path, resume=True) as journal:
-        journal.add([build_entry(0.3)])
-    assert path.read_bytes().startswith(whole)
-    assert read_steps(path) == [0.1, 0.2, 0.3]
-
-
 def test_journal_without_entries_is_restarted(tmp_path: Path) -> None:
     """A journal that is closed before its first entry leaves no file, and one with a torn header can be resumed."""
     path = tmp_path / "journal.jsonl"
@@ -206,39 +192,17 @@ def test_large_torn_line_is_removed_without_reading_it(tmp_path: Path) -> None:
     assert path.read_bytes() == whole
 
 
-#: Lines that are no entry of a journal.
-BAD_LINES = [
-    "[" * 100_000,
-    '{"key":' * 100_000,
-    '{"a": [' + "0," * 2**18 + "0]}",
-    '{"expected": "a"}',
-    "null",
-    "no JSON",
-]
-
-
-@each("line", BAD_LINES)
-def test_malformed_line_is_refused_with_its_number(tmp_path: Path, line: str) -> None:
-    """A bad line before the last is refused with its number and left unchanged; as the first it makes no journal."""
-    path = write_journal(tmp_path, 0.1)
-    head, first = path.read_text().splitlines()
-    path.write_text(text := f"{head}\n{line}\n{first}\n")
+@each(
+    "old, new", [('"dt_s":0.1', '"dt_s":"soon"'), ('"phase":0.25,', ""), ('{"key"', "[" * 10**5), ('{"key"', "null\n{")]
+)
+def test_malformed_line_is_refused_with_its_number(tmp_path: Path, old: str, new: str) -> None:
+    """A line before the last that is no entry is refused with its number, and the file is left unchanged."""
+    path = write_journal(tmp_path, 0.1, 0.2)
+    path.write_text(text := path.read_text().replace(old, new, 1))
     with pytest.raises(InputError, match=r"journal.jsonl, line 2: .*remove the line") as error:
         score_journal(path, resume=True)
     assert len(str(error.value)) < 500
     assert path.read_text() == text
-    path.write_text(f"{line}\n{first}\n")
-    with pytest.raises(InputError, match="is not a journal of this work"):
-        score_journal(path, resume=True)
-
-
-@each("old, new", [('"dt_s":0.1', '"dt_s":"soon"'), ('"phase":0.25,', "")])
-def test_line_with_a_wrong_field_is_refused_with_its_number(tmp_path: Path, old: str, new: str) -> None:
-    """A field of the wrong type and a missing field are refused with the line's number."""
-    path = write_journal(tmp_path, 0.1, 0.2)
-    path.write_text(path.read_text().replace(old, new, 1))
-    with pytest.raises(InputError, match=r"journal.jsonl, line 2: .*remove the line"):
-        score_journal(path, resume=True)
 
 
 @each("status", [Status.CRASHED, Status.TIMED_OUT, Status.FAILED, Status.UNSUPPORTED, Status.RAN])

@@ -23,18 +23,6 @@ def test_phases_are_even_and_reproducible() -> None:
     assert generate_phases(100, seed=3) == generate_phases(100, seed=3) != generate_phases(100, seed=4)
 
 
-def test_later_start_advances_every_impact() -> None:
-    """If a scene starts later by part of a step, each impact and the end come earlier by that time."""
-    reference = solve_pic(catalogue()["paper/wrong-direction"].scene)
-    dt = 1 / 24
-    phases = generate_phases(7)
-    for phase, one in zip(phases, solve_shifted_references(reference, dt, phases), strict=True):
-        shift = reference.impacts["time_s"] - one.impacts["time_s"]
-        # Positions of order 1 to half an ulp, over speeds of order 1, and through one more impact.
-        np.testing.assert_allclose(shift, phase * dt, rtol=0, atol=1e-13)
-        assert one.scene.duration_s == pytest.approx(reference.scene.duration_s - phase * dt, abs=1e-15)
-
-
 def test_start_near_the_first_impact_is_moved_back() -> None:
     """If the first impact is too near to start later, the start is moved back by the rest of the step."""
     scene = staged("near", disc_at(0, 0, 1, 0), disc_at(1.25, 0), duration_s=2.0)

@@ -4,6 +4,7 @@ import json
 import re
 from collections.abc import Callable
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +16,6 @@ from tests.unit.execution.conftest import STANDING
 
 import carom
 from carom import Scene
-from carom import compare as score
-from carom.comparator import Score, Scorer
 from carom.errors import AdapterError
 from carom.execution.exception_text import describe_exception
 from carom.execution.job import Job, Method, Status
@@ -75,23 +74,15 @@ def index_by_engine(results: Results) -> dict[str, Row]:
 @each("phases", [0, 2])
 def test_scoring_error_affects_only_its_own_row(scene: Scene, monkeypatch: pytest.MonkeyPatch, phases: int) -> None:
     """An exception in scoring, with or without phases, is that row's reason, with its file and line."""
+    module = import_module("carom.comparator.compare")
+    find_range = module.find_range
 
-    def refuse(observed: Trace) -> None:
+    def refuse(baseline: Any, observed: Trace, *more: Any) -> Any:
         if observed.method == "sound":
             raise ZeroDivisionError("of no length")
+        return find_range(baseline, observed, *more)
 
-    def compare(reference: Trace, observed: Trace, **given: Any) -> Score:
-        refuse(observed)
-        return score(reference, observed, **given)
-
-    class Refusing(Scorer):
-        def score(self, observed: Trace) -> Score:
-            refuse(observed)
-            return super().score(observed)
-
-    replaced = {"compare": compare} if phases else {"Scorer": Refusing}
-    for name, instead in replaced.items():
-        monkeypatch.setattr(f"carom.studies.cross_check.run.{name}", instead)
+    monkeypatch.setattr(module, "find_range", refuse)
     rows = index_by_engine(run_cross_check(scene, "sound", phases=phases))
     words = r"the engine's result can't be scored: ZeroDivisionError: of no length \(test_row_failures.py, line \d+\)"
     assert re.match(words, rows["sound"].reason)

@@ -8,18 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.cases import each
-from tests.in_process_pool import InProcessPool
-from tests.scene_builders import require_value
 from tests.unit.execution.stubs import Makes, Still
 
 from carom import Scene
 from carom.catalogue import all_scenes
 from carom.engines.api import AdapterError, Engine, Observation
-from carom.engines.registry import load_adapter
-from carom.execution.job import Method, UnsupportedError
+from carom.execution.job import UnsupportedError
 from carom.execution.timing import time_run
-from carom.studies.bench import timing_pass
-from carom.studies.bench.timing_pass import TimeScene
 
 DT_S = 1 / 60
 
@@ -79,23 +74,6 @@ def test_invalid_clock_value_is_refused(begun: Any, shown: Any) -> None:
     """A clock that is infinite, NaN, falling or no number raises an AdapterError, before or after a step."""
     with pytest.raises(AdapterError, match="seconds of a world must be a finite number that never decreases, got"):
         time_run(Adapter(begun, shown), SCENE, "tuned", DT_S)
-
-
-@each("shown", [(0.0,), (0.0, math.inf), (0.0, 0.0, 0.001)])
-def test_coarse_clock_affects_only_its_own_timing(monkeypatch: pytest.MonkeyPatch, shown: tuple[float, ...]) -> None:
-    """In a timing pass an engine with an unusable clock is left out with the reason, and PIT is timed."""
-    found = lambda name: Adapter(*shown) if name == "clocked" else load_adapter(name)  # noqa: E731 - of one line
-    monkeypatch.setattr(timing_pass, "load_adapter", found)
-    asked = [(Method("clocked", "tuned"), DT_S), (Method("pit", "tuned"), DT_S)]
-    timing = require_value(TimeScene(SCENE, tuple(asked), rounds=3).run(InProcessPool()).value)
-    timed = {method.engine for (method, _), _ in timing.timings}
-    untimed = {method.engine: why for (method, _), why in timing.untimed}
-    assert "pit" in timed
-    if "clocked" in untimed:
-        assert "too short to time" in untimed["clocked"] or "seconds of a world" in untimed["clocked"]
-    else:
-        (found_timing,) = (cell for (method, _), cell in timing.timings if method.engine == "clocked")
-        assert found_timing.advance_s.median > 0.0
 
 
 def test_clock_counts_from_the_first_step_until_two_times_agree() -> None:

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.cases import each
-from tests.scene_builders import disc_at, staged, wall_at
+from tests.scene_builders import disc_at, staged, wall_at, with_discs
 
-from carom import Disc, Scene
+from carom import Scene
 from carom.engines.api import AdapterError, Contact, Observation
 from carom.execution.observation.state_rows import StateRows
 from carom.execution.observation.validate_observation import Validator
@@ -152,32 +152,31 @@ def test_number_without_a_finite_square_is_refused() -> None:
 @each("second", [1, -1])
 def test_impact_of_two_immovable_bodies_is_refused(second: int) -> None:
     """A contact of two immovable bodies is accepted without an impulse, and refused with one or with velocities."""
-    fixed = [Disc(position_m=(x, 0), radius_m=0.1, mass_kg=math.inf) for x in (0, 1)]
-    validator = Validator(build_scene().model_copy(update={"discs": tuple(fixed)}), DT, 64)
-
-    def enter_one(contact: Contact) -> None:
-        validator.check_contacts((contact,), DT, 2 * DT)
-
-    enter_one(Contact(0, second, DT, ALONG_X))
-    enter_one(Contact(0, second, DT, ALONG_X, 0.0))
+    validator = Validator(with_discs(build_scene(), mass_kg=math.inf), DT, 64)
+    for impulse_n_s in (None, 0.0):
+        validator.check_contacts((Contact(0, second, DT, ALONG_X, impulse_n_s),), DT, 2 * DT)
     for contact in (Contact(0, second, DT, ALONG_X, 1.0), Contact(0, second, DT, ALONG_X, None, ((0.0, 0.0),) * 4)):
         with pytest.raises(AdapterError, match=f"bodies 0 and {second}, neither of which can move"):
-            enter_one(contact)
+            validator.check_contacts((contact,), DT, 2 * DT)
 
 
-def test_length_of_a_normal_has_half_the_precision_of_floats() -> None:
-    """With 32 bits a normal may be off by 2^-12 in length, but not by 2^-11; with 64 bits not by 2^-12."""
-    off = 2.0**-12  # of 23 bits after the leading one
-    for normal_x, float_bits in ((1.0 + 2.0 * off, 32), (1.0 + off, 64)):
-        with pytest.raises(AdapterError, match="must have the length 1"):
-            read_observation(Contact(0, 1, DT, (normal_x, 0.0)), float_bits=float_bits)
-
-
-@each("contacts", [(), (TOLD,)])
-def test_spins_are_required_in_rough_scenes(contacts: tuple[Contact, ...]) -> None:
-    """In a scene with friction, states and contacts with velocities must have spins."""
-    with pytest.raises(AdapterError, match="spin"):
-        read_observation(*contacts, friction=0.5, spin_rad_s=np.zeros(2) if contacts else None)
+@each(
+    "contact, float_bits, friction, words",
+    [
+        (Contact(0, 1, DT, (1.0 + 2.0**-11, 0.0)), 32, 0.0, "must have the length 1"),
+        (Contact(0, 1, DT, (1.0 + 2.0**-12, 0.0)), 64, 0.0, "must have the length 1"),
+        (TOLD, 64, 0.5, "spin"),
+        (None, 64, 0.5, "spin"),
+    ],
+)
+def test_normals_and_spins_depend_on_floats_and_friction(
+    contact: Contact | None, float_bits: int, friction: float, words: str
+) -> None:
+    """A normal has half the precision of the engine's floats; with friction, states and contacts must have spins."""
+    spins = {"float_bits": float_bits, "friction": friction, "spin_rad_s": np.zeros(2) if contact else None}
+    with pytest.raises(AdapterError, match=words):
+        read_observation(*([contact] if contact else []), **spins)
+    read_observation(Contact(0, 1, DT, (1.0 + 2.0**-12, 0.0)), float_bits=32)
 
 
 def test_settings_are_converted_to_plain_values() -> None:

@@ -3,14 +3,10 @@
 import json
 import math
 import sys
-from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from tests.cases import each
 from tests.processes import PATIENT_S
 from tests.unit.engines.protocol.programs import (
@@ -163,48 +159,6 @@ def test_large_standard_error_does_not_block_a_program(tmp_path: Path) -> None:
     world = prepare_world(tmp_path, "sys.stderr.write('chatter ' * 500_000)")
     world.advance(1)
     world.close()
-
-
-#: JSON of any shape.
-ANYTHING = st.recursive(
-    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
-    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
-    max_leaves=6,
-)
-#: Answers the request after a `restore` with the bytes that were to be restored.
-ECHO = """
-held, now = (request['state'], '') if do == 'restore' else ('', globals().get('held', ''))
-if now:
-    sys.stdout.buffer.write(bytes.fromhex(now) + b'\\n')
-    sys.stdout.flush()
-    continue
-"""
-
-
-@pytest.fixture(scope="module")
-def echoing_world(tmp_path_factory: pytest.TempPathFactory) -> ProgramWorld:
-    """Return a world of a program with given answers."""
-    return prepare_world(tmp_path_factory.mktemp("echo"), ECHO)
-
-
-@given(told=st.data())
-def test_any_answer_is_a_value_or_an_adapter_error(told: st.DataObject, echoing_world: ProgramWorld) -> None:
-    """Any line as an answer gives a value or an AdapterError, and a sound answer after it is read as usual."""
-    keys = st.sampled_from(["seconds", "world", "settings", "position_m", "velocity_m_s", "contacts", "pairs", "error"])
-    lines = st.dictionaries(keys, ANYTHING).map(json.dumps).map(str.encode) | st.binary(max_size=40)
-    asked: tuple[Callable[[], object], ...] = (
-        lambda: echoing_world.advance(1),
-        echoing_world.observe,
-        echoing_world.touching,
-        echoing_world.save,
-        lambda: echoing_world.cut(0.5),
-    )
-    for ask in asked:
-        line = told.draw(lines).replace(b"\n", b" ")
-        echoing_world.restore(line.hex() or "20")
-        with suppress(AdapterError):
-            ask()
-    assert echoing_world.observe().position_m.tolist() == [[0.0, 0.0]]
 
 
 @each("language", LANGUAGES)

@@ -1,7 +1,6 @@
 """Free flight ends a run early, but only if no later impact is possible."""
 
 import math
-import tracemalloc
 from collections.abc import Iterable, Iterator
 from typing import Any
 
@@ -131,17 +130,6 @@ def test_earliest_near_pair_is_found_within_the_time_left(
     every = compute_pair_time(place, velocity, 2.0 * scene.arrays.radius_m, first, second)
     found = FreeFlight(scene, DT).compute_pair_wait(place, velocity, left_s)
     assert found == every if every <= left_s else found > left_s
-
-
-def test_free_flight_memory_does_not_grow_with_pairs() -> None:
-    """The search in a scene of 3000 discs, which has 4.5 million pairs, takes less than 20 MB."""
-    discs = (disc_at(3.0 * (k % 55), 3.0 * (k // 55), 0.01 * k, 0) for k in range(3000))
-    scene = staged("crowd", *discs, duration_s=10.0)
-    tracemalloc.start()
-    find_free_flight_step(scene, build_straight_states(scene))
-    _, peak = tracemalloc.get_traced_memory()
-    tracemalloc.stop()
-    assert peak < 20e6
 
 
 @each("units, begins", [(0, True), (4, True), (5, False), (-5, False)])
