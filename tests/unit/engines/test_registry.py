@@ -131,8 +131,8 @@ def test_invalid_metadata_makes_only_its_own_entry_unavailable(tmp_path: Path, m
     reasons = {str(tmp_path / "bytes"): unreadable, str(tmp_path / "words"): unreadable}
     reasons |= dict.fromkeys("qr", "an entry point must name an object, as module:object, got")
     reasons |= {"u": "the adapter 'u' can't be loaded", "pit": ""}
-    for info in describe_engines([*reasons], InProcessPool()):
-        assert reasons[info.name] in info.unavailable
-        assert info.available == (info.name == "pit")
+    for found in describe_engines([*reasons], InProcessPool()):
+        assert reasons[found.name] in found.unavailable
+        assert found.available == (found.name == "pit")
     monkeypatch.undo()
     clear_entry_point_caches()

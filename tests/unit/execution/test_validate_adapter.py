@@ -129,9 +129,10 @@ def test_wall_of_a_contact_has_zero_velocity_and_spin(place: int, value: float) 
     assert read_observation(WALL).contacts == (WALL,)
     moved, turned = list[Any](WALL.velocities or ()), [0.0] * 4
     moved[place], turned[place] = (0.0, value), value
-    for field, values in (("velocities", moved), ("spins_rad_s", turned)):
+    changes: dict[str, Any] = {"velocities": tuple(moved), "spins_rad_s": tuple(turned)}
+    for field, values in changes.items():
         with pytest.raises(AdapterError, match=f"{field} of a contact .* must be 0 for a wall.*{value:g}"):
-            read_observation(dataclasses.replace(WALL, **{field: tuple(values)}))
+            read_observation(dataclasses.replace(WALL, **{field: values}))
 
 
 def test_number_without_a_finite_square_is_refused() -> None:
@@ -173,9 +174,9 @@ def test_normals_and_spins_depend_on_floats_and_friction(
     contact: Contact | None, float_bits: int, friction: float, words: str
 ) -> None:
     """A normal has half the precision of the engine's floats; with friction, states and contacts must have spins."""
-    spins = {"float_bits": float_bits, "friction": friction, "spin_rad_s": np.zeros(2) if contact else None}
+    contacts, spins = ([contact], np.zeros(2)) if contact else ([], None)
     with pytest.raises(AdapterError, match=words):
-        read_observation(*([contact] if contact else []), **spins)
+        read_observation(*contacts, float_bits=float_bits, friction=friction, spin_rad_s=spins)
     read_observation(Contact(0, 1, DT, (1.0 + 2.0**-12, 0.0)), float_bits=32)
 
 
