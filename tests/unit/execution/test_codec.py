@@ -46,5 +46,7 @@ def test_altered_answer_is_a_value_or_a_validation_error() -> None:
         except ValidationError:
             refused += 1
     assert refused > 500
-    with pytest.raises(ValidationError, match="final_position_m"):
-        codec.loads(json.dumps([0, sound[1] | {"value": json.dumps(trace | {"final_position_m": None})}]).encode())
+    _, place = trace["final_position_m"]
+    for wrong in (None, [[1, 4], place]):
+        with pytest.raises(ValidationError, match="final_position_m"):
+            codec.loads(json.dumps([0, sound[1] | {"value": json.dumps(trace | {"final_position_m": wrong})}]).encode())
