@@ -285,7 +285,7 @@ def test_workers_start_after_the_fork_server_is_killed(tmp_path: Path) -> None:
     assert nothing_is_left(tmp_path)
 
 
-@pytest.mark.long  # in short `test_keeper.py` kills a parent, and `test_folder.py` leaves a folder for the next start
+@pytest.mark.long  # `workers` has short tests of a killed parent and of a folder that is left
 @LINUX
 @pytest.mark.usefixtures("installed")
 @pytest.mark.parametrize("act", ["holds-the-lock", "stops", "stops-its-keeper", "forgets-and-sleeps"])
