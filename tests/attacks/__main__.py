@@ -1,15 +1,16 @@
 """Attack Carom for a number of minutes, and print the table of all attempts: ``python -m tests.attacks``.
 
-Counts add up from call to call in ``reports/attacks/``; `--anew` begins at nought. Each attack gets its share of the
-time, those whose goal is not met first. Exit code 1 tells that something was lost: what, is printed and kept.
+Counts add up from call to call in ``reports/attacks/``. Each attack gets its share of the time, those whose goal is not
+met first. Exit code 1 means that something was lost; each loss is printed and kept.
 """
 
 import argparse
+import inspect
 import json
 import sys
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from random import Random
 
@@ -46,12 +47,25 @@ BEGIN, END = "<!-- attacks: begin -->", "<!-- attacks: end -->"
 
 @dataclass(frozen=True)
 class Attack:
-    """One kind of attack."""
+    """One kind of attack: the attempts that it plans, and a function whose docstring says what it does."""
 
-    what: str
-    held: str
     goal: int
     tries: Tries
+
+    @property
+    def what(self) -> str:
+        """What is attacked, and how."""
+        return self._read_docstring()[0]
+
+    @property
+    def held(self) -> str:
+        """What must hold."""
+        return self._read_docstring()[1]
+
+    def _read_docstring(self) -> list[str]:
+        """Return both sentences of the docstring, as they are written in a cell of a table."""
+        sentences = [text.removesuffix(".") for text in (inspect.getdoc(self.tries) or "").split("\n\n")]
+        return [text if text.startswith("Carom ") else text[0].lower() + text[1:] for text in sentences]
 
 
 @dataclass
@@ -60,120 +74,29 @@ class Count:
 
     tried: int = 0
     lost: int = 0
-    seconds: float = 0.0
-    slowest_s: float = 0.0
     findings: list[str] = field(default_factory=list)
 
 
 ATTACKS = {
-    "scenes": Attack(
-        "scene files with random changes",
-        "a file is loaded, and saved without a difference, or refused with a message within 10 s",
-        100_000,
-        scenes.attack,
-    ),
-    "known-failures": Attack(
-        "lists of known failures with random changes",
-        "the file is read, or refused with a message",
-        5_000,
-        known_failures.attack,
-    ),
-    "journal-cuts": Attack(
-        "journals cut at any byte",
-        "every complete line is read, and the incomplete one is dropped",
-        4_000,
-        journals.attack_by_cuts,
-    ),
-    "journal-garbage": Attack(
-        "journals with random bytes",
-        "the journal is read, or refused with a message and not changed",
-        2_000,
-        journals.attack_by_garbage,
-    ),
-    "journal-types": Attack(
-        "journals with values of wrong types", "the file is read, or refused with a message", 2_000, results.journals
-    ),
-    "results": Attack(
-        "`results.jsonl` with values of wrong types",
-        "the file is compared, or refused with a message",
-        5_000,
-        results.results,
-    ),
-    "reports": Attack(
-        "`carom run` killed at each call that changes the disk",
-        "the report is completely the old or the new one",
-        500,
-        reports.attack,
-    ),
-    "options": Attack(
-        "random values of options",
-        "the value is accepted, or refused with a message and exit code 2",
-        2_000,
-        options.attack,
-    ),
-    "kills": Attack(
-        "commands killed at a random moment and resumed",
-        "the final result is the same; no process and no folder remains",
-        200,
-        kills.attack,
-    ),
-    "clocks": Attack(
-        "wrong clocks of engines", "Carom shows a time or a message, and times the other engines", 500, clocks.attack
-    ),
-    "clusters": Attack(
-        "a cluster that loses its worker or its scheduler",
-        "Carom finishes the work or shows a message; a resumed run has a bit-identical journal",
-        30,
-        clusters.attack,
-    ),
-    "wild-numbers": Attack(
-        "engines that return extreme numbers",
-        "only this engine's result is affected, and the report is strict JSON",
-        2_000,
-        extreme_numbers.attack,
-    ),
-    "disks": Attack(
-        "a disk that becomes full while Carom writes",
-        "Carom shows a message and exits with 2; with free space the final result is the same",
-        6,
-        disks.attack,
-    ),
-    "imports": Attack(
-        "engine files with random changes: pickles, MJCF, dumps",
-        "the result is a scene that loads without a difference, or a message; no program is started",
-        5_000,
-        imports.attack,
-    ),
-    "programs": Attack(
-        "wrong answers of engine programs, wrong requests to `carom serve`",
-        "the program's result is true, other results do not change, and each line gets an answer",
-        2_000,
-        programs.attack,
-    ),
-    "play": Attack(
-        "hostile names and links, and damaged blocks, of the play page",
-        "only Carom's script runs, and the page shows a scene or a message",
-        1_000,
-        play.attack,
-    ),
-    "overlays": Attack(
-        "releases of `carom history` that are killed, damaged, or installed twice at once",
-        "every release that is used is complete, and nothing unfinished remains",
-        1_000,
-        overlays.attack,
-    ),
-    "sizes": Attack(
-        "scenes with 1e5 points, legs, discs or walls",
-        "the command exits with a code from 0 to 4, within 2 minutes of processor time and 2 GB",
-        50,
-        sizes.attack,
-    ),
-    "surroundings": Attack(
-        "closed streams, unusual arguments and environments, read-only and full disks, two commands in one folder",
-        "the command exits with a code from 0 to 4 and shows a message",
-        300,
-        environments.attack,
-    ),
+    "scenes": Attack(100_000, scenes.attack),
+    "known-failures": Attack(5_000, known_failures.attack),
+    "journal-cuts": Attack(4_000, journals.attack_by_cuts),
+    "journal-garbage": Attack(2_000, journals.attack_by_garbage),
+    "journal-types": Attack(2_000, results.journals),
+    "results": Attack(5_000, results.results),
+    "reports": Attack(500, reports.attack),
+    "options": Attack(2_000, options.attack),
+    "kills": Attack(200, kills.attack),
+    "clocks": Attack(500, clocks.attack),
+    "clusters": Attack(30, clusters.attack),
+    "wild-numbers": Attack(2_000, extreme_numbers.attack),
+    "disks": Attack(6, disks.attack),
+    "imports": Attack(5_000, imports.attack),
+    "programs": Attack(2_000, programs.attack),
+    "play": Attack(1_000, play.attack),
+    "overlays": Attack(1_000, overlays.attack),
+    "sizes": Attack(50, sizes.attack),
+    "surroundings": Attack(300, environments.attack),
 }
 
 
@@ -185,15 +108,11 @@ def main() -> int:
     parser.add_argument(
         "--state", type=Path, default=Path("reports/attacks"), help="folder of counts, corpus and findings"
     )
-    parser.add_argument("--anew", action="store_true", help="begin the counts of these at nought; the corpus stays")
     parser.add_argument("--write", type=Path, help="put the table into this page, between its two marks")
     chosen = parser.parse_args()
     state = chosen.state.absolute()
     state.mkdir(parents=True, exist_ok=True)
     names = chosen.only or [*ATTACKS]
-    if chosen.anew:
-        for name in names:
-            (state / name / COUNT).unlink(missing_ok=True)
     interrupted = False
     try:
         _attack(names, state, time.monotonic() + 60.0 * chosen.minutes)
@@ -225,12 +144,8 @@ def _attack(names: list[str], state: Path, until: float) -> None:
             under_way[name] = ATTACKS[name].tries(Random(f"{name} {count.tried}"), folder)
         end = min(until, time.monotonic() + TURN_S)
         while time.monotonic() < end:
-            before = time.monotonic()
             lost = next(under_way[name])
-            took_s = time.monotonic() - before
             count.tried += 1
-            count.seconds += took_s
-            count.slowest_s = max(count.slowest_s, took_s)
             if lost:
                 count.lost += 1
                 count.findings = [*count.findings, lost][:KEPT]
@@ -242,7 +157,8 @@ def _attack(names: list[str], state: Path, until: float) -> None:
 
 def _count(folder: Path) -> Count:
     path = folder / COUNT
-    return Count(**json.loads(path.read_text())) if path.exists() else Count()
+    found = json.loads(path.read_text()) if path.exists() else {}
+    return Count(**{one.name: found[one.name] for one in fields(Count) if one.name in found})
 
 
 def _table(counts: dict[str, Count]) -> str:

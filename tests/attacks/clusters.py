@@ -1,7 +1,4 @@
-"""A Dask cluster that loses its worker or its scheduler at any moment: the end is a sentence, and what is done is kept.
-
-The rest, taken up in this process, gives the journal of a sweep that was left alone, to the bit.
-"""
+"""Clusters of Dask that lose their worker or scheduler at any moment."""
 
 import re
 import subprocess
@@ -10,20 +7,20 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from random import Random
 from tempfile import TemporaryDirectory
 from unittest import mock
 
-from tests.attacks.guard import HangError, limit_time
+from tests.attacks.guard import try_act
 from tests.in_process_pool import InProcessPool
 from tests.journal_lines import read_canonical_lines
 from tests.random_scenes import draw_scene
 
 from carom.execution import cluster
-from carom.execution.cluster import ClusterError, ClusterPool
+from carom.execution.cluster import ClusterPool
 from carom.execution.job import Job, Method
 from carom.execution.pool import Pool
 from carom.execution.score_jobs import score_jobs, score_journal
@@ -36,18 +33,9 @@ WORKERLESS_S = 3.0
 DTS = tuple(0.1 / k for k in range(1, 13))
 
 
-@dataclass(frozen=True)
-class Processes:
-    """A scheduler and one worker, as somebody starts them from a shell, and the scheduler's address."""
-
-    address: str
-    scheduler: subprocess.Popen[bytes]
-    worker: subprocess.Popen[bytes]
-
-
 @contextmanager
-def start_cluster(folder: Path) -> Iterator[Processes]:
-    """Start a cluster of one worker; at the end both are killed."""
+def start_cluster(folder: Path) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]]]:
+    """Start a scheduler and one worker, as from a shell; give the scheduler's address and both processes."""
     log, dask = folder / "scheduler.log", [sys.executable, "-m", "dask"]
     running: list[subprocess.Popen[bytes]] = []
     with log.open("w") as file:
@@ -58,7 +46,7 @@ def start_cluster(folder: Path) -> Iterator[Processes]:
             works = [address, "--nthreads", "1", "--no-nanny", "--no-dashboard"]
             running.append(subprocess.Popen([*dask, "worker", *works], stderr=file, cwd=folder))
             _wait_for_log(log, "Register worker")
-            yield Processes(address, *running)
+            yield address, running
         finally:
             for process in running:
                 process.kill()
@@ -76,44 +64,39 @@ def _wait_for_log(log: Path, words: str) -> str:
 
 
 def attack(rng: Random, folder: Path) -> Iterator[str]:
-    """Kill a worker or a scheduler at a moment drawn by lot."""
+    """A cluster that loses its worker or its scheduler.
+
+    Carom finishes the work or shows a message; a resumed run has a bit-identical journal.
+    """
     import_module("distributed")  # half a minute on a machine that is busy: no part of what the guard allows
     while True:
-        yield _find_loss(rng, rng.choice(("worker", "scheduler")), folder)
+        number, killed, after_s = rng.randrange(2**32), rng.randrange(2), rng.uniform(0.0, 4.0)
+        path = folder / "journal.jsonl"
+        path.unlink(missing_ok=True)
+        _sweep(number, InProcessPool(), path)
+        alone = read_canonical_lines(path)
+        path.unlink()
+        with TemporaryDirectory(dir=folder) as place, start_cluster(Path(place)) as (address, processes):
+            killer = threading.Timer(after_s, processes[killed].kill)
+            lost = try_act(
+                partial(_sweep_on_cluster, number, address, path, killer), "--resume", limit_s=PATIENT_S, busy=1.0
+            )
+        _sweep(number, InProcessPool(), path)
+        if not lost and read_canonical_lines(path) != alone:
+            lost = "another journal"
+        yield lost and f"{('scheduler', 'worker')[killed]} killed after {after_s:.2f} s, scene {number}: {lost}"
 
 
-def _find_loss(rng: Random, which: str, folder: Path) -> str:
-    """Return what is wrong after a cluster went away; empty where nothing is."""
-    number, path, after_s = rng.randrange(2**32), folder / "journal.jsonl", rng.uniform(0.0, 4.0)
-    what = f"{which} killed after {after_s:.2f} s, scene {number}"
-    path.unlink(missing_ok=True)
-    _sweep(number, InProcessPool(), path)
-    alone = read_canonical_lines(path)
-    path.unlink()
-    try:
-        with (
-            TemporaryDirectory(dir=folder) as place,
-            start_cluster(Path(place)) as processes,
-            mock.patch.object(cluster, "WORKERLESS_S", WORKERLESS_S),
-            limit_time(PATIENT_S, busy=1.0),
-            mock.patch.object(cluster, "CONNECT_S", PATIENT_S),
-        ):
-            killer = threading.Timer(after_s, getattr(processes, which).kill)
-            try:
-                with ClusterPool(processes.address) as pool:
-                    killer.start()
-                    _sweep(number, pool, path)
-            finally:
-                killer.cancel()
-    except ClusterError as error:
-        if not re.search(r"tasks left: \d+; .*--resume continues", str(error)):
-            return f"{what}: it does not say how to go on: {error}"
-    except HangError:
-        return f"{what}: no end after {PATIENT_S:g} s"
-    except Exception as error:  # noqa: BLE001 - this is what is looked for
-        return f"{what}: {type(error).__name__}: {str(error)[:200]!r}"
-    _sweep(number, InProcessPool(), path)
-    return "" if read_canonical_lines(path) == alone else f"{what}: another journal"
+def _sweep_on_cluster(number: int, address: str, path: Path, killer: threading.Timer) -> str:
+    """Sweep while a process of the cluster is killed; a loss of the cluster raises a ClusterError."""
+    with mock.patch.multiple(cluster, WORKERLESS_S=WORKERLESS_S, CONNECT_S=PATIENT_S):
+        try:
+            with ClusterPool(address) as pool:
+                killer.start()
+                _sweep(number, pool, path)
+        finally:
+            killer.cancel()
+    return ""
 
 
 def _sweep(number: int, pool: Pool, path: Path) -> None:

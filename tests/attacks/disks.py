@@ -17,7 +17,10 @@ COMMAND = (
 
 
 def attack(rng: Random, folder: Path) -> Iterator[str]:
-    """Limit the length of files, by a system's own limit; and print to a full device."""
+    """A disk that becomes full while Carom writes.
+
+    Carom shows a message and exits with 2; with free space the final result is the same.
+    """
     rmtree(folder / "work", ignore_errors=True)
     alone, out = folder / "work" / "alone", folder / "work" / "full"
     _run_bench(alone, None)

@@ -1,8 +1,4 @@
-"""Commands in surroundings that nobody wants: each ends with an exit code of Carom's, and a sentence where it failed.
-
-Closed streams, arguments that are no text, environments without a home or a temporary folder, folders and installs that
-are read-only, disks that are full, and two commands at once in one folder.
-"""
+"""Commands in unusual surroundings: streams, arguments, variables, folders and disks."""
 
 import os
 import shutil
@@ -18,11 +14,12 @@ from typing import Any
 from tests.processes import PATIENT_S
 
 RUN = ("run", "paper/missed", "-e", "pit", "--no-timing", "--fail-on", "never", "--dt", "1/60")
+BENCH = ("bench", *RUN[1:5], "--budget", "5")
 #: Commands that are quickly done; `OUT` is a path of the attack's folder.
 COMMANDS = (
     *(("scenes",), ("scenes", "paper/missed"), ("engines",), ("engines", "pit"), ("--help",), ("--version",)),
     *(("explain", "missed"), ("nonsense",), ("run", "nowhere.toml"), RUN, (*RUN, "--report", "OUT"), ("serve", "pit")),
-    *(("certify", "paper/missed"), ("bench", *RUN[1:5], "--dt", "1/60", "--budget", "5", "-o", "OUT")),
+    *(("certify", "paper/missed"), (*BENCH, "--dt", "1/60", "-o", "OUT")),
     ("play", "--out", "OUT.html", "-e", "none", "--no-open"),
     *(("scenes", "paper/missed", "--save", "OUT.toml"), ("import", "OUT.pkl"), ("diff", "OUT", "OUT")),
     ("report", "OUT"),
@@ -51,7 +48,10 @@ CODES = range(5)
 
 
 def attack(rng: Random, folder: Path) -> Iterator[str]:
-    """Run a command in one of these surroundings, or two at once."""
+    """Closed streams, unusual arguments and environments, read-only and full disks, two commands in one folder.
+
+    The command exits with a code from 0 to 4 and shows a message.
+    """
     acts = [_close_streams, _pass_odd_arguments, _change_environment, _run_two_at_once, _remove_folder]
     if _can_mount():
         acts += [_mount_read_only, _fill_disk]
@@ -130,24 +130,20 @@ def _remove_folder(rng: Random, work: Path) -> str:
 
 def _run_two_at_once(rng: Random, work: Path) -> str:
     """Have two commands write into one folder; then it has the files of one of them, whole."""
-    what = rng.choice((("run", "--report"), ("bench", "-o"), ("run", "--report")))
-    options = [*RUN[1:5], *(RUN[5:7] if what[0] == "run" else ("--budget", "5")), what[1], str(work / "out")]
+    command, options = rng.choice(((RUN[:-2], "--report"), (BENCH, "-o")))
     steps = ("1/60", rng.choice(("1/60", "1/30")))
-    commands = [[sys.executable, "-m", "carom", what[0], *options, "--dt", dt] for dt in steps]
+    out, ends = work / "out", []
+    commands = [[sys.executable, "-m", "carom", *command, options, str(out), "--dt", dt] for dt in steps]
     both = [subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE) for words in commands]
-    ends = []
     for one in both:
-        out, err = one.communicate(timeout=4 * PATIENT_S)
-        ends.append(subprocess.CompletedProcess(one.args, one.returncode, out, err))
-    for done in ends:
-        if lost := _find_loss(done, f"two at once: {done.args[3:]}"):
-            return lost
-    left = [path.name for path in (work / "out").glob(".carom?*")]
-    if left:
-        return f"two at once: {left} stay: {[done.args[3:] for done in ends]}"
-    if what[0] == "run" and any(done.returncode == 0 for done in ends):
-        return _find_loss(_run_carom(["report", str(work / "out")], work), "two at once, then carom report")
-    return ""
+        printed = one.communicate(timeout=4 * PATIENT_S)
+        ends.append(subprocess.CompletedProcess(one.args, one.returncode, *printed))
+    lost = "".join(_find_loss(done, f"two at once: {done.args[3:]}") for done in ends)
+    if left := [path.name for path in out.glob(".carom?*")]:
+        lost += f"two at once: {left} stay: {[done.args[3:] for done in ends]}"
+    if not lost and command[0] == "run" and any(done.returncode == 0 for done in ends):
+        return _find_loss(_run_carom(["report", str(out)], work), "two at once, then carom report")
+    return lost
 
 
 def _can_mount() -> bool:

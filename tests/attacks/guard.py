@@ -1,20 +1,23 @@
-"""What several attacks need: a limit of time, the shrinking of what fails, and a look for what is left over."""
+"""Functions that several attacks need: a time limit, random damage, smaller inputs, and a search for leftovers."""
 
+import json
 import os
 import signal
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from random import Random
+from typing import Any
 
-from tests.processes import PATIENT_S
+from tests.processes import PATIENT_S, is_alive
 
 from carom.errors import CaromError
 from carom.support.escaping import escape_controls
 
 #: What takes more processor time counts as a hang, in seconds.
 HANG_S = 10.0
-#: What waits for ever takes none: it may take this many times as long by the clock, which a busy machine does not.
+#: Code that waits for ever uses no processor time. It may take this many times the limit by the clock.
 _BUSY = 20.0
 #: A signal is repeated after so long, in seconds: Python can be about to sleep when the first comes, and sleep on.
 _AGAIN_S = 0.1
@@ -53,22 +56,53 @@ def limit_time(limit_s: float = HANG_S, busy: float = _BUSY) -> Iterator[None]:
             signal.signal(number, handler)
 
 
-def try_act(act: Callable[[], str], *names: str, most: int = 2000, limit_s: float = HANG_S) -> str:
-    """Return what an act says is lost, or what it raises: all but a refusal in a sentence that has one of some names.
+def try_act(act: Callable[[], str], *names: str, most: int = 2000, limit_s: float = HANG_S, busy: float = _BUSY) -> str:
+    """Return the loss that an act returns or raises. A refusal in a sentence that contains one of `names` is no loss.
 
     A sentence shows no control characters, and has a limited length.
     """
     try:
-        with limit_time(limit_s):
+        with limit_time(limit_s, busy):
             return act()
     except CaromError as error:
         text = str(error)
         sentence = escape_controls(text) == text and len(text) < most and any(name in text for name in names)
-        return "" if sentence else f"no sentence that names the file: {text[:300]!r}"
+        return "" if sentence else f"{type(error).__name__} without one of {names}: {text[:300]!r}"
     except HangError:
         return f"no end after {limit_s:g} s"
     except Exception as error:  # noqa: BLE001 - this is what is looked for
         return f"{type(error).__name__}: {str(error)[:300]!r}"
+
+
+#: Values that JSON can hold.
+PIECES: tuple[Any, ...] = (
+    *(None, True, False, 0, -1, 5, 10**20, 10**400, 0.0, -0.5, 5e-324, 1e308, float("nan"), float("inf"), "", "x"),
+    *("inf", "é\n", "\ud800", "\x1b[31m", "ran", "wrong", "9" * 400),
+    *([], [[]], [1], ["a"], {}, {"a": []}, {"": None}, [{"verdict": "x"}]),
+)
+
+
+def spoil(rng: Random, value: Any) -> Any:
+    """Return a copy of a value of JSON in which one thing is replaced, taken away or doubled."""
+    if isinstance(value, dict) and value and rng.random() < 0.9:
+        key = rng.choice([*value])
+        if rng.random() < 0.1:
+            return {name: one for name, one in value.items() if name != key}
+        return {**value, key: spoil(rng, value[key])}
+    if isinstance(value, list) and value and rng.random() < 0.9:
+        k = rng.randrange(len(value))
+        return [*value[:k], spoil(rng, value[k]), *value[k + rng.choice((1, 1, 0, 2)) :]]
+    return rng.choice(PIECES)
+
+
+def check_strict_json(lines: str) -> None:
+    """Raise a ValueError if a line is no JSON, or contains NaN or infinity."""
+
+    def refuse(name: str) -> None:
+        raise ValueError(name)
+
+    for line in lines.splitlines():
+        json.loads(line, parse_constant=refuse)
 
 
 def shrink(data: bytes, fails: Callable[[bytes], bool]) -> bytes:
@@ -86,9 +120,9 @@ def shrink(data: bytes, fails: Callable[[bytes], bool]) -> bytes:
     return data
 
 
-def find_leftovers(mark: str, temporary: Path, patience_s: float = PATIENT_S) -> str:
-    """Say which processes with `mark` in their environment, or folders of Carom's, are still there after a while."""
-    until = time.monotonic() + patience_s
+def find_leftovers(mark: str, temporary: Path) -> str:
+    """Return the processes with `mark` in their environment, and the folders of Carom's, that remain after a while."""
+    until = time.monotonic() + PATIENT_S
     while True:
         pids = [pid for pid in map(int, filter(str.isdigit, os.listdir("/proc"))) if _has_mark(pid, mark)]
         folders = sorted(os.listdir(temporary)) if temporary.exists() else []
@@ -101,7 +135,6 @@ def find_leftovers(mark: str, temporary: Path, patience_s: float = PATIENT_S) ->
 
 def _has_mark(pid: int, mark: str) -> bool:
     try:
-        living = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
-        return living and pid != os.getpid() and mark.encode() in Path(f"/proc/{pid}/environ").read_bytes()
+        return is_alive(pid) and pid != os.getpid() and mark.encode() in Path(f"/proc/{pid}/environ").read_bytes()
     except OSError:
         return False

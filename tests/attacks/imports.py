@@ -7,14 +7,14 @@ import importlib.util
 import json
 import pickle
 from collections.abc import Iterator
+from contextlib import nullcontext
 from hashlib import sha256
 from pathlib import Path
 from random import Random
 from typing import Any
 from unittest.mock import patch
 
-from tests.attacks.guard import try_act
-from tests.attacks.results import spoil
+from tests.attacks.guard import spoil, try_act
 from tests.attacks.scenes import mutate
 
 from carom.catalogue import all_scenes
@@ -45,22 +45,16 @@ BOMB = b"<!DOCTYPE m [<!ENTITY a 'aaaaaaaaaa'>" + b"".join(
 
 
 def attack(rng: Random, folder: Path) -> Iterator[str]:
-    """Mutate what the engines' own programs write, and import it."""
+    """Engine files with random changes: pickles, MJCF, dumps.
+
+    The result is a scene that loads without a difference, or a message; no program is started.
+    """
     sound = _build_sound_files()
     canary = folder / "canary"
     pool = LocalPool(1, LIMIT_S, memory_limit_mb=1500)
 
-    class Shared:
-        """The pool of all tries: an import would start a process, and close it."""
-
-        def __init__(self, *_: object) -> None: ...
-
-        def __enter__(self) -> LocalPool:
-            return pool
-
-        def __exit__(self, *_: object) -> None: ...
-
-    with pool, patch.object(scene_import, "LocalPool", Shared):
+    # An import would start a process, and close it: all tries share one.
+    with pool, patch.object(scene_import, "LocalPool", lambda *_: nullcontext(pool)):
         while True:
             suffix = rng.choice([*sound])
             data = _spoil(rng, suffix, rng.choice(sound[suffix]), canary)

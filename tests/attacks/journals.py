@@ -39,7 +39,10 @@ def _read_entries(path: Path) -> list[str]:
 
 
 def attack_by_cuts(rng: Random, folder: Path) -> Iterator[str]:
-    """Cut a journal at every byte, and take it up again."""
+    """Journals cut at any byte.
+
+    Every complete line is read, and the incomplete one is dropped.
+    """
     whole, path = _make_journal(folder), folder / "cut.jsonl"
     path.write_bytes(whole)
     every = _read_entries(path)
@@ -59,7 +62,10 @@ def attack_by_cuts(rng: Random, folder: Path) -> Iterator[str]:
 
 
 def attack_by_garbage(rng: Random, folder: Path) -> Iterator[str]:
-    """Put garbage between, into and behind the lines: the lines come back, or the file is refused and left as it is."""
+    """Journals with random bytes.
+
+    The journal is read, or refused with a message and not changed.
+    """
     whole, path = _make_journal(folder), folder / "garbage.jsonl"
     path.write_bytes(whole)
     every = _read_entries(path)

@@ -1,4 +1,4 @@
-"""Commands killed outright at random moments and taken up again: the end is that of one left alone, nothing is left."""
+"""Commands that are killed at random moments and resumed: the result is that of an undisturbed command."""
 
 import json
 import os
@@ -30,66 +30,44 @@ def _read_cross_check(folder: Path) -> Any:
     return [head["rows"], head["scenes"], head["sampling"], *(json.dumps(row, sort_keys=True) for row in rows)]
 
 
-def _read_bench(folder: Path) -> Any:
-    return read_canonical_lines(folder / "journal.jsonl")
+def _read_journal(folder: Path) -> Any:
+    """Return the journal of a command, and the scenes that it has saved."""
+    scenes = {path.name: path.read_bytes() for path in folder.glob("scenes/*")}
+    return [read_canonical_lines(folder / "journal.jsonl"), scenes]
 
 
-def _read_timed_bench(folder: Path) -> Any:
+def _read_timings(folder: Path) -> Any:
     """Return what a bench has scored, and what it has timed, without the times."""
     timings = [json.loads(line) for line in (folder / "timings.jsonl").read_text().splitlines()[1:]]
     keys = sorted(json.dumps(one["key"], sort_keys=True) for one in timings)
-    return [_read_bench(folder), *keys, (folder / "bench.json").exists()]
+    return [_read_journal(folder), *keys, (folder / "bench.json").exists()]
 
 
-def _read_stress(folder: Path) -> Any:
-    found = json.loads((folder / "stress.json").read_text())
-    scenes = {path.name: path.read_bytes() for path in (folder / "scenes").iterdir()}
-    return [json.dumps(found["lines"], sort_keys=True), scenes]
+def _read_files(folder: Path) -> Any:
+    """Return all files of a command that has no journal, and so begins again, and what it has printed."""
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
 
 
-def _read_tuning(folder: Path) -> Any:
-    """Return what a search has tried, and its page without its date, its time and its command."""
-    page = (folder / "tune.md").read_text().splitlines()
-    own = ("| Date |", "| Whole run |", "carom tune")
-    return [_read_bench(folder), *(line for line in page if not any(word in line for word in own))]
-
-
-def _read_output(folder: Path) -> Any:
-    """Return what a command that keeps nothing has printed."""
-    return (folder / SAID).read_text()
-
-
-def _read_certified(folder: Path) -> Any:
-    """Return the proven results; no other files may be there."""
-    return {path.name: path.read_bytes() for path in folder.iterdir() if path.name != SAID}
-
-
-def _read_comparison(folder: Path) -> Any:
-    """Return a comparison, as it was printed and as its page."""
-    return [_read_output(folder), (folder / "page.html").read_bytes()]
-
-
-#: Where the output of a command goes, in its folder.
-SAID = "printed.txt"
-#: By name: the command, the option of its folder, and what must be equal. What has no journal begins again.
+#: By name: the command, the option of its folder, and what must be equal. FOLDER is the folder of this attack.
 WORK: dict[str, tuple[str, str, Callable[[Path], Any]]] = {
-    "run": ("run paper/late -e pit -e pic --no-timing --fail-on never", "--report", _read_cross_check),
-    "bench": ("bench paper/late -e pit -e pic --no-timing --dt 1/60..1/4000:12", "--out", _read_bench),
-    "timing": ("bench paper/late -e pit --dt 1/60 --rounds 3 --budget 1e5", "--out", _read_timed_bench),
-    "stress": ("stress tunnelling -e pit --quick", "--out", _read_stress),
-    "tune": ("tune pymunk paper/late --trials 6", "--out", _read_tuning),
-    "advise": ("advise paper/late -e pit --phases 2 --budget 20000", "", _read_output),
-    "certify": ("certify paper/late classics/bank-shot --digits 30", "--out", _read_certified),
-    "diff": ("diff old new --engine pymunk=box2d --fail-on never", "--page", _read_comparison),
+    "run": ("run paper/late -e pit -e pic --no-timing --fail-on never --resume", "--report", _read_cross_check),
+    "bench": ("bench paper/late -e pit -e pic --no-timing --dt 1/60..1/4000:12 --resume", "--out", _read_journal),
+    "timing": ("bench paper/late -e pit --dt 1/60 --rounds 3 --budget 1e5 --resume", "--out", _read_timings),
+    "stress": ("stress tunnelling -e pit --quick --resume", "--out", _read_journal),
+    "tune": ("tune pymunk paper/late --trials 6 --resume", "--out", _read_journal),
+    "advise": ("advise paper/late -e pit --phases 2 --budget 20000", "", _read_files),
+    "certify": ("certify paper/late classics/bank-shot --digits 30", "--out", _read_files),
+    "diff": ("diff FOLDER/old FOLDER/new --engine pymunk=box2d --fail-on never", "--page", _read_files),
 }
-#: Those that go on with what is there.
-RESUMED = ("run", "bench", "timing", "stress", "tune")
 #: What two reports are made of, for `diff`.
 REPORTS = {"old": "pymunk", "new": "box2d"}
 
 
 def attack(rng: Random, folder: Path) -> Iterator[str]:
-    """Kill each command a few times, then let it end."""
+    """Commands killed at a random moment and resumed.
+
+    The final result is the same; no process and no folder remains.
+    """
     temporary = folder / "temporary"
     temporary.mkdir(exist_ok=True)
     _make_reports(folder)
@@ -124,30 +102,27 @@ def _run_work(
     name: str, folder: Path, out: Path, *, kill_after_s: float | None = None
 ) -> subprocess.CompletedProcess[str]:
     """Do a piece of work into a folder, or go on with it."""
-    command, option, _ = WORK[name]
-    words = [str(folder / word) if name == "diff" and word in REPORTS else word for word in command.split()]
-    if name == "diff":
-        words += [option, str(out / "page.html")]
-    elif option:
-        words += [option, str(out)]
-    if name in RESUMED:
-        words.append("--resume")
+    command, option, read = WORK[name]
+    words = [word.replace("FOLDER", str(folder)) for word in command.split()]
+    if option:
+        words += [option, str(out / "page.html" if option == "--page" else out)]
+    if read is not _read_files:
         return run_carom(folder, *words, kill_after_s=kill_after_s)
     out.mkdir(parents=True, exist_ok=True)
-    (out / SAID).unlink(missing_ok=True)
-    return run_carom(folder, *words, kill_after_s=kill_after_s, said=None if option == "--out" else out / SAID)
+    said = (folder if option == "--out" else out) / "printed.txt"
+    return run_carom(folder, *words, kill_after_s=kill_after_s, said=said)
 
 
 def run_carom(
-    folder: Path, *arguments: str, kill_after_s: float | None = None, said: Path | None = None
+    folder: Path, *arguments: str, kill_after_s: float | None = None, said: Path = Path(os.devnull)
 ) -> subprocess.CompletedProcess[str]:
-    """Run a command with a folder of its own for temporary files; kill it outright after a while if it still runs.
+    """Run a command with a folder of its own for temporary files; kill it after a while if it still runs.
 
-    What it prints goes into a file, or nowhere.
+    Its output goes into a file.
     """
     name, _, value = MARK.partition("=")
     environment = {**os.environ, name: value, "TMPDIR": str(folder / "temporary")}
-    with Path(os.devnull if said is None else said).open("w") as out:
+    with said.open("w") as out:
         command = [sys.executable, "-m", "carom", *arguments]
         process = subprocess.Popen(command, env=environment, stdout=out, stderr=subprocess.PIPE, text=True)
         try:

@@ -23,7 +23,10 @@ cases = ["a::b[c]"]
 
 
 def attack(rng: Random, folder: Path) -> Iterator[str]:
-    """Read a list of which pieces are cut, doubled, moved, flipped or put in."""
+    """Lists of known failures with random changes.
+
+    The file is read, or refused with a message.
+    """
     path = folder / "known.toml"
     while True:
         data = mutate(rng, SOUND)

@@ -55,7 +55,10 @@ LONGEST_S = 600.0
 
 
 def attack(rng: Random, folder: Path) -> Iterator[str]:
-    """Give each option each value, and values made of two."""
+    """Random values of options.
+
+    The value is accepted, or refused with a message and exit code 2.
+    """
     tries = [(command, option, word) for command, options in COMMANDS.items() for option in options for word in WORDS]
     rng.shuffle(tries)
     while True:

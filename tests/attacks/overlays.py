@@ -1,17 +1,13 @@
-"""The folders of releases of `carom history`: killed while one is installed, spoilt, pruned, and opened by two at once.
-
-A release that is found is whole. Nothing outside of the folder is removed, and nothing unfinished stays in it.
-"""
+"""The folder of releases of `carom history`: installs that are killed, damaged files, and two users at once."""
 
 import os
 from collections.abc import Iterator
-from functools import partial
 from pathlib import Path
 from random import Random
 from shutil import rmtree
 
 from tests.attacks.guard import try_act
-from tests.attacks.reports import kill_at
+from tests.attacks.reports import end_at
 
 from carom.studies.history.registry_clients import ClientError
 from carom.studies.history.release_cache import open_release_cache
@@ -28,14 +24,12 @@ class _Client:
         self.fails = rng.random() < 0.2
 
     def list_versions(self, package: str) -> tuple[str, ...]:
-        """Return no versions: none are asked for."""
         del package
         return ()
 
     def install(self, package: str, version: str, folder: Path) -> tuple[str, ...]:
-        """Write the files of a release, by calls of which each may be the last."""
         for name, content in self._files.items():
-            with (folder / name).open("wb") as file:
+            with (folder / name).open("wb") as file:  # a call at which the process may be killed
                 file.write(content)
         if self.fails:
             raise ClientError("no network")
@@ -48,7 +42,10 @@ class _Client:
 
 
 def attack(rng: Random, folder: Path) -> Iterator[str]:
-    """Install, kill, spoil and prune; and look for what is found afterwards."""
+    """Releases of `carom history` that are killed, damaged, or installed twice at once.
+
+    Every release that is used is complete, and nothing unfinished remains.
+    """
     while True:
         rmtree(folder / "root", ignore_errors=True)
         rmtree(folder / "outside", ignore_errors=True)
@@ -61,18 +58,16 @@ def attack(rng: Random, folder: Path) -> Iterator[str]:
 
 def _kill_installs(rng: Random, root: Path) -> str:
     """Install a release in one or two processes that end at a call drawn by lot, then in one that is left alone."""
-    client, number, children = _Client(rng), rng.randrange(20), list[int]()
-    for _ in range(rng.choice((1, 2))):
-        children.append(os.fork())
-        if not children[-1]:
-            try:
-                kill_at(number, partial(os._exit, 9))
-                with open_release_cache(rng.choice((0.0, 1e9)), root) as kept:
-                    kept.install(client, "pip", "toy", "1.0")
-            finally:
-                os._exit(0)
-    for child in children:
-        os.waitpid(child, 0)
+    client, number, children = _Client(rng), rng.randrange(20), rng.choice((1, 2))
+
+    def install() -> None:
+        with open_release_cache(rng.choice((0.0, 1e9)), root) as kept:
+            kept.install(client, "pip", "toy", "1.0")
+
+    for _ in range(children):
+        end_at(number, install)
+    for _ in range(children):
+        os.wait()
     with open_release_cache(1e9, root) as kept:
         found = kept.find("pip", "toy", "1.0")
         if found is not None and not client.is_whole(found):

@@ -6,9 +6,7 @@ The page's own modules run in node.
 import base64
 import hashlib
 import json
-import select
 import shutil
-import subprocess
 from collections.abc import Iterator
 from contextlib import closing
 from functools import cache
@@ -17,8 +15,9 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
-from tests.attacks.results import spoil
+from tests.attacks.guard import spoil
 from tests.attacks.scenes import mutate
+from tests.unit.engines.protocol.programs import Talk
 
 from carom import Scene
 from carom.catalogue import all_scenes
@@ -26,8 +25,6 @@ from carom.errors import SceneError
 from carom.support.folders import write_file
 from carom.web.page import CORE, GALLERY, SOURCES, add_gallery, pack_block, render_page
 
-#: Longest wait for one line of node; PIT at 10,000 frames per second for a minute takes seconds.
-LIMIT_S = 120.0
 #: Parts of names that would end an element, a comment or an attribute, fill a mark, or be a property of all objects.
 NAMES = (
     *("</script><script>alert(1)</script>", "-->", "<!--", "<![CDATA[", "]]>", '"><img src=x onerror=alert(1)>', "'"),
@@ -42,52 +39,30 @@ _CONTENTS = (CORE.read_bytes(), CORE.read_bytes()[:5000])
 
 
 def attack(rng: Random, folder: Path) -> Iterator[str]:
-    """Write pages of hostile names, and give the page's modules spoilt links and blocks."""
+    """Hostile names and links, and damaged blocks, of the play page.
+
+    Only Carom's script runs, and the page shows a scene or a message.
+    """
     if shutil.which("node") is None:
         while True:
             yield "there is no node here, in which the page's modules would run"
+    while shutil.which("node") is None:
+        yield "there is no node here, in which the page's modules would run"
+    command = ["node", str(Path(__file__).with_name("play.mjs")), str(SOURCES), pack_block(b"")]
     while True:
-        with closing(_Page()) as page:
+        with closing(Talk(command, folder)) as page:
             try:
                 while True:
-                    yield rng.choice((_try_name, _try_link, _try_link, _try_link, _try_block, _try_block))(
-                        rng, folder, page
-                    )
-            except TimeoutError:
-                lost = f"no answer of the page within {LIMIT_S:g} s to {page.asked[:300]!r}"
-            except EOFError:
-                lost = f"the page's modules ended over {page.asked[:300]!r}"
+                    act = rng.choice((_try_name, _try_link, _try_link, _try_link, _try_block, _try_block))
+                    yield act(rng, folder, page)
+            except AssertionError as error:
+                lost = f"the page's modules: {error}"
         yield lost
 
 
-class _Page:
-    """The modules of the page, in node."""
-
-    def __init__(self) -> None:
-        words = ["node", str(Path(__file__).with_name("play.mjs")), str(SOURCES), pack_block(b"")]
-        self._process = subprocess.Popen(words, bufsize=0, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
-        self._said, self.asked = b"", ""
-
-    def ask(self, **request: object) -> dict[str, Any]:
-        """Return the answer to a request."""
-        assert self._process.stdin
-        assert self._process.stdout
-        self.asked = json.dumps(request)
-        self._process.stdin.write(self.asked.encode() + b"\n")
-        while b"\n" not in self._said:
-            if not select.select([self._process.stdout], [], [], LIMIT_S)[0]:
-                raise TimeoutError
-            if not (chunk := self._process.stdout.read(2**16)):
-                raise EOFError
-            self._said += chunk
-        line, _, self._said = self._said.partition(b"\n")
-        answer: dict[str, Any] = json.loads(line)
-        return answer
-
-    def close(self) -> None:
-        """End node."""
-        self._process.kill()
-        self._process.communicate()
+def _ask(page: Talk, **request: object) -> dict[str, Any]:
+    answer: dict[str, Any] = page.ask(json.dumps(request).encode())
+    return answer
 
 
 class _Scripts(HTMLParser):
@@ -118,7 +93,7 @@ class _Scripts(HTMLParser):
         self._into = ""
 
 
-def _try_name(rng: Random, folder: Path, page: _Page) -> str:
+def _try_name(rng: Random, folder: Path, page: Talk) -> str:
     name = "".join(rng.choice(NAMES) for _ in range(rng.choice((1, 1, 2))))[:200]
     try:
         scene = Scene(**{**dict(all_scenes()["paper/late"].scene), "name": name})
@@ -129,9 +104,9 @@ def _try_name(rng: Random, folder: Path, page: _Page) -> str:
     found.feed(written)
     if len(found.run) != 1 or _sha256(found.run[0]) not in found.policy or found.tags & {"img", "iframe", "link"}:
         return f"the name {name!r}: the page runs {[text[:80] for text in found.run]}, tags {found.tags}"
-    if _sha256(page.ask(do="unpack", text=found.blocks["page"])["text"]) not in found.policy:
+    if _sha256(_ask(page, do="unpack", text=found.blocks["page"])["text"]) not in found.policy:
         return f"the name {name!r}: the policy forbids the page's own script"
-    scenes = page.ask(do="unpack", text=found.blocks["scenes"])["text"]
+    scenes = _ask(page, do="unpack", text=found.blocks["scenes"])["text"]
     want = [scene.name, *(other for other in GALLERY if other != scene.name)]
     return "" if [*json.loads(scenes)] == want else f"the name {name!r}: the page has {[*json.loads(scenes)]}"
 
@@ -158,7 +133,7 @@ def _pack_link(values: Any) -> str:
     return "2=" + base64.urlsafe_b64encode(json.dumps(values).encode("latin-1")).decode().rstrip("=")
 
 
-def _try_link(rng: Random, folder: Path, page: _Page) -> str:
+def _try_link(rng: Random, folder: Path, page: Talk) -> str:
     del folder
     values = _LINK
     for _ in range(rng.choice((0, 1, 1, 2))):
@@ -169,7 +144,7 @@ def _try_link(rng: Random, folder: Path, page: _Page) -> str:
     text = _pack_link(values)
     if rng.random() < 0.3:
         text = mutate(rng, text.encode()).decode("latin-1")
-    answer = page.ask(do="link", text=text)
+    answer = _ask(page, do="link", text=text)
     return answer.get("lost", "") and f"the link {text[:400]!r}: {answer['lost']}"
 
 
@@ -188,7 +163,7 @@ def _pack(content: bytes) -> str:
     return pack_block(content)
 
 
-def _try_block(rng: Random, folder: Path, page: _Page) -> str:
+def _try_block(rng: Random, folder: Path, page: Talk) -> str:
     """Spoil a packed block, as of a page that was damaged on its way: it is refused, or its content is as it was."""
     del folder
     content = rng.choice((b"abc" * 1000, *_CONTENTS))
@@ -197,6 +172,6 @@ def _try_block(rng: Random, folder: Path, page: _Page) -> str:
         text[rng.randrange(len(text))] = rng.choice((33, *range(35, 60), *range(61, 126)))
     if rng.random() < 0.3:
         del text[rng.randrange(len(text)) :]
-    answer = page.ask(do="unpack", text=text.decode())
+    answer = _ask(page, do="unpack", text=text.decode())
     held = "said" in answer or answer["text"] == content.decode(errors="replace")
     return "" if held else f"a damaged block is read as {answer['text'][:200]!r}"

@@ -3,20 +3,20 @@
 A program gets a row that says what it did, and costs no other row. `carom serve` answers each line with one of JSON.
 """
 
-import json
 import os
 import sys
 from collections.abc import Iterator
 from contextlib import closing
+from functools import partial
 from pathlib import Path
 from random import Random
 from unittest import mock
 
 import pytest
-from tests.attacks.guard import HangError, limit_time
+from tests.attacks.guard import check_strict_json, try_act
 from tests.processes import PATIENT_S, limit_only
-from tests.unit.engines.protocol.programs import write_manifest
-from tests.unit.engines.protocol.test_template_fuzz import Talk, mutate_request
+from tests.unit.engines.protocol.programs import Talk, write_manifest
+from tests.unit.engines.protocol.test_template_fuzz import mutate_request
 
 from carom import Disc, Scene, cross_check
 from carom.engines.registry import MANIFESTS, list_adapter_points
@@ -56,7 +56,10 @@ FIELDS = (
 
 
 def attack(rng: Random, folder: Path) -> Iterator[str]:
-    """Run a program that spoils some of its answers next to PIT, and serve PIT to spoilt requests."""
+    """Wrong answers of engine programs, wrong requests to `carom serve`.
+
+    The program's result is true, other results do not change, and each line gets an answer.
+    """
     folder.joinpath("program").mkdir(exist_ok=True)
     while True:
         yield _try_program(rng, folder / "program")
@@ -67,33 +70,25 @@ def _try_program(rng: Random, folder: Path) -> str:
     """Return what is lost after a cross-check with a program that does one thing to one kind of answer."""
     when = rng.choice(("hello", "prepare", "step", "observe", "close"))
     act = rng.choice(ACTS) if rng.random() < 0.5 else f"answer[{rng.choice(FIELDS)!r}] = {rng.choice(VALUES)}"
-    spoilt = f"if do == {when!r}: {act}"
-    manifest = write_manifest(folder, spoilt)
-    rows = {}
-    try:
-        with (
-            pytest.MonkeyPatch.context() as patch,
-            mock.patch.dict(os.environ, {MANIFESTS: ""}),
-            limit_time(4.0 * PATIENT_S, busy=1.0),
-            LocalPool(2, LIMIT_S, memory_limit_mb=1500) as pool,
-        ):
-            limit_only(patch, "toy")
-            engines = ["pit", str(manifest)]
-            results = cross_check([SCENE], engines, dts=[0.1], profiles=["tuned"], timing=False, pool=pool)
-            rows = {row.job.engine: row for row in results.rows}
-            text = format_records(results)
-    except HangError:
-        return f"{spoilt}: no end"
-    except Exception as error:  # noqa: BLE001 - this is what is looked for
-        return f"{spoilt}: {type(error).__name__}: {str(error)[:300]!r}"
-    finally:
-        list_adapter_points.cache_clear()
-    if rows["pit"].status is not Status.RAN:
-        return f"{spoilt}: the other row, too: {rows['pit'].reason[:300]!r}"
-    if rows["toy"].status is not Status.RAN and not rows["toy"].reason:
-        return f"{spoilt}: a row without a reason: {rows['toy'].status.value}"
-    for line in text.splitlines():
-        json.loads(line, parse_constant=lambda name: (_ for _ in ()).throw(ValueError(name)))
+    manifest = write_manifest(folder, f"if do == {when!r}: {act}")
+    lost = try_act(partial(_find_loss, manifest), limit_s=4.0 * PATIENT_S, busy=1.0)
+    list_adapter_points.cache_clear()
+    return lost and f"at {when}: {act}: {lost}"
+
+
+def _find_loss(manifest: Path) -> str:
+    with (
+        pytest.MonkeyPatch.context() as patch,
+        mock.patch.dict(os.environ, {MANIFESTS: ""}),
+        LocalPool(2, LIMIT_S, memory_limit_mb=1500) as pool,
+    ):
+        limit_only(patch, "toy")
+        engines = ["pit", str(manifest)]
+        results = cross_check([SCENE], engines, dts=[0.1], profiles=["tuned"], timing=False, pool=pool)
+    pit, toy = results.rows
+    if pit.status is not Status.RAN or (toy.status is not Status.RAN and not toy.reason):
+        return f"rows {pit.status} {pit.reason[:300]!r}, {toy.status} {toy.reason[:300]!r}"
+    check_strict_json(format_records(results))
     return ""
 
 

@@ -13,7 +13,10 @@ NAMES = ("index.html", "report.md", "results.jsonl", "junit.xml", "a.svg", "a.pn
 
 
 def attack(rng: Random, folder: Path) -> Iterator[str]:
-    """Write a report over another in a process that ends at a call drawn by lot; look at what the next one finds."""
+    """`carom run` killed at each call that changes the disk.
+
+    The report is completely the old or the new one.
+    """
     out, number = folder / "out", 0
     while True:
         old, new = ({name: rng.randbytes(rng.choice((0, 10, 10**5))) for name in _draw_names(rng)} for _ in range(2))
@@ -21,14 +24,8 @@ def attack(rng: Random, folder: Path) -> Iterator[str]:
             path.unlink() if path.is_file() else None
         write_files(out, "bench", old)
         number = (number + 1) % (4 * len(new) + 12)
-        child = os.fork()
-        if not child:
-            try:
-                kill_at(number, partial(os._exit, 9))
-                write_files(out, "bench", new)
-            finally:
-                os._exit(0)
-        os.waitpid(child, 0)
+        end_at(number, partial(write_files, out, "bench", new))
+        os.wait()
         claim(out, "bench")
         found = {path.name: path.read_bytes() for path in out.iterdir() if path.name != MARKER}
         expected = (old, {**old, **new})
@@ -38,6 +35,16 @@ def attack(rng: Random, folder: Path) -> Iterator[str]:
 
 def _draw_names(rng: Random) -> list[str]:
     return rng.sample(NAMES, rng.randrange(1, len(NAMES) + 1))
+
+
+def end_at(number: int, act: Callable[[], object]) -> None:
+    """Start a process that ends in an act, at the call of this number."""
+    if not os.fork():
+        try:
+            kill_at(number, partial(os._exit, 9))
+            act()
+        finally:
+            os._exit(0)
 
 
 def kill_at(number: int, kill: Callable[[], object], put: Callable[..., None] = setattr) -> None:

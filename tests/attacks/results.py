@@ -4,9 +4,8 @@ import json
 from collections.abc import Iterator
 from pathlib import Path
 from random import Random
-from typing import Any
 
-from tests.attacks.guard import try_act
+from tests.attacks.guard import PIECES, spoil, try_act
 from tests.in_process_pool import InProcessPool
 
 from carom import cross_check, solve_pit
@@ -21,29 +20,12 @@ from carom.studies.cross_check.run import observed_journal
 from carom.studies.diff.compare_records import compare_records
 from carom.studies.diff.document import build_diff_document
 
-#: What JSON can hold in the place of a value.
-PIECES: tuple[Any, ...] = (
-    *(None, True, False, 0, -1, 5, 10**20, 10**400, 0.0, -0.5, 5e-324, 1e308, float("nan"), float("inf"), "", "x"),
-    "inf",
-    *("\x1b[31m", "ran", "wrong", [], [[]], [1], ["a"], {}, {"a": []}, {"": None}, [{"verdict": "x"}], "9" * 400),
-)
-
-
-def spoil(rng: Random, value: Any) -> Any:
-    """Return a copy of a value of JSON in which one thing is replaced, taken away or doubled."""
-    if isinstance(value, dict) and value and rng.random() < 0.9:
-        key = rng.choice([*value])
-        if rng.random() < 0.1:
-            return {name: one for name, one in value.items() if name != key}
-        return {**value, key: spoil(rng, value[key])}
-    if isinstance(value, list) and value and rng.random() < 0.9:
-        k = rng.randrange(len(value))
-        return [*value[:k], spoil(rng, value[k]), *value[k + rng.choice((1, 1, 0, 2)) :]]
-    return rng.choice(PIECES)
-
 
 def results(rng: Random, folder: Path) -> Iterator[str]:
-    """Compare a spoilt results.jsonl with the sound one."""
+    """`results.jsonl` with values of wrong types.
+
+    The file is compared, or refused with a message.
+    """
     scenes = [all_scenes()[name].scene for name in ("paper/missed", "paper/wrong-direction", "spin/grip")]
     sound, path = folder / "sound.jsonl", folder / "results.jsonl"
     checked = cross_check(scenes, ["pit", "pic"], profiles=["tuned"], dts=[1 / 60], timing=False, pool=InProcessPool())
@@ -65,7 +47,10 @@ def results(rng: Random, folder: Path) -> Iterator[str]:
 
 
 def journals(rng: Random, folder: Path) -> Iterator[str]:
-    """Go on with a journal of a cross-check in which a line is in shape, and a value in it is not."""
+    """Journals with values of wrong types.
+
+    The file is read, or refused with a message.
+    """
     path, scene = folder / "journal.jsonl", all_scenes()["spin/grip"].scene
     path.unlink(missing_ok=True)
     trace, job = solve_pit(scene, frame_rate_hz=60), Job(scene, Method("pit", "tuned"), 1 / 60)

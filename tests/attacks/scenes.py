@@ -28,9 +28,11 @@ MOST_BYTES = 20_000
 
 
 def attack(rng: Random, folder: Path) -> Iterator[str]:
-    """Mutate what the corpus holds, load it, and hold the answer to what is promised."""
-    corpus = _corpus(folder / "corpus")
-    seen: set[str] = set()
+    """Scene files with random changes.
+
+    A file is loaded, and saved without a difference, or refused with a message within 10 s.
+    """
+    corpus, seen = _build_corpus(folder), set[str]()
     while True:
         suffix, data = rng.choice(corpus)
         data = mutate(rng, data)
@@ -39,7 +41,6 @@ def attack(rng: Random, folder: Path) -> Iterator[str]:
         if kind not in seen and len(corpus) < MOST_KEPT and len(data) < MOST_BYTES:
             seen.add(kind)
             corpus.append((suffix, data))
-            (folder / "corpus" / f"{len(corpus)}{suffix}").write_bytes(data)
         if lost:
             least = shrink(data, partial(_fails, path))
             found = folder / f"found-{sha256(least).hexdigest()[:16]}{suffix}"
@@ -79,14 +80,14 @@ def _fails(path: Path, data: bytes) -> bool:
     return bool(_try_scene(path, data)[0])
 
 
-def _corpus(folder: Path) -> list[tuple[str, bytes]]:
-    if not folder.exists():
-        folder.mkdir(parents=True)
-        for k, entry in enumerate(all_scenes().values()):
-            if len(entry.scene.discs) < 8:
-                for suffix in (".toml", ".json"):
-                    save_scene(entry.scene, folder / f"{k}{suffix}")
-    return [(path.suffix, path.read_bytes()) for path in sorted(folder.iterdir())]
+def _build_corpus(folder: Path) -> list[tuple[str, bytes]]:
+    """Return the files of all scenes with few discs."""
+    corpus = []
+    for entry in all_scenes().values():
+        for suffix in (".toml", ".json") if len(entry.scene.discs) < 8 else ():
+            save_scene(entry.scene, path := folder / f"scene{suffix}")
+            corpus.append((suffix, path.read_bytes()))
+    return corpus
 
 
 def _try_scene(path: Path, data: bytes) -> tuple[str, str]:

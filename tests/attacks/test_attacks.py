@@ -1,4 +1,4 @@
-"""The short form of each attack: a few tries, nothing lost; and the campaign itself, which must see a loss."""
+"""The short form of each attack, and the campaign itself, which must report a loss."""
 
 import importlib.util
 import json
@@ -18,9 +18,12 @@ from tests.fake_clock import Clock
 from carom.engines.registry import list_adapter_points
 
 #: Tries of those that take milliseconds each; of the others one or two.
-QUICK = {"scenes": 2, "known-failures": 5, "journal-cuts": 2, "journal-garbage": 2, "journal-types": 4, "results": 1}
-QUICK |= {"reports": 1, "wild-numbers": 1, "clocks": 1, "imports": 3, "overlays": 1}
+QUICK = {"scenes": 2, "known-failures": 5, "journal-cuts": 9, "journal-garbage": 9, "journal-types": 4, "results": 1}
+QUICK |= {"reports": 1, "wild-numbers": 5, "clocks": 1, "imports": 3, "overlays": 1}
 SLOW = {"options": 8, "kills": 3, "clusters": 2, "disks": 2, "programs": 20, "play": 10, "sizes": 2, "surroundings": 5}
+
+
+assert {*QUICK, *SLOW} == {*campaign.ATTACKS}
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="processes and limits are Linux's")
@@ -34,17 +37,16 @@ def test_short_attacks_lose_nothing(name: str, tries: int, tmp_path: Path) -> No
     assert (set(list_adapter_points()), sys.path) == (known, path), "an attack leaves an adapter to the tests after it"
 
 
-def test_every_attack_has_a_short_form() -> None:
-    """`QUICK` and `SLOW` list exactly the attacks of the campaign."""
-    assert {*QUICK, *SLOW} == {*campaign.ATTACKS}
-
-
 def test_campaign_adds_up_counts_and_fails_on_a_loss(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Counts add up from call to call; a loss is printed, stored, in the table of the page, and exit code 1."""
 
     def tries(rng: Random, folder: Path) -> Iterator[str]:
+        """Tries.
+
+        All of them.
+        """
         del rng
         yield "" if not (folder / "again").exists() else "lost: a line"
         (folder / "again").touch()
@@ -53,7 +55,7 @@ def test_campaign_adds_up_counts_and_fails_on_a_loss(
 
     page = tmp_path / "page.md"
     page.write_text(f"before\n{campaign.BEGIN}\nstale\n{campaign.END}\nafter\n")
-    monkeypatch.setattr(campaign, "ATTACKS", {"mine": campaign.Attack("tries", "all", 10, tries)})
+    monkeypatch.setattr(campaign, "ATTACKS", {"mine": campaign.Attack(10, tries)})
     # A second passes with each look at the clock, so each call has a minute's tries, however slow the machine is.
     monkeypatch.setattr(campaign, "time", Clock(1.0))
     monkeypatch.setattr(sys, "argv", ["x", "--minutes", "1", "--state", str(tmp_path), "--write", str(page)])
@@ -65,7 +67,7 @@ def test_campaign_adds_up_counts_and_fails_on_a_loss(
     assert (count["lost"], count["findings"]) == (1, ["lost: a line"])
     assert "mine: lost: a line" in capsys.readouterr().out
     text = page.read_text()
-    assert f"| tries | {count['tried']:,} | 10 | 1 | all |" in text
+    assert f"| tries | {count['tried']:,} | 10 | 1 | all of them |" in text
     assert text.startswith("before\n")
     assert text.endswith("after\n")
     assert "stale" not in text

@@ -55,7 +55,7 @@ PACKAGES = {
         ),
         (
             "tests/unit/execution/observation",
-            *(f"tests/unit/execution/test_{name}.py" for name in ("timing", "journal", "phases", "spin_in_runs")),
+            *(f"tests/unit/execution/test_{name}.py" for name in ("timing", "journal", "phases")),
             "tests/unit/studies/cross_check/test_plan.py",
         ),
     ),

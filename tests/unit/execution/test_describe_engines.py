@@ -1,9 +1,8 @@
-"""An installed adapter that is broken is a line with its reason, and touches nothing that did not ask for it."""
+"""Descriptions of installed adapters: a broken adapter is unavailable with a reason and affects no other adapter."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pytest
 from tests.in_process_pool import InProcessPool
@@ -15,7 +14,7 @@ from carom.engines.api import Capabilities
 from carom.engines.registry import EngineInfo
 from carom.errors import UnknownNameError
 from carom.execution.describe_engines import DescribeTask, describe_engines, select_engines
-from carom.execution.job import Answer, Method, Status, Task
+from carom.execution.job import Method, Status
 from carom.execution.methods import SettingsTask, list_methods
 from carom.execution.pool import LocalPool
 
@@ -33,6 +32,9 @@ def made(**fields):
 
 def setting(act):
     return made(profiles={"tuned": Profile("acts", lambda dt: exec(act, globals())), "sound": made().profiles["tuned"]})
+
+class Raising:
+    name = engine = capabilities = profiles = prepare = property(lambda self: sys.no_such_version)
 """
 
 #: What happens when an entry point is loaded, and what the line says of it.
@@ -51,38 +53,40 @@ LOADING = {
     "holds-the-lock": ("ctypes.PyDLL(None).sleep(3600)", "timed out: no answer within"),
 }
 
-BITS = "capabilities.float_bits must be one of [32, 64], got"
-#: What an adapter declares, and what the line says of it.
+#: What an entry point refers to, and the reason that makes the adapter unavailable.
 DECLARED = {
-    "no-capabilities": ("capabilities=None", "capabilities must be Capabilities(...), got None"),
-    "half-floats": ("capabilities=Capabilities(float_bits=16)", f"{BITS} 16; declare 32 for narrower floats"),
-    "wide-floats": ("capabilities=Capabilities(float_bits=80)", "float_bits must be one of [32, 64], got 80"),
+    "no-capabilities": ("made(capabilities=None)", "capabilities must be Capabilities(...), got None"),
+    "half-floats": (
+        "made(capabilities=Capabilities(float_bits=16))",
+        "capabilities.float_bits must be one of [32, 64], got 16; declare 32 for narrower floats",
+    ),
     "words": (
-        "capabilities=Capabilities(max_speed_m_s='fast')",
+        "made(capabilities=Capabilities(max_speed_m_s='fast'))",
         "capabilities.max_speed_m_s: Input should be a valid number, got 'fast'",
     ),
-    "nan": ("capabilities=Capabilities(max_speed_m_s=float('nan'))", "capabilities.max_speed_m_s must be a number"),
-    "order": (
-        "capabilities=Capabilities(restitution=(1.0, 0.0))",
-        "capabilities.restitution must be a smallest and a largest value",
-    ),
-    "no-engine": ("engine=None", "engine must be Engine(...), got None"),
-    "no-engine-name": ("engine=Engine(None)", "engine.name: Input should be a valid string, got None"),
-    "no-name": ("name=None", "the name of an adapter must be a text, got None"),
-    "no-profiles": ("profiles={}", "profiles must be a mapping with at least one profile"),
+    "nan": ("made(capabilities=Capabilities(max_speed_m_s=float('nan')))", "max_speed_m_s must be a number"),
+    "order": ("made(capabilities=Capabilities(restitution=(1.0, 0.0)))", "must be a smallest and a largest value"),
+    "no-engine": ("made(engine=None)", "engine must be Engine(...), got None"),
+    "no-engine-name": ("made(engine=Engine(None))", "engine.name: Input should be a valid string, got None"),
+    "old": ("made(engine=Engine('X', oldest='v2'))", "engine.oldest must be numbers with dots between them, got 'v2'"),
+    "no-name": ("made(name=None)", "the name of an adapter must be a text, got None"),
+    "no-profiles": ("made(profiles={})", "profiles must be a mapping with at least one profile"),
+    "odd-profile": ("made(profiles={'odd': 'text'})", "profiles['odd'] must be a Profile, got 'text' (str)"),
     "changed-no-mapping": (
-        "profiles={'tuned': Profile('x', dict, changed='friction')}",
+        "made(profiles={'tuned': Profile('x', dict, changed='friction')})",
         "profiles['tuned'].changed must be a mapping of names to reasons, got 'friction'",
     ),
     "changed-no-reason": (
-        "profiles={'tuned': Profile('x', dict, changed={'friction': None})}",
+        "made(profiles={'tuned': Profile('x', dict, changed={'friction': None})})",
         "profiles['tuned'].changed['friction'] must be a text, got None",
     ),
-    "list-of-profiles": ("profiles=[1]", "profiles must be a mapping with at least one profile"),
     "own-capabilities": (
-        "profiles={'tuned': Profile('x', dict, capabilities=Capabilities(float_bits=8))}",
+        "made(profiles={'tuned': Profile('x', dict, capabilities=Capabilities(float_bits=8))})",
         "profiles['tuned'].capabilities.float_bits must be one of",
     ),
+    "wrong": ("42", "is not an adapter: it lacks name, engine, capabilities, profiles, prepare"),
+    "raising": ("Raising()", "failed: AttributeError: module 'sys' has no attribute 'no_such_version'"),
+    "lacking": ("made(version=lambda: sys.no_such_version)", "has no attribute 'no_such_version'"),
 }
 
 
@@ -92,13 +96,6 @@ def importing_adapters(install: Install) -> None:
     acts = {name.replace("-", "_"): act for name, (act, _) in LOADING.items()}
     source = f"{ADAPTER}\nACTS = {acts!r}\ndef __getattr__(name):\n    return exec(ACTS[name], globals())\n"
     install(source, {name: name.replace("-", "_") for name in LOADING})
-
-
-@pytest.fixture
-def misdeclared_adapters(install: Install) -> None:
-    """Adapters that declare what can't be."""
-    made = "".join(f"{name.replace('-', '_')} = made({fields})\n" for name, (fields, _) in DECLARED.items())
-    install(ADAPTER + made + "sound = made()\n", {name: name.replace("-", "_") for name in (*DECLARED, "sound")})
 
 
 @pytest.mark.usefixtures("importing_adapters")
@@ -117,14 +114,19 @@ def test_adapter_that_fails_on_import_is_unavailable(name: str, monkeypatch: pyt
     assert not line.profiles
 
 
-@pytest.mark.usefixtures("misdeclared_adapters")
-def test_invalid_declarations_make_an_adapter_unavailable() -> None:
-    """The reason names the wrong field and its value; a sound adapter of the same distribution is available."""
+def test_invalid_declarations_make_an_adapter_unavailable(install: Install) -> None:
+    """The reason names the wrong field and its value; a sound adapter of the same distribution has its version."""
+    source = ADAPTER + "".join(f"{name.replace('-', '_')} = {what}\n" for name, (what, _) in DECLARED.items())
+    points = {name: name.replace("-", "_") for name in (*DECLARED, "sound", "misspelt")}
+    install(f"{source}sound = made()\n", points)
     with InProcessPool() as pool:
-        found = {info.name: info for info in describe_engines([*DECLARED, "sound"], pool)}
-    assert found["sound"].available
-    for name, (_, words) in DECLARED.items():
+        found = {info.name: info for info in describe_engines([*points], pool)}
+    sound = found["sound"]
+    assert (sound.available, sound.engine, sound.version) == (True, "X", "1.0")
+    assert sound.distribution.startswith("hostile_")
+    for name, (_, words) in {**DECLARED, "misspelt": ("", "has no attribute 'misspelt'")}.items():
         assert words in found[name].unavailable
+        assert (found[name].version, found[name].distribution) == ("", sound.distribution)
 
 
 @pytest.mark.long
@@ -186,16 +188,3 @@ def test_failing_settings_affect_only_their_profile(
     assert set(methods.by_engine_and_step["odd", 0.1]) == {tuned, sound}
     assert require_value(methods.find_refusal(tuned, 0.1)).problem.startswith(said)
     assert methods.find_refusal(sound, 0.1) is None
-
-
-class Silent(InProcessPool):
-    """Refuses to be asked anything."""
-
-    def run_each(self, tasks: Sequence[Task[Any]]) -> Iterator[Answer[Any]]:
-        raise AssertionError(tasks)
-
-
-def test_adapter_is_described_once_per_process() -> None:
-    """A second description of an engine returns the first one without running a task."""
-    first = describe_engines(["pit"], InProcessPool())
-    assert describe_engines(["pit"], Silent()) == first

@@ -1,4 +1,4 @@
-"""Whatever an adapter does to its process, Carom ends in bounded time with a truthful row, and nothing is left over."""
+"""Hostile adapters: each gets a row with the true reason in bounded time, and leaves no process and no folder."""
 
 import json
 import os
@@ -14,7 +14,7 @@ from tests.processes import PATIENT_S, limit_only, wait_until_begun, wait_until_
 from tests.scene_builders import disc_at, staged
 from tests.unit.execution.conftest import STANDING
 
-from carom import Scene, save_scene
+from carom import save_scene
 from carom.execution.environment import measure_resident_bytes
 from carom.execution.job import Status
 from carom.execution.pool import LocalPool
@@ -26,38 +26,44 @@ from carom.studies.cross_check.run import execute
 
 LINUX = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere what leaves its group is not found")
 
-#: What an adapter does in its first step; `here` is a folder of its own.
+RAN, FAILED, CRASHED, TIMED_OUT = Status.RAN, Status.FAILED, Status.CRASHED, Status.TIMED_OUT
+SLEEPER = "os.setsid(), os.execve('/bin/sleep', ['sleep', '3600'], {})"
+#: What an adapter does in its first step, and the status and reason of its row. `here` is a folder of its own.
 ACTS = {
-    "answers-garbage": "[write(file, b'\\x00\\xff{garbage\\n') for file in others()]",
-    "answers-ahead": '[write(file, b\'[0, {"status": "ran", "reason": "", "value": null}]\\n\') for file in others()]',
-    "answers-without-end": "[write(file, b'x' * 2**28) for file in others()]",
-    "answers-empty-lines": "[write(file, b'\\n' * 2**20) for file in others()]",
-    "forks-and-aborts": "child(sleep); os.abort()",
-    "forks": "child(sleep)",
-    "forks-and-leaves": "child(lambda: (os.setsid(), child(sleep), os._exit(0)))",
-    "forgets-everything": "child(lambda: (os.setsid(), os.execve('/bin/sleep', ['sleep', '3600'], {})))",
-    "comes-back-twice": "os.fork()",
-    "forgets-and-sleeps": "child(lambda: (os.setsid(), os.execve('/bin/sleep', ['sleep', '3600'], {}))); sleep()",
-    "prints-much": "[os.write(2, b'a line that says nothing\\n' * 1000) for _ in range(4000)]; os.abort()",
-    "prints-for-ever": "thread(lambda: [os.write(2, b'noise\\n' * 1000) for _ in iter(int, 1)])",
-    "stops": "note(os.getpid()); os.kill(os.getpid(), signal.SIGSTOP)",
-    "stops-its-keeper": "os.kill(os.getppid(), signal.SIGSTOP); note(os.getpid()); sleep()",
-    "kills-its-keeper": "note(os.getpid()); os.kill(os.getppid(), signal.SIGKILL); sleep()",
-    "holds-the-lock": "note(os.getpid()); ctypes.PyDLL(None).sleep(3600)",
-    "closes-all": "note(os.getpid()); os.closerange(0, 256); sleep()",
-    "closes-its-answers": "os.closerange(3, 256)",
-    "closes-its-output": "sys.stdout.close()",
-    "has-no-output": "sys.stdout = None",
-    "takes-memory": "self.hoard = [bytearray(2**34)]",
-    "leaves": "sys.exit(0)",
-    "ends": "os._exit(0)",
-    "fails-to-fail": "raise Mute()",
-    "fails-in-surrogates": "raise ValueError('\\ud800' * 10_000)",
-    "kills-its-template": "os.kill(parent(os.getppid()), signal.SIGKILL); sleep()",
-    "tells": "tell()",
-    "leaves-a-link": "cwd = os.getcwd(); os.chdir('/'); os.rmdir(cwd); os.symlink(here, cwd)",
-    "digs-deep": "[(os.mkdir('deep'), os.chdir('deep')) for _ in range(1500)]; os.chdir('/')",
-    "litters": "os.makedirs('a/b'); open('a/b/c', 'w').write('x'); os.chmod('a/b', 0); os.chmod('a', 0)",
+    "answers-garbage": ("tell_others(b'\\x00\\xff{garbage\\n')", FAILED, "invalid answer: '..{garbage'"),
+    "answers-ahead": ("tell_others(ANSWER)", FAILED, "invalid answer: '[0, {"),
+    "answers-without-end": ("tell_others(b'x' * 2**28)", FAILED, "invalid answer: 'xxxx"),
+    "answers-empty-lines": ("tell_others(b'\\n' * 2**20)", FAILED, "invalid answer: ''"),
+    "forks-and-aborts": ("child(sleep); os.abort()", CRASHED, "ended by SIGABRT"),
+    "forks": ("child(sleep)", RAN, ""),
+    "forks-and-leaves": ("child(lambda: (os.setsid(), child(sleep), os._exit(0)))", RAN, ""),
+    "forgets-everything": (f"child(lambda: ({SLEEPER}))", RAN, ""),
+    "forgets-and-sleeps": (f"child(lambda: ({SLEEPER})); sleep()", TIMED_OUT, "no answer within"),
+    "comes-back-twice": ("os.fork()", RAN, ""),
+    "prints-much": (
+        "[os.write(2, b'nothing\\n' * 4000) for _ in range(4000)]; os.abort()",
+        CRASHED,
+        "printed: nothing",
+    ),
+    "prints-for-ever": ("thread(lambda: [os.write(2, b'noise\\n' * 1000) for _ in iter(int, 1)])", RAN, ""),
+    "stops": ("note(os.getpid()); os.kill(os.getpid(), signal.SIGSTOP)", TIMED_OUT, "no answer within"),
+    "stops-its-keeper": ("os.kill(os.getppid(), signal.SIGSTOP); hang()", TIMED_OUT, "no answer within"),
+    "kills-its-keeper": ("note(os.getpid()); os.kill(os.getppid(), signal.SIGKILL); sleep()", CRASHED, "by SIGKILL"),
+    "holds-the-lock": ("note(os.getpid()); ctypes.PyDLL(None).sleep(3600)", TIMED_OUT, "no answer within"),
+    "closes-all": ("os.closerange(0, 256); hang()", FAILED, "closed the pipe for answers, and continued"),
+    "closes-its-answers": ("os.closerange(3, 256)", FAILED, "closed the pipe for answers; its process then ended"),
+    "closes-its-output": ("sys.stdout.close()", RAN, ""),
+    "has-no-output": ("sys.stdout = None", RAN, ""),
+    "takes-memory": ("self.hoard = [bytearray(2**34)]", FAILED, "--memory-limit"),
+    "leaves": ("sys.exit(0)", CRASHED, "exit code 0"),
+    "ends": ("os._exit(0)", CRASHED, "exit code 0"),
+    "fails-to-fail": ("raise Mute()", FAILED, "Mute: its message can't be built: RuntimeError"),
+    "fails-in-surrogates": ("raise ValueError('\\ud800' * 10_000)", FAILED, "ValueError: \\ud800"),
+    "kills-its-template": ("os.kill(parent(os.getppid()), signal.SIGKILL); sleep()", CRASHED, ""),
+    "tells": ("tell()", RAN, ""),
+    "leaves-a-link": ("cwd = os.getcwd(); os.chdir('/'); os.rmdir(cwd); os.symlink(here, cwd)", RAN, ""),
+    "digs-deep": ("[(os.mkdir('deep'), os.chdir('deep')) for _ in range(1500)]; os.chdir('/')", RAN, ""),
+    "litters": ("os.makedirs('a/b'); open('a/b/c', 'w').write('x'); os.chmod('a/b', 0); os.chmod('a', 0)", RAN, ""),
 }
 
 SOURCE = (
@@ -68,11 +74,17 @@ from pathlib import Path
 
 here = Path(os.environ["CAROM_TEST_FOLDER"])
 
+ANSWER = b'[0, {"status": "ran", "reason": "", "value": null}]\\n'
+
 def note(pid):
     (here / str(pid)).touch()
 
 def sleep():
     time.sleep(3600)
+
+def hang():
+    note(os.getpid())
+    sleep()
 
 def child(act):
     pid = os.fork()
@@ -106,12 +118,14 @@ def tell():
         "keeper": Path(f"/proc/{os.getppid()}/cmdline").read_text(),
     }))
 
-def write(file, data):
-    try:
-        while data:
-            data = data[os.write(file, data):]
-    except OSError:
-        pass
+def tell_others(data):
+    for file in others():
+        left = data
+        try:
+            while left:
+                left = left[os.write(file, left):]
+        except OSError:
+            pass
 
 class Mute(Exception):
     def __str__(self):
@@ -135,7 +149,7 @@ def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, install: Callable
         (tmp_path / name).mkdir()
         monkeypatch.setenv(variable, str(tmp_path / name))
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "temp"))
-    made = "".join(f"{name.replace('-', '_')} = Adapter({name!r}, {act!r})\n" for name, act in ACTS.items())
+    made = "".join(f"{name.replace('-', '_')} = Adapter({name!r}, {act!r})\n" for name, (act, *_) in ACTS.items())
     install(SOURCE + made, {name: name.replace("-", "_") for name in ACTS})
 
 
@@ -157,12 +171,12 @@ def run_acts(
     """Run a scene on adapters that do these acts, and on PIT."""
 
     def run(*names: str) -> dict[str, Row]:
-        if hang := [name for name in names if SAYS[name][0] is Status.TIMED_OUT]:
+        if hang := [name for name in names if ACTS[name][1] is Status.TIMED_OUT]:
             limit_only(monkeypatch, *hang)
             # An act notes a process when it begins; until then no time passes, however slowly the worker starts.
             clock = Clock(1.0, starts=lambda: any((tmp_path / "here").iterdir()))
             monkeypatch.setattr("carom.execution.workers.worker_process.time", clock)
-        if not any("continued" in SAYS[name][1] for name in names):
+        if not any("continued" in ACTS[name][2] for name in names):
             # each process may end slowly
             monkeypatch.setattr("carom.execution.workers.worker_process.GRACE_S", PATIENT_S)
         with LocalPool(2, LIMIT_S if hang else PATIENT_S, memory_limit_mb=1500) as pool:
@@ -173,14 +187,13 @@ def run_acts(
     return run
 
 
-def build_scene() -> Scene:
-    return staged("one disc", disc_at(0, 0, 1, 0), duration_s=2)
+SCENE = staged("one disc", disc_at(0, 0, 1, 0), duration_s=2)
 
 
 def execute_untimed(pool: LocalPool, *engines: str) -> dict[str, Row]:
     """Return the row of each engine, from workers of a pool."""
     asked = Options(engines, [0.1], ["tuned"], timing=False, samples=False)
-    return {row.job.engine: row for row in execute(build_plan([build_scene()], asked, pool), pool).rows}
+    return {row.job.engine: row for row in execute(build_plan([SCENE], asked, pool), pool).rows}
 
 
 def nothing_is_left(tmp_path: Path, noted: int | None = None) -> bool:
@@ -190,44 +203,10 @@ def nothing_is_left(tmp_path: Path, noted: int | None = None) -> bool:
     return wait_until_ended(*pids) and not any((tmp_path / "temp").iterdir())
 
 
-#: What the row must say of each act; an empty reason is a run like any other.
-SAYS = {
-    "answers-garbage": (Status.FAILED, "invalid answer: '..{garbage'"),
-    "answers-ahead": (Status.FAILED, "invalid answer: '[0, {"),
-    "answers-without-end": (Status.FAILED, "invalid answer: 'xxxx"),
-    "answers-empty-lines": (Status.FAILED, "invalid answer: ''"),
-    "forks-and-aborts": (Status.CRASHED, "ended by SIGABRT"),
-    "forks": (Status.RAN, ""),
-    "forks-and-leaves": (Status.RAN, ""),
-    "forgets-everything": (Status.RAN, ""),
-    "forgets-and-sleeps": (Status.TIMED_OUT, "no answer within"),
-    "comes-back-twice": (Status.RAN, ""),
-    "prints-much": (Status.CRASHED, "it last printed: a line that says nothing"),
-    "prints-for-ever": (Status.RAN, ""),
-    "stops": (Status.TIMED_OUT, "no answer within"),
-    "stops-its-keeper": (Status.TIMED_OUT, "no answer within"),
-    "kills-its-keeper": (Status.CRASHED, "ended by SIGKILL"),
-    "holds-the-lock": (Status.TIMED_OUT, "no answer within"),
-    "closes-all": (Status.FAILED, "closed the pipe for answers, and continued"),
-    "closes-its-answers": (Status.FAILED, "closed the pipe for answers; its process then ended"),
-    "closes-its-output": (Status.RAN, ""),
-    "has-no-output": (Status.RAN, ""),
-    "takes-memory": (Status.FAILED, "--memory-limit"),
-    "leaves": (Status.CRASHED, "exit code 0"),
-    "ends": (Status.CRASHED, "exit code 0"),
-    "fails-to-fail": (Status.FAILED, "Mute: its message can't be built: RuntimeError"),
-    "fails-in-surrogates": (Status.FAILED, "ValueError: \\ud800"),
-    "tells": (Status.RAN, ""),
-    "leaves-a-link": (Status.RAN, ""),
-    "digs-deep": (Status.RAN, ""),
-    "litters": (Status.RAN, ""),
-}
-
-
 @LINUX
 @pytest.mark.release
 @pytest.mark.parametrize("start", ["fresh", "forked"])
-@pytest.mark.parametrize("name", SAYS)
+@pytest.mark.parametrize("name", [name for name in ACTS if name != "kills-its-template"])
 def test_hostile_act_gives_a_truthful_row(
     run_acts: Callable[..., dict[str, Row]], name: str, start: str, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:
@@ -235,7 +214,7 @@ def test_hostile_act_gives_a_truthful_row(
     if start == "forked":
         request.getfixturevalue("forking")
     row = run_acts(name)[name]
-    status, words = SAYS[name]
+    _, status, words = ACTS[name]
     assert row.status is status, row.reason
     assert words in row.reason
     assert len(row.reason) < 3000
@@ -252,15 +231,15 @@ def test_hostile_acts_at_once_affect_only_their_own_rows(
     before = measure_resident_bytes("VmHWM") or 0
     rows = run_acts(*names)
     for name in names:
-        status, words = SAYS[name]
+        _, status, words = ACTS[name]
         assert (rows[name].status, words in rows[name].reason) == (status, True), rows[name].reason
-    assert (measure_resident_bytes("VmHWM") or 0) - before < 2**26  # of the 100 MB that were printed, the end is kept
+    assert (measure_resident_bytes("VmHWM") or 0) - before < 2**26  # of the 128 MB that were printed, the end is kept
     assert nothing_is_left(tmp_path, noted=1)
 
 
 def start_run(tmp_path: Path, act: str) -> subprocess.Popen[str]:
     """Start `carom run` on an adapter, and return when its act has begun."""
-    save_scene(build_scene(), tmp_path / "scene.toml")
+    save_scene(SCENE, tmp_path / "scene.toml")
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])}
     command = [sys.executable, "-m", "carom", "run", str(tmp_path / "scene.toml"), "-e", act, "--dt", "0.1"]
     process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=environment)
@@ -306,7 +285,7 @@ def test_workers_start_after_the_fork_server_is_killed(tmp_path: Path) -> None:
     assert nothing_is_left(tmp_path)
 
 
-@pytest.mark.long  # in short `test_keeper.py` kills a parent, and `test_folder.py` leaves a folder for the next start
+@pytest.mark.long  # `workers` has short tests of a killed parent and of a folder that is left
 @LINUX
 @pytest.mark.usefixtures("installed")
 @pytest.mark.parametrize("act", ["holds-the-lock", "stops", "stops-its-keeper", "forgets-and-sleeps"])

@@ -1,16 +1,8 @@
-"""Journals contain all results bit for bit, even if the process was killed.
+"""Journals contain all results bit for bit, even if the process was killed."""
 
-A killed study continues from its journal.
-"""
-
-import itertools
 import json
 import math
 import os
-import signal
-import subprocess
-import sys
-import time
 import tracemalloc
 from collections.abc import Sequence
 from dataclasses import fields, replace
@@ -22,17 +14,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from tests.cases import each
-from tests.journal_lines import read_canonical_lines
-from tests.scene_builders import disc_at, require_value, staged
+from tests.scene_builders import require_value
 
 from carom.comparator import Errors
 from carom.errors import InputError
 from carom.execution import journal as journal_module
 from carom.execution.cache_key import JobKey
-from carom.execution.job import Answer, Job, Method, Status
+from carom.execution.job import Answer, Method, Status
 from carom.execution.journal import JOURNAL_FORMAT, JournalEntry
-from carom.execution.pool import LocalPool
-from carom.execution.score_jobs import Measures, score_jobs, score_journal
+from carom.execution.score_jobs import Measures, score_journal
 from carom.studies.stress.result import CellEnding, CellResult
 from carom.studies.stress.run import stress_journal
 
@@ -56,28 +46,23 @@ def write_journal(folder: Path, *dts: float) -> Path:
     return path
 
 
-def test_entry_with_a_too_long_line_is_not_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """An entry whose line would exceed the limit counts in this run, but only the other entries are written."""
+def test_too_long_line_is_not_written_and_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An entry whose line would exceed the limit is not written; a journal with such a line is refused, unchanged."""
     path = tmp_path / "journal.jsonl"
     long = JournalEntry(replace(KEY, scene="x" * 5000), Answer(Status.RAN, value=build_measures()))
     monkeypatch.setattr(journal_module, "LONGEST_LINE", 4000)
     with score_journal(path) as journal:
         journal.add([build_entry(1 / 60), long, build_entry(1 / 120)])
         assert len(journal.entries) == 3
-    assert max(map(len, path.read_bytes().splitlines())) <= 4000
     assert read_steps(path) == [1 / 60, 1 / 120]
-
-
-def test_too_long_line_is_refused_with_its_number(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A journal with a line above the limit is refused with the line's number and left unchanged."""
-    path = write_journal(tmp_path, 1 / 60, 1 / 120)
     before = path.read_bytes()
-    monkeypatch.setattr(journal_module, "LONGEST_LINE", len(before.splitlines()[0]))
+    head, *lines = before.splitlines()
+    monkeypatch.setattr(journal_module, "LONGEST_LINE", max(map(len, lines)))
+    assert read_steps(path) == [1 / 60, 1 / 120]
+    monkeypatch.setattr(journal_module, "LONGEST_LINE", len(head))
     with pytest.raises(InputError, match="line 2 is longer than"):
         read_steps(path)
     assert path.read_bytes() == before
-    monkeypatch.setattr(journal_module, "LONGEST_LINE", max(map(len, before.splitlines())))
-    assert read_steps(path) == [1 / 60, 1 / 120]
 
 
 def read_steps(path: Path) -> list[float]:
@@ -153,53 +138,15 @@ def test_journal_of_another_study_is_refused(tmp_path: Path) -> None:
         score_journal(path, resume=True)
 
 
-@each("torn", ['{"key":{"scene', "{", "\x00\x00\x00", "\x00\x00\n", '{"key":1,\n'])
-def test_torn_last_line_is_removed(tmp_path: Path, torn: str) -> None:
-    """A torn last line is removed on resume, the other lines are kept, and new entries are appended."""
-    path = write_journal(tmp_path, 0.1, 0.2)
-    whole = path.read_bytes()
-    path.write_bytes(whole + torn.encode())
-    assert len(read_canonical_lines(path)) == 3
-    assert read_steps(path) == [0.1, 0.2]
-    assert path.read_bytes() == whole
-    with score_journal(path, resume=True) as journal:
-        journal.add([build_entry(0.3)])
-    assert path.read_bytes().startswith(whole)
-    assert read_steps(path) == [0.1, 0.2, 0.3]
-
-
-def test_journal_without_entries_leaves_no_file(tmp_path: Path) -> None:
-    """A journal that is closed before its first entry leaves no file."""
-    score_journal(tmp_path / "journal.jsonl").close()
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_journal_with_a_torn_header_is_restarted(tmp_path: Path) -> None:
-    """A journal that contains only a part of its header can be resumed and accepts entries."""
+def test_journal_without_entries_is_restarted(tmp_path: Path) -> None:
+    """A journal that is closed before its first entry leaves no file, and one with a torn header can be resumed."""
     path = tmp_path / "journal.jsonl"
+    score_journal(path).close()
+    assert list(tmp_path.iterdir()) == []
     path.write_text('{"journal": "sco')
     with score_journal(path, resume=True) as journal:
         journal.add([build_entry(0.1)])
     assert read_steps(path) == [0.1]
-
-
-def test_broken_line_in_the_middle_is_refused_with_its_number(tmp_path: Path) -> None:
-    """A broken line before the last is refused with its number, and the file is left unchanged."""
-    path = write_journal(tmp_path, 0.1, 0.2)
-    head, first, second = path.read_text().splitlines()
-    for broken in ("not json", first.replace('"dt_s":0.1', '"dt_s":"soon"'), first.replace('"phase":0.25,', "")):
-        for tail in ("", second[:50]):
-            path.write_text(text := f"{head}\n{broken}\n{second}\n{tail}")
-            with pytest.raises(InputError, match=r"journal.jsonl, line 2: .*remove the line"):
-                score_journal(path, resume=True)
-            assert path.read_text() == text
-
-
-def test_canonical_lines_ignore_the_order_of_results(tmp_path: Path) -> None:
-    """Journals with the same results in another order have equal canonical lines; other results give other lines."""
-    one, two, three = ((0.1, 0.2), (0.2, 0.1), (0.1, 0.3))
-    found = [read_canonical_lines(write_journal(tmp_path / str(dts), *dts)) for dts in (one, two, three)]
-    assert found[0] == found[1] != found[2]
 
 
 def test_full_disk_raises_and_keeps_earlier_entries(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -231,13 +178,12 @@ def test_interrupt_while_syncing_keeps_the_first_entry(tmp_path: Path, monkeypat
     assert read_steps(path) == [0.1]
 
 
-@each("torn", [2**26, pytest.param(2**31, marks=pytest.mark.long)])
-def test_large_torn_line_is_removed_without_reading_it(tmp_path: Path, torn: int) -> None:
-    """A torn last line of 64 MiB, or of 2 GiB, is removed with less than 16 MiB of memory."""
+def test_large_torn_line_is_removed_without_reading_it(tmp_path: Path) -> None:
+    """A torn last line of 64 MiB is removed with less than 16 MiB of memory."""
     path = write_journal(tmp_path, 0.1)
     whole = path.read_bytes()
     with path.open("ab") as file:
-        file.truncate(torn)
+        file.truncate(2**26)
     tracemalloc.start()
     assert read_steps(path) == [0.1]
     _, peak = tracemalloc.get_traced_memory()
@@ -246,18 +192,17 @@ def test_large_torn_line_is_removed_without_reading_it(tmp_path: Path, torn: int
     assert path.read_bytes() == whole
 
 
-@each("line", ["[" * 100_000, '{"key":' * 100_000, '{"a": [' + "0," * 2**18 + "0]}", '{"expected": "a"}', "null"])
-def test_malformed_line_is_refused_with_its_number(tmp_path: Path, line: str) -> None:
-    """A too deep, too long or wrong line is refused with its number; as the first it makes no journal."""
-    path = write_journal(tmp_path, 0.1)
-    head, first = path.read_text().splitlines()
-    path.write_text(f"{head}\n{line}\n{first}\n")
-    with pytest.raises(InputError, match=r"journal.jsonl, line 2: ") as error:
+@each(
+    "old, new", [('"dt_s":0.1', '"dt_s":"soon"'), ('"phase":0.25,', ""), ('{"key"', "[" * 10**5), ('{"key"', "null\n{")]
+)
+def test_malformed_line_is_refused_with_its_number(tmp_path: Path, old: str, new: str) -> None:
+    """A line before the last that is no entry is refused with its number, and the file is left unchanged."""
+    path = write_journal(tmp_path, 0.1, 0.2)
+    path.write_text(text := path.read_text().replace(old, new, 1))
+    with pytest.raises(InputError, match=r"journal.jsonl, line 2: .*remove the line") as error:
         score_journal(path, resume=True)
     assert len(str(error.value)) < 500
-    path.write_text(f"{line}\n{first}\n")
-    with pytest.raises(InputError, match="is not a journal of this work"):
-        score_journal(path, resume=True)
+    assert path.read_text() == text
 
 
 @each("status", [Status.CRASHED, Status.TIMED_OUT, Status.FAILED, Status.UNSUPPORTED, Status.RAN])
@@ -288,55 +233,3 @@ def test_second_writer_of_a_journal_is_refused(tmp_path: Path) -> None:
                     score_journal(path, resume=resume)
     with pytest.raises(InputError, match="already contains results"):
         score_journal(path)
-
-
-#: Steps of a run: few, since it is the journal that is tried.
-STEPS = 20
-
-
-def build_cheap_jobs(count: int) -> list[Job]:
-    scene = staged("campaign", disc_at(0.0, 0.0, 1.0, 0.0), disc_at(3.0, 0.3, -1.0, 0.0), duration_s=2.0)
-    methods = (Method("pit", "tuned"), Method("pic", "event-driven"), Method("pic", "frame-by-frame"))
-    kinds = itertools.product(range(count), methods, (0.0, 0.25, 0.5, 0.75))
-    return [
-        Job(scene, method, scene.duration_s / (STEPS + 0.01 * k), 0, phase)
-        for k, method, phase in itertools.islice(kinds, count)
-    ]
-
-
-def run_sweep(count: int, path: Path, most: int | None = None) -> None:
-    """Sweep over jobs; where `most` is given, only over that many, and wait to be killed."""
-    with LocalPool(2) as pool, score_journal(path, resume=True) as journal:
-        score_jobs(build_cheap_jobs(count)[:most], pool, journal)
-        if most is not None:
-            signal.pause()
-
-
-def count_results(path: Path) -> int:
-    return max(0, path.read_bytes().count(b"\n") - 1) if path.exists() else 0
-
-
-@pytest.mark.long
-def test_sweep_killed_three_times_gives_the_same_journal(tmp_path: Path) -> None:
-    """A sweep killed and resumed three times ends with the uninterrupted journal, and runs no job twice."""
-    jobs, kills, path = 96, 3, tmp_path / "killed.jsonl"
-    at = []
-    for k in range(kills):
-        # It never finishes, however long this process may be kept waiting before it kills.
-        most = jobs * (k + 1) // (kills + 1)
-        with subprocess.Popen([sys.executable, __file__, str(jobs), str(path), str(most)]) as process:
-            while count_results(path) < most // 3:
-                assert process.poll() is None
-                time.sleep(0.002)
-            process.send_signal(signal.SIGKILL)
-        at.append(count_results(path))
-    run_sweep(jobs, path)
-    run_sweep(jobs, tmp_path / "alone.jsonl")
-    assert read_canonical_lines(path) == read_canonical_lines(tmp_path / "alone.jsonl")
-    assert len(read_canonical_lines(path)) == jobs + 1  # and the line that says what it is of: nothing was run twice
-    assert all(0 < number < jobs for number in at)
-    assert at == sorted(at)
-
-
-if __name__ == "__main__":
-    run_sweep(int(sys.argv[1]), Path(sys.argv[2]), int(sys.argv[3]))

@@ -1,4 +1,4 @@
-"""Wherever jobs are carried out, the same comes of them."""
+"""Pools of worker processes: equal results in each pool, interrupts at the start, and suspended machines."""
 
 import importlib.util
 import itertools
@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from types import SimpleNamespace
 
-import numpy as np
 import pytest
 from tests.cases import each
 from tests.in_process_pool import InProcessPool
@@ -41,24 +40,12 @@ def start_dask_pool() -> Iterator[Pool]:
         yield pool
 
 
-CameOf = dict[str, tuple[object, ...]]
-
+#: Pools with processes of their own.
 POOLS: dict[str, Callable[[], AbstractContextManager[Pool]]] = {
-    "in process": InProcessPool,
     "one process": lambda: LocalPool(1, LIMIT_S),
     "three processes": lambda: LocalPool(3, LIMIT_S),
     "dask": start_dask_pool,
 }
-
-
-def collect_results(results: Results) -> CameOf:
-    """Return the result of each job: status, reason, trace (all bits) and score."""
-    found: CameOf = {}
-    for row in results.rows:
-        trace = {} if row.trace is None else vars(row.trace)
-        bits = {name: one.tobytes() if isinstance(one, np.ndarray) else repr(one) for name, one in trace.items()}
-        found[row.job.engine] = (row.status, row.reason, bits, repr(row.score))
-    return found
 
 
 def run_engines(pool: Pool, *engines: str) -> Results:
@@ -67,31 +54,31 @@ def run_engines(pool: Pool, *engines: str) -> Results:
     return execute(build_plan([scene], Options(engines, [0.1], ["tuned"], timing=False, samples=False), pool), pool)
 
 
-@pytest.fixture
-def expected(hostile: None) -> CameOf:  # noqa: ARG001 - its adapters are listed
-    return collect_results(run_engines(InProcessPool(), *SOUND))
-
-
 @pytest.mark.release
-@each("where", [name for name in POOLS if name != "in process"])
+@each("where", POOLS)
+@pytest.mark.usefixtures("hostile")
 @pytest.mark.filterwarnings("ignore")  # a Dask client leaves sockets behind that Python warns of
-def test_every_pool_gives_the_same_results(where: str, expected: CameOf, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_every_pool_gives_the_same_results(where: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each pool gives the rows of a run in process to the bit; a crash, time-out or failure has its cause."""
     limit_only(monkeypatch, "hangs")
     if where == "dask" and importlib.util.find_spec("distributed") is None:
         pytest.skip("distributed, extra cluster, is missing")
+    alone = {row.job.engine: row for row in run_engines(InProcessPool(), *SOUND).rows}
     with POOLS[where]() as pool:
-        found = collect_results(run_engines(pool, *SOUND, *DEADLY))
+        rows = {row.job.engine: row for row in run_engines(pool, *SOUND, *DEADLY).rows}
     for engine, status, words in (
         ("aborts", Status.CRASHED, "ended by SIGABRT; it last printed: assertion failed in solver.c:42"),
         ("exits", Status.CRASHED, "exit code 7"),
         ("raises", Status.FAILED, "; it last printed: chatter on standard error"),
         ("hangs", Status.TIMED_OUT, f"no answer within {LIMIT_S:g} s"),
     ):
-        ended, reason, *_ = found.pop(engine)
-        assert ended is status
-        assert words in str(reason)
-    assert found == {name: one for name, one in expected.items() if name != "raises"}
+        row = rows.pop(engine)
+        assert row.status is status
+        assert words in row.reason
+    for engine, row in rows.items():
+        same = alone[engine]
+        assert (row.status, row.reason, row.trace) == (same.status, same.reason, same.trace)
+        assert repr(row.score) == repr(same.score)
 
 
 @each("first", [1, 2])

@@ -1,22 +1,21 @@
-"""A failure of a row's run, scoring, record or page fails only that row, with the place of the error."""
+"""Errors in a row's run, scoring or report affect only that row, and the reason names the place of the error."""
 
 import json
 import re
 from collections.abc import Callable
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import pytest
 from tests.cases import each, release_after
 from tests.in_process_pool import InProcessPool
-from tests.scene_builders import disc_at, staged, wall_at
+from tests.scene_builders import disc_at, require_value, staged, wall_at
 from tests.unit.execution.conftest import STANDING
 
 import carom
 from carom import Scene
-from carom import compare as score
-from carom.comparator import Score, Scorer
 from carom.errors import AdapterError
 from carom.execution.exception_text import describe_exception
 from carom.execution.job import Job, Method, Status
@@ -75,23 +74,15 @@ def index_by_engine(results: Results) -> dict[str, Row]:
 @each("phases", [0, 2])
 def test_scoring_error_affects_only_its_own_row(scene: Scene, monkeypatch: pytest.MonkeyPatch, phases: int) -> None:
     """An exception in scoring, with or without phases, is that row's reason, with its file and line."""
+    module = import_module("carom.comparator.compare")
+    find_range = module.find_range
 
-    def refuse(observed: Trace) -> None:
-        if observed.method == "sound":
+    def refuse(baseline: Any, observed: Trace, *more: Any) -> Any:
+        if observed.method == "sound" and (observed.scene == scene) is not bool(phases):
             raise ZeroDivisionError("of no length")
+        return find_range(baseline, observed, *more)
 
-    def compare(reference: Trace, observed: Trace, **given: Any) -> Score:
-        refuse(observed)
-        return score(reference, observed, **given)
-
-    class Refusing(Scorer):
-        def score(self, observed: Trace) -> Score:
-            refuse(observed)
-            return super().score(observed)
-
-    replaced = {"compare": compare} if phases else {"Scorer": Refusing}
-    for name, instead in replaced.items():
-        monkeypatch.setattr(f"carom.studies.cross_check.run.{name}", instead)
+    monkeypatch.setattr(module, "find_range", refuse)
     rows = index_by_engine(run_cross_check(scene, "sound", phases=phases))
     words = r"the engine's result can't be scored: ZeroDivisionError: of no length \(test_row_failures.py, line \d+\)"
     assert re.match(words, rows["sound"].reason)
@@ -99,24 +90,19 @@ def test_scoring_error_affects_only_its_own_row(scene: Scene, monkeypatch: pytes
     assert rows["pit"].score is not None
 
 
-def alter_trace(results: Results, **fields: Any) -> Results:
-    """Return results in which the trace of one row has other fields."""
-    rows = tuple(
-        replace(row, trace=replace(row.trace, **fields)) if row.job.engine == "sound" and row.trace else row
-        for row in results.rows
-    )
-    return replace(results, rows=rows)
-
-
+@pytest.mark.usefixtures("blank_pages")
 @each("fields", release_after(1, [{"settings": {"k": object()}}, {"dt_s": "0.1"}, {"end_time_s": float("nan")}]))
 def test_reporting_error_affects_only_its_own_row(scene: Scene, tmp_path: Path, fields: dict[str, Any]) -> None:
     """A row whose record or replay can't be built is a failed row of the report, and the report is written."""
-    results = alter_trace(run_cross_check(scene, "sound"), **fields)
+    results = run_cross_check(scene, "sound")
+    pit, sound = results.rows
+    altered = replace(sound, trace=replace(require_value(sound.trace), **fields))
+    results = replace(results, rows=(pit, altered))
     report = build_report(results)
     rows = index_by_engine(report.results)
     assert rows["sound"].status is Status.FAILED
     assert "can't be reported: " in rows["sound"].reason
-    assert rows["pit"] == index_by_engine(results)["pit"]
+    assert rows["pit"] == pit
     report.write(tmp_path / "report")
     lines = [json.loads(line) for line in (tmp_path / "report" / "results.jsonl").read_text().splitlines()]
     assert {line["engine"]: line["status"] for line in lines[1:]} == {"pit": "ran", "sound": "failed"}
@@ -150,20 +136,19 @@ SAYING = """
 import ctypes, sys
 from carom.engines.api import Capabilities, Engine, Profile
 
+ACTS = {
+    1.0: "print('a contact too many\\\\n  ')",
+    0.5: "print('overflow', file=sys.stderr)",
+    0.25: "ctypes.CDLL(None).puts(b'told from C')",
+    0.125: "sys.stderr.close()",
+}
+
 class Adapter:
     name, engine, capabilities = "says", Engine("Says"), Capabilities()
     profiles = {"tuned": Profile("as it comes", lambda dt: {"dt_s": dt})}
 
     def prepare(self, scene, settings):
-        match settings["dt_s"]:
-            case 1.0:
-                print("a contact too many\\n  ")
-            case 0.5:
-                print("overflow", file=sys.stderr)
-            case 0.25:
-                ctypes.CDLL(None).puts(b"told from C")
-            case 0.125:
-                sys.stderr.close()
+        exec(ACTS.get(settings["dt_s"], ""))
         raise RuntimeError("boom")
 
 adapter = Adapter()

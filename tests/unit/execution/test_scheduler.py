@@ -83,15 +83,6 @@ def test_answer_is_journaled_before_it_is_returned() -> None:
         assert subject + 10 * alone in notes.entries
 
 
-def test_short_tasks_of_one_engine_share_a_batch() -> None:
-    """Tasks of one engine with few steps share a batch; a task of unknown length or another engine does not."""
-    pool = Counted()
-    asks = [TaskRequest(k, k, Double(k), steps=1.0) for k in range(5)]
-    asks += [TaskRequest(5, 5, Double(5)), TaskRequest(6, 6, Double(6, "pic"), steps=1.0)]
-    assert len(dict(run_tasks(asks, pool, MemoryJournal[int, int]()))) == 7
-    assert sorted(pool.messages) == [1, 1, 5]
-
-
 def test_dependent_tasks_give_one_journal_entry() -> None:
     """A request whose second task depends on the answer of its first gives one answer and one journal entry."""
     notes = MemoryJournal[int, int]()

@@ -1,4 +1,4 @@
-"""Whatever an adapter's methods return is what it may be, or refused by the name of the field and the value."""
+"""Values that an adapter's methods return are valid, or refused with the name of the field and the value."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.cases import each
-from tests.scene_builders import disc_at, staged, wall_at
+from tests.scene_builders import disc_at, staged, wall_at, with_discs
 
-from carom import Disc, Scene
+from carom import Scene
 from carom.engines.api import AdapterError, Contact, Observation
 from carom.execution.observation.state_rows import StateRows
 from carom.execution.observation.validate_observation import Validator
@@ -35,7 +35,7 @@ def build_scene(friction: float = 0.0) -> Scene:
 
 
 def read_observation(*contacts: object, float_bits: int = 64, friction: float = 0.0, **fields: Any) -> Observation:
-    """Let in what was observed in the second step."""
+    """Return the validated observation of the second step."""
     validator, rows = Validator(build_scene(friction), DT, float_bits), StateRows(1, len(STATE))
     found: Any = {"position_m": STATE, "velocity_m_s": STATE, "contacts": contacts, **fields}
     validator.read(Observation(**found), rows, 0)
@@ -43,7 +43,7 @@ def read_observation(*contacts: object, float_bits: int = 64, friction: float = 
 
 
 def test_valid_observation_is_copied_unchanged() -> None:
-    """Values of any numeric type are kept to the bit, and later changes of the adapter's arrays have no effect."""
+    """Values of any numeric type, also NaN, are kept to the bit; later changes of the adapter's arrays do nothing."""
     position = STATE.astype(np.float32)
     wall = Contact(np.int64(0), -1, np.float32(0.125), [0, -1], None)  # type: ignore[arg-type] # as adapters have it
     seen = read_observation(TOUCH, TOLD, wall, position_m=position)
@@ -51,11 +51,7 @@ def test_valid_observation_is_copied_unchanged() -> None:
     assert seen.contacts == (TOUCH, TOLD, Contact(0, -1, 0.125, (0.0, -1.0)))
     assert seen.position_m.tolist() == STATE.tolist()
     assert seen.position_m.dtype == np.float64
-
-
-def test_non_finite_state_is_accepted() -> None:
-    """NaN in a state is accepted: it is the engine's result, and the run's outcome reports it."""
-    assert np.isnan(read_observation(position_m=STATE * math.nan).position_m).all()
+    assert np.isnan(read_observation(position_m=STATE * math.nan).position_m).all()  # reported as the run's outcome
 
 
 @each(
@@ -64,10 +60,8 @@ def test_non_finite_state_is_accepted() -> None:
         ({"position_m": STATE.tolist()}, r"position_m of an Observation must be an array of floats, got '\[\[0.0"),
         ({"position_m": STATE.T[:1]}, r"position_m of an Observation must have the shape \(2, 2\), got \(1, 2\)"),
         ({"velocity_m_s": STATE + 1j}, "velocity_m_s of an Observation must be an array of floats, got a ndarray"),
-        ({"velocity_m_s": STATE.astype(object)}, "velocity_m_s of an Observation must be an array of floats"),
         ({"spin_rad_s": np.zeros(3)}, r"spin_rad_s of an Observation must have the shape \(2,\), got \(3,\)"),
         ({"warning": 5}, r"the warning of an observation must be a text, got 5 \(int\)"),
-        ({"warning": None}, "the warning of an observation must be a text, got None"),
         ({"warning": "x" * (MOST_CHARACTERS + 1)}, "must have at most 2000 characters, got 2001"),
         ({"warning": "\ud800"}, "must be Unicode text"),
         ({"contacts": 7}, r"contacts of an observation must be a tuple, got 7 \(int\)"),
@@ -104,24 +98,14 @@ def test_every_number_of_a_contact_must_be_finite(value: Any) -> None:
             read_observation(build_contact(field, numbers[: NUMBERS[field]]))
 
 
-def test_swapped_contact_without_walls_suggests_no_wall() -> None:
-    """In a scene without walls, the error for swapped bodies suggests no wall but links to the documentation."""
-    validator = Validator(build_scene().model_copy(update={"walls": ()}), DT, 64)
-    with pytest.raises(AdapterError, match=r"has no walls\); see docs/reference/adapters.md#field-by-field"):
-        validator.check_contacts((Contact(1, 0, 0.1, ALONG_X),), DT, 2 * DT)
-
-
 @each(
     "contact, words",
     [
         (Contact(1, 0, 0.1, ALONG_X), "bodies 1 and 0"),
-        (Contact(0, 0, 0.1, ALONG_X), "bodies 0 and 0"),
         (Contact(0, 2, 0.1, ALONG_X), "bodies 0 and 2"),
         (Contact(0, -7, 0.1, ALONG_X), r"bodies 0 and -7: .* or a wall \(-1 - k for wall k; number of walls: 1\)"),
-        (Contact(-1, 0, 0.1, ALONG_X), "bodies -1 and 0"),
         (Contact(0.0, 1, 0.1, ALONG_X), r"Contact.first must be a whole number, got 0.0 \(float\)"),  # type: ignore[arg-type] # what is refused
         (Contact(0, 1, 0.1, (0.0, 0.0)), "normal of a contact of bodies 0 and 1 must have the length 1, got 0, 0"),
-        (Contact(0, 1, 0.1, (5.0, 0.0)), "must have the length 1, got 5, 0"),
         (Contact(0, 1, 0.1, (0.6, 0.8, 0.0)), "normal of a contact .* must have 2 items"),  # type: ignore[arg-type] # what is refused
         (Contact(0, 1, -0.1, ALONG_X), "must be within the step that reports it, 0.1 to 0.2 s, got -0.1"),
         (Contact(0, 1, 0.5, ALONG_X), "must be within the step that reports it, 0.1 to 0.2 s, got 0.5"),
@@ -139,18 +123,16 @@ BEYOND = math.nextafter(LARGEST, math.inf)
 
 
 @each("place", [1, 3])
-@each("value", [1e-17, -5e-324, 1.0])
+@each("value", [-5e-324, 1.0])
 def test_wall_of_a_contact_has_zero_velocity_and_spin(place: int, value: float) -> None:
     """Velocities and spins of a wall in a contact must be exactly 0; even 5e-324 is refused."""
-    moved: Any = list(WALL.velocities or ())
-    moved[place] = (0.0, value)
-    with pytest.raises(AdapterError, match=f"velocities of a contact .* must be 0 for a wall.*{value:g}"):
-        read_observation(dataclasses.replace(WALL, velocities=tuple(moved)))
-    turned: Any = [0.0] * 4
-    turned[place] = value
-    with pytest.raises(AdapterError, match=f"spins_rad_s of a contact .* must be 0 for a wall.*{value:g}"):
-        read_observation(dataclasses.replace(WALL, spins_rad_s=tuple(turned)))
     assert read_observation(WALL).contacts == (WALL,)
+    moved, turned = list[Any](WALL.velocities or ()), [0.0] * 4
+    moved[place], turned[place] = (0.0, value), value
+    changes: dict[str, Any] = {"velocities": tuple(moved), "spins_rad_s": tuple(turned)}
+    for field, values in changes.items():
+        with pytest.raises(AdapterError, match=f"{field} of a contact .* must be 0 for a wall.*{value:g}"):
+            read_observation(dataclasses.replace(WALL, **{field: values}))
 
 
 def test_number_without_a_finite_square_is_refused() -> None:
@@ -171,32 +153,31 @@ def test_number_without_a_finite_square_is_refused() -> None:
 @each("second", [1, -1])
 def test_impact_of_two_immovable_bodies_is_refused(second: int) -> None:
     """A contact of two immovable bodies is accepted without an impulse, and refused with one or with velocities."""
-    fixed = [Disc(position_m=(x, 0), radius_m=0.1, mass_kg=math.inf) for x in (0, 1)]
-    validator = Validator(build_scene().model_copy(update={"discs": tuple(fixed)}), DT, 64)
-
-    def enter_one(contact: Contact) -> None:
-        validator.check_contacts((contact,), DT, 2 * DT)
-
-    enter_one(Contact(0, second, DT, ALONG_X))
-    enter_one(Contact(0, second, DT, ALONG_X, 0.0))
+    validator = Validator(with_discs(build_scene(), mass_kg=math.inf), DT, 64)
+    for impulse_n_s in (None, 0.0):
+        validator.check_contacts((Contact(0, second, DT, ALONG_X, impulse_n_s),), DT, 2 * DT)
     for contact in (Contact(0, second, DT, ALONG_X, 1.0), Contact(0, second, DT, ALONG_X, None, ((0.0, 0.0),) * 4)):
         with pytest.raises(AdapterError, match=f"bodies 0 and {second}, neither of which can move"):
-            enter_one(contact)
+            validator.check_contacts((contact,), DT, 2 * DT)
 
 
-def test_length_of_a_normal_has_half_the_precision_of_floats() -> None:
-    """With 32 bits a normal may be off by 2^-12 in length, but not by 2^-11; with 64 bits not by 2^-12."""
-    off = 2.0**-12  # of 23 bits after the leading one
-    for normal_x, float_bits in ((1.0 + 2.0 * off, 32), (1.0 + off, 64)):
-        with pytest.raises(AdapterError, match="must have the length 1"):
-            read_observation(Contact(0, 1, DT, (normal_x, 0.0)), float_bits=float_bits)
-
-
-@each("contacts", [(), (TOLD,)])
-def test_spins_are_required_in_rough_scenes(contacts: tuple[Contact, ...]) -> None:
-    """In a scene with friction, states and contacts with velocities must have spins."""
-    with pytest.raises(AdapterError, match="spin"):
-        read_observation(*contacts, friction=0.5, spin_rad_s=np.zeros(2) if contacts else None)
+@each(
+    "contact, float_bits, friction, words",
+    [
+        (Contact(0, 1, DT, (1.0 + 2.0**-11, 0.0)), 32, 0.0, "must have the length 1"),
+        (Contact(0, 1, DT, (1.0 + 2.0**-12, 0.0)), 64, 0.0, "must have the length 1"),
+        (TOLD, 64, 0.5, "spin"),
+        (None, 64, 0.5, "spin"),
+    ],
+)
+def test_normals_and_spins_depend_on_floats_and_friction(
+    contact: Contact | None, float_bits: int, friction: float, words: str
+) -> None:
+    """A normal has half the precision of the engine's floats; with friction, states and contacts must have spins."""
+    contacts, spins = ([contact], np.zeros(2)) if contact else ([], None)
+    with pytest.raises(AdapterError, match=words):
+        read_observation(*contacts, float_bits=float_bits, friction=friction, spin_rad_s=spins)
+    read_observation(Contact(0, 1, DT, (1.0 + 2.0**-12, 0.0)), float_bits=32)
 
 
 def test_settings_are_converted_to_plain_values() -> None:
@@ -220,7 +201,6 @@ READ_SETTINGS = partial(to_plain_settings, owner="of it")
     [
         (READ_SETTINGS, None, "settings of it must be a mapping, got None"),
         (READ_SETTINGS, {"k": np.zeros(2)}, "setting 'k' of it must be a number"),
-        (READ_SETTINGS, {"k": b"x"}, "setting 'k' of it must be a number"),
         (READ_SETTINGS, {"k": "\ud800"}, "setting 'k' of it must be Unicode"),
         (READ_SETTINGS, {5: 1.0}, "a name among the settings of it must be a text"),
         (READ_SETTINGS, {"k": -(10**5000)}, "setting 'k' of it must be at most 2"),

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.cases import each
 
-from carom.model.damping import UNDAMPED, Damping
+from carom.model.damping import Damping
 
 RATES = st.floats(1e-6, 1e6)
 #: What a product of rate and time may be, so that a speed falls by up to a million.
@@ -43,19 +43,6 @@ def test_latest_undamped_time_of_all_is_mapped_to_a_number(rate: float) -> None:
     assert rate * damping.find_latest_undamped(math.inf) < 1.0
 
 
-@each("seconds", [0.0, 1e-300, 0.1, 1e300])
-def test_undamped_times_and_speeds_are_unchanged(seconds: float) -> None:
-    """At a rate of 0, times and speeds are unchanged, and at a rate of 5e-324 times are, too."""
-    assert (
-        UNDAMPED.to_undamped(seconds)
-        == UNDAMPED.to_damped(seconds)
-        == UNDAMPED.find_latest_undamped(seconds)
-        == seconds
-    )
-    assert UNDAMPED.compute_kept_fraction(seconds) == 1.0
-    assert Damping(5e-324).to_undamped(0.3) == 0.3
-
-
 def test_damping_before_the_start_and_at_the_end_of_the_way() -> None:
     """Before the start speeds are larger, up to infinity, and the undamped time 1/c is reached at infinity only."""
     assert Damping(2.0).compute_kept_fraction(-1.0) == math.exp(2.0)
@@ -63,3 +50,4 @@ def test_damping_before_the_start_and_at_the_end_of_the_way() -> None:
     assert (Damping(1.0).compute_kept_fraction(-1e4), Damping(1.0).to_undamped(-1e4)) == (math.inf, -math.inf)
     assert Damping(0.5).to_damped(2.0) == Damping(0.5).to_damped(3.0) == math.inf
     assert Damping(0.5).to_damped(math.nextafter(2.0, 0.0)) < math.inf
+    assert Damping(5e-324).to_undamped(0.3) == 0.3

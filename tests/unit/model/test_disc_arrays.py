@@ -74,26 +74,14 @@ def test_arrays_of_a_scene_hold_its_fields_read_only() -> None:
 
 
 @each("made_before", [False, True])
-def test_changed_copy_of_a_scene_has_its_own_arrays(made_before: bool) -> None:
-    """A copy with another disc has that disc in its arrays, whether or not the original's were built before."""
+def test_arrays_are_not_part_of_a_scenes_value(made_before: bool) -> None:
+    """Copies and pickles of a scene have arrays of their own, and a dump has none."""
     first = build_scene()
     if made_before:
         assert len(first.arrays) == 3
     other = first.model_copy(update={"discs": (Disc(position_m=(7, 7), radius_m=1.0),)})
     assert other.arrays.position_m.tolist() == [[7.0, 7.0]]
-    assert len(first.arrays) == 3
-    deep = copy.deepcopy(first)
-    assert deep.arrays is not first.arrays
-
-
-def test_arrays_are_not_part_of_a_scenes_value() -> None:
-    """Equality, hash, pickle and dump of a scene do not include its arrays."""
-    first, second = build_scene(), build_scene()
-    assert first.arrays is not second.arrays
-    assert first == second
-    assert hash(first) == hash(second)
-    sent = pickle.dumps(first)
-    assert b"position_m" in sent
-    assert b"DiscArrays" not in sent
-    assert pickle.loads(sent) == first  # noqa: S301 - our own bytes
+    assert copy.deepcopy(first).arrays is not first.arrays
+    assert first == build_scene()
+    assert b"DiscArrays" not in pickle.dumps(first)
     assert "arrays" not in first.model_dump()

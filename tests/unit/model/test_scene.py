@@ -40,53 +40,29 @@ def catch_message(make: Callable[[], object]) -> str:
 # One row an invalid input: the disc's field, its value, and what the message must say of field and value.
 BAD_DISC_FIELDS = [
     ("radius_m", NAN, "radius_m: must be a finite number, got nan"),
-    ("radius_m", INF, "radius_m: must be a finite number, got inf"),
     ("radius_m", -1.5, "radius_m: must be greater than 0, got -1.5"),
-    ("radius_m", 0, "radius_m: must be greater than 0, got 0"),
     ("radius_m", True, "radius_m: must be a valid number, got True"),
     ("radius_m", "1.5", "radius_m: must be a valid number, got '1.5'"),
-    ("radius_m", None, "radius_m: must be a valid number, got None"),
-    ("radius_m", [1.0], "radius_m: must be a valid number, got [1.0]"),
     ("radius_m", np.bool_(True), "radius_m: must be a valid number, got True"),
-    pytest.param(
-        "radius_m",
-        10**5000,
-        "radius_m: must be a valid number, got an integer with too many digits",
-        id="radius_m-huge",
-    ),
-    ("mass_kg", 0.0, "mass_kg: must be greater than 0, got 0.0"),
+    ("radius_m", 10**5000, "radius_m: must be a valid number, got an integer with too many digits"),
     ("mass_kg", -2.5, "mass_kg: must be greater than 0, got -2.5"),
     ("mass_kg", -INF, "mass_kg: must be greater than 0, got -inf"),
     ("mass_kg", NAN, "mass_kg: must be greater than 0, got nan"),
-    ("mass_kg", 1e-310, "mass_kg: must be between 1.49e-154 and 6.7e153 (measure in other units), got 1e-310"),
     ("mass_kg", 1e200, "mass_kg: must be between 1.49e-154 and 6.7e153 (measure in other units), got 1e+200"),
-    ("radius_m", 1e-160, "radius_m: must be between 1.49e-154 and 6.7e153 (measure in other units), got 1e-160"),
+    ("mass_kg", 1e-310, "mass_kg: must be between 1.49e-154 and 6.7e153 (measure in other units), got 1e-310"),
     ("radius_m", 1e160, "radius_m: must be at most 6.7e153 in magnitude (measure in other units), got 1e+160"),
     ("position_m", [0, -1e160], "position_m[1]: must be at most 6.7e153 in magnitude (measure in other units), got "),
-    ("velocity_m_s", [1e300, 0], "velocity_m_s[0]: must be at most 6.7e153 in magnitude (measure in other units), "),
-    ("mass_kg", True, "mass_kg: must be a valid number, got True"),
     ("mass_kg", "heavy", "mass_kg: must be a valid number, got 'heavy'"),
     ("position_m", [NAN, 0.0], "position_m[0]: must be a finite number, got nan"),
-    ("position_m", [0.0, -INF], "position_m[1]: must be a finite number, got -inf"),
-    ("position_m", [0.0, False], "position_m[1]: must be a valid number, got False"),
-    ("position_m", [0.0, "2"], "position_m[1]: must be a valid number, got '2'"),
     ("position_m", [1.0, 2.0, 3.0], "position_m: must hold two numbers, got [1.0, 2.0, 3.0]"),
     ("position_m", [1.0], "position_m[1]: is required, but missing"),
     ("position_m", "12", "position_m: must be a list, got '12'"),
-    ("position_m", 5.0, "position_m: must be a list, got 5.0"),
     ("velocity_m_s", [0.0, NAN], "velocity_m_s[1]: must be a finite number, got nan"),
-    ("velocity_m_s", [0.0, 1.0, 2.0, 3.0], "velocity_m_s: must hold two numbers, got [0.0, 1.0, 2.0, 3.0]"),
-    ("velocity_m_s", None, "velocity_m_s: must be a list, got None"),
-    ("spin_rad_s", NAN, "spin_rad_s: must be a finite number, got nan"),
     ("spin_rad_s", INF, "spin_rad_s: must be a finite number, got inf"),
-    ("spin_rad_s", [1.0], "spin_rad_s: must be a valid number, got [1.0]"),
-    ("spin_rad_s", 1e200, "spin_rad_s: must be at most 6.7e153 in magnitude (measure in other units), got 1e+200"),
     ("inertia_factor", 0.0, 'inertia_factor: must be from 6.22e-61 to 1, where all mass is in the rim, or "inf"'),
     ("inertia_factor", 1.5, "inertia_factor: must be from"),
     ("inertia_factor", NAN, "inertia_factor: must be from"),
-    ("inertia_factor", -INF, "inertia_factor: must be from"),
     ("inertia_factor", "heavy", "inertia_factor: must be a valid number, got 'heavy'"),
-    ("inertia_factor", True, "inertia_factor: must be a valid number, got True"),
 ]
 
 
@@ -100,38 +76,23 @@ def test_invalid_disc_field_is_refused_with_index_and_value(field: str, value: o
 
 BAD_SCENE_FIELDS = [
     ("discs", [], "discs: must hold at least one disc, got []"),
-    ("discs", 5, "discs: must be a list, got 5"),
     ("discs", [7], "discs[0]: must be a valid dictionary or instance of Disc, got 7"),
     ("walls", [{"point_m": [0.0, -1.0], "normal": [0.0, 0.0]}], "walls[0].normal: must not be of length zero, got "),
-    ("walls", [{"point_m": [0.0, NAN], "normal": [0.0, 1.0]}], "walls[0].point_m[1]: must be a finite number, got nan"),
     ("walls", [{"normal": [0.0, 1.0]}], "walls[0].point_m: is required, but missing"),
-    ("walls", [{"point_m": [0, -1], "normal": [0, 1, 0]}], "walls[0].normal: must hold two numbers, got [0, 1, 0]"),
     ("restitution", 1.5, "restitution: must be less than or equal to 1, got 1.5"),
     ("restitution", -0.25, "restitution: must be greater than or equal to 0, got -0.25"),
-    ("restitution", NAN, "restitution: must be a finite number, got nan"),
-    ("restitution", True, "restitution: must be a valid number, got True"),
-    (
-        "wall_restitution",
-        1.0000000000000002,
-        "wall_restitution: must be less than or equal to 1, got 1.0000000000000002",
-    ),
-    ("wall_restitution", "1", "wall_restitution: must be a valid number, got '1'"),
+    ("wall_restitution", 1.0000000000000002, "wall_restitution: must be less than or equal to 1, got 1.00000000000000"),
     ("friction", -0.1, "friction: must be greater than or equal to 0, got -0.1"),
     ("friction", INF, "friction: must be a finite number, got inf"),
-    ("wall_friction", NAN, "wall_friction: must be a finite number, got nan"),
     ("wall_friction", 1e160, "wall_friction: must be at most 6.7e153 in magnitude"),
     ("tangential_restitution", 1.5, "tangential_restitution: must be less than or equal to 1, got 1.5"),
     ("wall_tangential_restitution", -2.0, "wall_tangential_restitution: must be greater than or equal to -1, got -2.0"),
     ("duration_s", 0.0, "duration_s: must be greater than 0, got 0.0"),
-    ("duration_s", INF, "duration_s: must be a finite number, got inf"),
     ("duration_s", 1e-200, "duration_s: must be between 1.49e-154 and 6.7e153 (measure in other units), got 1e-200"),
     ("gravity_m_s2", [0.0, -1e200], "gravity_m_s2[1]: must be at most 6.7e153 in magnitude (measure in other units)"),
     ("frame_rate_hz", -60, "frame_rate_hz: must be greater than 0, got -60"),
-    ("frame_rate_hz", NAN, "frame_rate_hz: must be a finite number, got nan"),
-    ("gravity_m_s2", [0.0, INF], "gravity_m_s2[1]: must be a finite number, got inf"),
     ("name", "", "name: must have at least 1 character, got ''"),
     ("name", "x" * 201, "name: must have at most 200 characters, got 'xxx"),
-    ("name", 5, "name: must be a valid string, got 5"),
     ("description", None, "description: must be a valid string, got None"),
 ]
 
@@ -142,7 +103,7 @@ def test_invalid_scene_field_is_refused_with_its_value(field: str, value: object
     assert catch_message(lambda: build_scene(**{field: value})).startswith(says)
 
 
-@each("field", ["colour", "self", "model_config", "__init__", "radius"])
+@each("field", ["colour", "self", "model_config", "__init__"])
 def test_unknown_field_is_refused_with_its_path(field: str) -> None:
     """An unknown field of a scene, disc or wall is refused with its path, even one with a name of Python's."""
     says = f"{field}: is not a field of a scene; see `carom scenes --schema`"
@@ -152,29 +113,13 @@ def test_unknown_field_is_refused_with_its_path(field: str) -> None:
     assert catch_message(lambda: build_scene(walls=[wall])) == f"walls[0].{says}"
 
 
-def test_every_problem_is_reported_at_once() -> None:
-    """One error message has a line for each of three mistakes in a scene."""
-    text = catch_message(
-        lambda: build_scene(discs=[disc_fields(radius_m=-1.0), disc_fields(mass_kg=0.0)], restitution=2.0)
-    )
-    assert [line.partition(":")[0] for line in text.splitlines()] == [
-        "discs[0].radius_m",
-        "discs[1].mass_kg",
-        "restitution",
-    ]
-
-
 def test_deeply_nested_value_is_refused_with_its_field() -> None:
     """A value that is nested too deeply for Python to print is refused with the name of its field."""
     nested: dict[str, Any] = {}
-    inner = nested
     for _ in range(100_000):
-        inner["a"] = {}
-        inner = inner["a"]
-    assert (
-        catch_message(lambda: build_scene(name=nested))
-        == "name: must be a valid string, got a value nested too deeply to show"
-    )
+        nested = {"a": nested}
+    says = "name: must be a valid string, got a value nested too deeply to show"
+    assert catch_message(lambda: build_scene(name=nested)) == says
 
 
 @each("mass", [INF, "inf"])
@@ -189,17 +134,9 @@ def test_infinite_mass_makes_a_disc_immovable(mass: object) -> None:
 
 def test_numpy_values_are_equivalent_to_plain_ones() -> None:
     """Arrays and NumPy scalars give the same scene as equal lists and numbers."""
-    from_numpy = build_scene(
-        discs=[disc_fields(position_m=np.array([1, 2]), radius_m=np.float32(0.5), mass_kg=np.int64(3))],
-        duration_s=np.float64(2.0),
-        walls=[Wall(point_m=np.zeros(2), normal=np.array([0.0, 1.0]))],
-    )
-    plain = build_scene(
-        discs=[disc_fields(position_m=[1.0, 2.0], radius_m=0.5, mass_kg=3.0)],
-        duration_s=2.0,
-        walls=[{"point_m": [0.0, 0.0], "normal": [0.0, 1.0]}],
-    )
-    assert from_numpy == plain
+    from_numpy = disc_fields(position_m=np.array([1, 2]), radius_m=np.float32(0.5), mass_kg=np.int64(3))
+    plain = disc_fields(position_m=[1.0, 2.0], radius_m=0.5, mass_kg=3.0)
+    assert build_scene(discs=[from_numpy], duration_s=np.float64(2.0)) == build_scene(discs=[plain], duration_s=2.0)
 
 
 # Sizes that span too much ---------------------------------------------------------------------------------------------
@@ -213,28 +150,22 @@ def test_sizes_at_the_limits_are_accepted() -> None:
     build_scene(
         discs=[disc_fields(radius_m=1.0), disc_fields(position_m=[SPAN, 0.0], mass_kg=SPAN)], duration_s=LARGEST
     )
-    build_scene(discs=[disc_fields(radius_m=1.0, velocity_m_s=[SPAN, 0.0])], duration_s=1.0)
-    build_scene(discs=[disc_fields(radius_m=1.0, velocity_m_s=[1 / SPAN, 0.0])], duration_s=1.0)
+    for speed in (SPAN, 1 / SPAN):
+        build_scene(discs=[disc_fields(velocity_m_s=[speed, 0.0])])
     build_scene(discs=[disc_fields(position_m=[x, 0.0], radius_m=LARGEST) for x in (-LARGEST, LARGEST)])
 
 
 FLOOR = {"point_m": [0.0, -9.0], "normal": [0.0, 1.0]}
-#: What each field could be by itself, and the scene as a whole can't.
+FLYING = "duration_s: must be so short that no disc flies further than 1.61e119 times the smallest radius, got "
+#: Fields that are valid one by one, but not in one scene.
 NOT_TOGETHER: list[tuple[dict[str, Any], str]] = [
     ({"discs": [{"position_m": [0, 0]}]}, "discs[0].radius_m: is required, but missing"),
     (
-        {"discs": [disc_fields(position_m=[5.0, 0.0]), disc_fields(mass_kg=INF, velocity_m_s=[1.0, 0.0])]},
-        "discs[1].velocity_m_s: must be (0, 0) for an immovable disc (mass_kg = inf), got (1.0, 0.0); "
-        "set driven = true for a disc with a prescribed motion",
+        {"discs": [disc_fields(mass_kg=INF, velocity_m_s=[1.0, 0.0])]},
+        "discs[0].velocity_m_s: must be (0, 0) for an immovable disc (mass_kg = inf), got (1.0, 0.0); set",
     ),
-    (
-        {"discs": [disc_fields(spin_rad_s=2.5, mass_kg="inf")]},
-        "discs[0].spin_rad_s: must be 0 for an immovable disc (mass_kg = inf), got 2.5",
-    ),
-    (
-        {"discs": [disc_fields(spin_rad_s=2.5, inertia_factor=INF)]},
-        "discs[0].spin_rad_s: must be 0 for a disc that can't turn (inertia_factor = inf), got 2.5",
-    ),
+    ({"discs": [disc_fields(spin_rad_s=2.5, mass_kg="inf")]}, "discs[0].spin_rad_s: must be 0 for an immovable disc"),
+    ({"discs": [disc_fields(spin_rad_s=2.5, inertia_factor=INF)]}, "discs[0].spin_rad_s: must be 0 for a disc that"),
     ({"discs": [disc_fields(driven=True)]}, "discs[0].driven: needs mass_kg = inf: impacts move a disc of 1 kg"),
     ({"discs": [disc_fields(driven=1, mass_kg=INF)]}, "discs[0].driven: must be a valid boolean, got 1"),
     (
@@ -243,41 +174,28 @@ NOT_TOGETHER: list[tuple[dict[str, Any], str]] = [
     ),
     (
         {"walls": [FLOOR, {"point_m": [0.25, 0.0], "normal": [-4.0, 0.0]}]},
-        "discs[0].position_m: must not overlap walls[1] at the start, got (0.0, 0.0): "
-        "the disc reaches 0.75 m into it; move the disc, or reverse the wall's normal",
+        "discs[0].position_m: must not overlap walls[1] at the start, got (0.0, 0.0): the disc reaches 0.75 m into it",
     ),
     # sizes that no choice of units brings near 1
     (
         {"discs": [disc_fields(radius_m=1.0), disc_fields(radius_m=1e-10, position_m=[1e111, 0.0])]},
-        "discs[1].radius_m: must be at least 6.2e-120 of the greatest length in the scene, 1e111 m, got 1e-10; "
-        "remove bodies that are so small, or so far away",
+        "discs[1].radius_m: must be at least 6.2e-120 of the greatest length in the scene, 1e111 m, got 1e-10",
     ),
-    (
-        {"walls": [{"point_m": [0.0, -1e121], "normal": [0.0, 1.0]}]},
-        "discs[0].radius_m: must be at least 6.2e-120 of the greatest length in the scene, 1e121 m, got 1.0; "
-        "remove bodies that are so small, or so far away",
-    ),
+    ({"walls": [{"point_m": [0.0, -1e121], "normal": [0.0, 1.0]}]}, "discs[0].radius_m: must be at least 6.2e-120"),
     (
         {"discs": [disc_fields(mass_kg=1e61), disc_fields(mass_kg=1e-60, position_m=[9.0, 0.0])]},
-        "discs[1].mass_kg: must be at least 6.2e-120 of the greatest finite mass in the scene, 1e61 kg, got 1e-60; "
-        "make the heavy discs immovable (mass_kg = inf)",
+        "discs[1].mass_kg: must be at least 6.2e-120 of the greatest finite mass in the scene, 1e61 kg, got 1e-60",
     ),
     (
         {"discs": [disc_fields(velocity_m_s=[0.0, 1e111])], "duration_s": 1e10},
-        "duration_s: must be so short that no disc flies further than 1.61e119 times the smallest radius, "
-        "got 10000000000.0: the path is 1e121 m long; use a shorter duration",
+        f"{FLYING}10000000000.0: the path",
     ),
-    (
-        {"gravity_m_s2": [0.0, -1.0], "duration_s": 1e61},
-        "duration_s: must be so short that no disc flies further than 1.61e119 times the smallest radius, "
-        "got 1e+61: the path is 1e122 m long; use a shorter duration",
-    ),
+    ({"gravity_m_s2": [0.0, -1.0], "duration_s": 1e61}, f"{FLYING}1e+61: the path is 1e122 m"),
+    ({"discs": [disc_fields(spin_rad_s=1e150)]}, FLYING),  # the rim is as fast as that
     (
         {"discs": [disc_fields(velocity_m_s=[0.0, 1e-130])]},
-        "duration_s: must be so long that the fastest disc moves by 6.2e-120 of the greatest length in the scene, "
-        "1 m, got 1.0: it moves by 1e-130 m; use a longer duration",
+        "duration_s: must be so long that the fastest disc",
     ),
-    ({"discs": [disc_fields(spin_rad_s=1e150)]}, "duration_s: must be so short"),  # the rim is as fast as that
 ]
 
 
@@ -294,23 +212,6 @@ TRIPLES = [(3, 4, 5), (5, 12, 13), (8, 15, 17), (7, 24, 25), (20, 21, 29), (0, 1
 thousandths = st.integers(-(10**6), 10**6).map(lambda k: Fraction(k, 1000))
 
 
-@given(st.sampled_from(TRIPLES), thousandths, thousandths, st.integers(1, 1000), st.integers(1, 999))
-def test_discs_that_touch_in_decimals_are_accepted(
-    triple: tuple[int, int, int], x: Fraction, y: Fraction, size: int, share: int
-) -> None:
-    """Two discs that touch exactly in rational numbers are never refused because of rounding."""
-    scale, first = Fraction(size, 1000), Fraction(share, 1000)
-    build_scene(
-        discs=[
-            disc_fields(position_m=[float(x), float(y)], radius_m=float(scale * triple[2] * first)),
-            disc_fields(
-                position_m=[float(x + scale * triple[0]), float(y - scale * triple[1])],
-                radius_m=float(scale * triple[2] * (1 - first)),
-            ),
-        ]
-    )
-
-
 @given(st.sampled_from(TRIPLES), thousandths, thousandths, thousandths, st.integers(1, 1000))
 def test_disc_that_touches_an_oblique_wall_is_accepted(
     triple: tuple[int, int, int], x: Fraction, y: Fraction, along: Fraction, size: int
@@ -325,14 +226,6 @@ def test_disc_that_touches_an_oblique_wall_is_accepted(
     )
 
 
-def test_immovable_discs_may_overlap_each_other_and_walls() -> None:
-    """Overlapping immovable discs within a wall are accepted; a movable disc that overlaps one is refused."""
-    peg = [disc_fields(mass_kg=INF), disc_fields(mass_kg=INF, position_m=[0.5, 0.0])]
-    build_scene(discs=peg, walls=[{"point_m": [0.0, 0.0], "normal": [0.0, 1.0]}])
-    text = catch_message(lambda: build_scene(discs=[*peg, disc_fields(position_m=[2.0, 0.0])]))
-    assert "must not overlap discs[1]" in text
-
-
 @each("scale", [1.0, 5.0, 1e-200, 1e200, 5e-324])
 def test_wall_stores_its_normal_as_a_unit_vector(scale: float) -> None:
     """A normal of any length, from 5e-324 to 1e200, becomes the unit vector of its direction."""
@@ -342,15 +235,6 @@ def test_wall_stores_its_normal_as_a_unit_vector(scale: float) -> None:
         # Each component takes two divisions and a length, 4 units of relative rounding (2^-53) together.
         assert abs(x - 0.6) <= 5 * 2**-53
         assert abs(y - 0.8) <= 5 * 2**-53
-
-
-@given(st.floats(-1e6, 1e6), st.floats(-1e6, 1e6))
-def test_unit_normal_of_a_wall_is_kept_to_the_bit(x: float, y: float) -> None:
-    """A wall built with another wall's normal has the same normal to the bit, so that saved scenes load equal."""
-    if (x, y) == (0.0, 0.0):
-        return
-    normal = Wall(point_m=(0, 0), normal=(x, y)).normal
-    assert Wall(point_m=(0, 0), normal=normal).normal == normal
 
 
 # What a scene is ------------------------------------------------------------------------------------------------------
@@ -371,35 +255,25 @@ def test_scene_is_an_immutable_value() -> None:
 
 
 def test_needs_follow_from_the_parts_of_a_scene() -> None:
-    """Each need follows from a part of the scene; wall restitution without walls needs nothing."""
-    floor = [{"point_m": [0, -1], "normal": [0, 1]}]
-    assert build_scene().needs == frozenset()
-    assert build_scene(wall_restitution=0.5).needs == frozenset()
-    assert build_scene(walls=floor).needs == {Need.WALLS}
-    assert build_scene(walls=floor, wall_restitution=0.5).needs == {Need.WALLS, Need.RESTITUTION}
-    assert build_scene(restitution=0.5).needs == {Need.RESTITUTION}
-    assert build_scene(discs=[disc_fields(mass_kg=INF)]).needs == {Need.IMMOVABLE}
-    assert build_scene(gravity_m_s2=[0, -9.81]).needs == {Need.GRAVITY}
-    pair = [disc_fields(), disc_fields(position_m=[9.0, 0.0])]
-    assert build_scene(discs=[disc_fields(spin_rad_s=-1.0)]).needs == {Need.SPIN}
-    assert build_scene(friction=0.5, tangential_restitution=1.0).needs == frozenset()
-    assert build_scene(wall_friction=0.5, wall_tangential_restitution=1.0).needs == frozenset()
-    assert build_scene(discs=pair, friction=0.5).needs == {Need.FRICTION}
-    assert build_scene(discs=pair, friction=0.5, tangential_restitution=-1.0).needs == {
-        Need.FRICTION,
-        Need.TANGENTIAL_RESTITUTION,
-    }
-    assert build_scene(walls=floor, wall_friction=1e19).needs == {Need.WALLS, Need.FRICTION}
-    assert build_scene(discs=pair, tangential_restitution=1.0).needs == frozenset()
-
-
-@each(
-    "duration, dt, steps",
-    [(2.0, 1 / 240, 480), (1.0, 0.1, 10), (0.3, 0.1, 3), (1.0, 0.3, 4), (1.0, 2.0, 1), (10.0, 1 / 60, 600), (7, 7, 1)],
-)
-def test_step_count_allows_for_rounding(duration: float, dt: float, steps: int) -> None:
-    """A duration of 2 s has 480 steps of 1/240 s, although neither 1/240 nor the quotient is exact."""
-    assert build_scene(duration_s=duration).step_count(dt) == steps
+    """Each need follows from a part of the scene; laws of impacts that the scene can't have are no needs."""
+    floor, pair = [FLOOR], [disc_fields(), disc_fields(position_m=[9.0, 0.0])]
+    law = {"friction": 0.5, "tangential_restitution": -1.0}
+    wall_law = {"wall_restitution": 0.5, "wall_friction": 0.5, "wall_tangential_restitution": 1.0}
+    law_needs = {Need.FRICTION, Need.TANGENTIAL_RESTITUTION}
+    rows: list[tuple[dict[str, Any], set[Need]]] = [
+        ({}, set()),
+        (wall_law | law, set()),
+        ({"walls": floor}, {Need.WALLS}),
+        ({"walls": floor, **wall_law}, {Need.WALLS, Need.RESTITUTION, *law_needs}),
+        ({"discs": pair, **law}, law_needs),
+        ({"discs": pair, "tangential_restitution": 1.0}, set()),
+        ({"restitution": 0.5}, {Need.RESTITUTION}),
+        ({"discs": [disc_fields(mass_kg=INF)]}, {Need.IMMOVABLE}),
+        ({"discs": [disc_fields(spin_rad_s=-1.0)]}, {Need.SPIN}),
+        ({"gravity_m_s2": [0, -9.81]}, {Need.GRAVITY}),
+    ]
+    for fields, needs in rows:
+        assert build_scene(**fields).needs == needs
 
 
 @each(

@@ -1,13 +1,12 @@
 """The walls of a scene: distinguished by their fields, refused with edge and numbers, written as they were read."""
 
 import math
-from pathlib import Path
 from typing import Any
 
 import pytest
 from tests.cases import each
 
-from carom import Chain, Disc, Ring, Scene, SceneError, Wall, load_scene, save_scene
+from carom import Chain, Disc, Ring, Scene, SceneError, Wall
 from carom.model.scene import Need
 from carom.solvers.units import Units
 
@@ -18,31 +17,6 @@ STADIUM = Chain(points_m=[(-2, -2), (2, -2), (2, 2), (-2, 2)], bulges=[0, 1, 0, 
 def build_scene(*walls: Any, **fields: Any) -> Scene:
     """Return a scene of one disc at the origin and some walls."""
     return Scene(name="walls", discs=[DISC], walls=walls, duration_s=1.0, **fields)
-
-
-def test_fields_of_a_wall_decide_its_kind() -> None:
-    """A point and a normal make a half-plane, points a chain, and a centre and a radius a circle."""
-    made = build_scene(
-        {"point_m": [0, -9], "normal": [0, 2]}, {"points_m": [[1, 1], [2, 2]]}, {"centre_m": [0, 0], "radius_m": 3}
-    )
-    assert made.walls == (
-        Wall(point_m=(0, -9), normal=(0, 1)),
-        Chain(points_m=[(1, 1), (2, 2)]),
-        Ring(centre_m=(0, 0), radius_m=3),
-    )
-
-
-@each("suffix", [".toml", ".json"])
-def test_every_kind_of_wall_is_saved_and_loaded(tmp_path: Path, suffix: str) -> None:
-    """A scene with half-planes, chains and circles is equal to the original after saving and loading."""
-    made = build_scene(
-        STADIUM,
-        Chain(points_m=[(9, 9), (10, 9), (10, 10)], closed=True, solid=True, half_width_m=0.1, pieces=7, friction=0.5),
-        Ring(centre_m=(0.1, 0.2), radius_m=1.1, half_width_m=0.01, restitution=0.3),
-        Wall(point_m=(0, -9), normal=(0.6, 0.8), restitution=0.25),
-    )
-    save_scene(made, path := tmp_path / f"walls{suffix}")
-    assert load_scene(path) == made
 
 
 def test_unused_fields_of_walls_are_not_written() -> None:
@@ -57,31 +31,16 @@ def test_unused_fields_of_walls_are_not_written() -> None:
         ({"points_m": [[0, 0]]}, "walls[0].points_m: must contain at least 2 points, got 1"),
         ({"points_m": [[3, 0], [4, 0]], "closed": True}, "3 points for a closed chain without bulges, got 2"),
         ({"points_m": [[3, 0], [4, 0], [4, 0]]}, "points_m[2]: must not be the point at which edge 1 begins, got (4.0"),
-        (
-            {"points_m": [[0, 0], [1e-160, 0], [3, 4]]},
-            "points_m[1]: makes edge 0 only 1e-160 m long: edges and radii must be at least 1.49e-154 m",
-        ),
-        (
-            {"points_m": [[0, 0], [1e-150, 0], [3, 4]]},
-            "points_m[1]: makes edge 0 only 1e-150 m long; edges must be at least 6.2e-120 of the greatest length",
-        ),
+        ({"points_m": [[0, 0], [1e-160, 0], [3, 4]]}, "edges and radii must be at least 1.49e-154 m"),
+        ({"points_m": [[0, 0], [1e-150, 0], [3, 4]]}, "edges must be at least 6.2e-120 of the greatest length"),
         ({"points_m": [[3, 0], [4, 0]], "bulges": [1, 1]}, "bulges: must have one number for each edge (1)"),
         ({"points_m": [[3, 0], [4, 0]], "bulges": [5e-324]}, "bulges[0]: makes edge 0 an arc of a radius above"),
         ({"points_m": [[3, 0], [4, 0]], "bulges": [math.inf]}, "bulges[0]: must be a finite number, got inf"),
         ({"points_m": [[3, 0], [4, 0]], "solid": True}, "solid: needs closed = true"),
         ({"points_m": [[3, 0], [5, 0], [4, 1], [4, -1]]}, "edge 2 meets edge 0 at (4, 0)"),
-        ({"points_m": [[3, 0], [5, 0], [4, 0]]}, "edge 1 meets edge 0 at (4, 0)"),
-        ({"points_m": [[3, 0], [5, 0]], "half_width_m": -1.0}, "half_width_m: must be greater than or equal to 0"),
-        ({"points_m": [[3, 0], [5, 0]], "pieces": 0}, "pieces: must be greater than or equal to 1, got 0"),
-        (
-            {"points_m": [[3, 0], [5, 0]], "restitution": 1.5},
-            "restitution: must be at most 1: above 1 each impact adds energy",
-        ),
+        ({"points_m": [[3, 0], [5, 0]], "restitution": 1.5}, "restitution: must be at most 1: above 1 each impact"),
         ({"points_m": [[3, 0], [5, 0]], "normal": [0, 1]}, "normal: belongs to another kind of wall"),
-        ({"points_m": [[3, 0], [5, 0]], "speed_m_s": 1.0}, "speed_m_s: is not a field of a scene"),
-        ({"points_m": [[3, 0], [5, 0]], "velocity_m_s": 1.0}, "velocity_m_s: must be a list, got 1.0"),
         ({"centre_m": [9, 0]}, "walls[0].radius_m: is required, but missing"),
-        ({"point_m": [0, -9], "normal": [0, 1], "friction": -1.0}, "friction: must be greater than or equal to 0"),
         (5, "walls[0]: must be a table of fields, or a wall, got 5"),
         ({}, "walls[0].point_m: is required, but missing"),
     ],
@@ -139,32 +98,6 @@ def test_finite_walls_have_needs_of_their_own() -> None:
     assert rubs.needs == {Need.WALLS, Need.WALL_MATERIALS, Need.FRICTION}
     same = Wall(point_m=(0, -9), normal=(0, 1), restitution=0.5, friction=0.0)
     assert build_scene(same, wall_restitution=0.5).needs == {Need.WALLS, Need.RESTITUTION}
-
-
-@pytest.mark.long
-def test_file_has_at_most_1000_edges(tmp_path: Path) -> None:
-    """The limit of 1000 walls in a file counts edges: 599 are accepted, and 1200 in two chains are refused."""
-    points = ", ".join(f"[{k}.0, 5.0]" for k in range(600))
-    text = 'name = "x"\nduration_s = 1.0\ndiscs = [{position_m = [0.0, 0.0], radius_m = 0.5}]\n'
-    (path := tmp_path / "many.toml").write_text(f"{text}walls = [{{points_m = [{points}]}}]\n", encoding="utf-8")
-    assert len(load_scene(path).walls[0].outline.edges) == 599  # type: ignore[union-attr] # it is a chain
-    path.write_text(f"{text}walls = [{{points_m = [{points}]}}, {{points_m = [{points}]}}]\n", encoding="utf-8")
-    with pytest.raises(SceneError, match="can have at most 1000 edges of walls, got 1200"):
-        load_scene(path)
-
-
-def test_lengths_of_walls_in_pixels_are_converted_to_metres(tmp_path: Path) -> None:
-    """Points, half widths, centres and radii of walls in a file in pixels are converted to metres."""
-    (path := tmp_path / "px.toml").write_text(
-        'name = "x"\nduration_s = 1.0\nlength_unit = "px"\npixels_per_metre = 100\n'
-        "discs = [{position_m = [0, 0], radius_m = 50}]\n"
-        "walls = [{points_m = [[100, 0], [100, 100], [200, 0], [400, 0]], half_width_m = 10}, "
-        "{centre_m = [0, 0], radius_m = 900}]\n",
-        encoding="utf-8",
-    )
-    chain, ring = load_scene(path).walls
-    assert chain == Chain(points_m=[(1, 0), (1, 1), (2, 0), (4, 0)], half_width_m=0.1)
-    assert ring == Ring(centre_m=(0, 0), radius_m=9)
 
 
 def test_units_of_a_run_scale_every_length_of_a_wall() -> None:

@@ -2,6 +2,7 @@
 
 import json
 import math
+import select
 import shutil
 import subprocess
 import sys
@@ -58,6 +59,8 @@ def build_still_scene() -> Scene:
     return staged("still", disc_at(0, 0, r=1), duration_s=1.0)
 
 
+#: Time that an answer to `Talk.ask` may take, in seconds.
+LIMIT_S = 120.0
 TEMPLATES = Path(__file__).resolve().parents[4] / "docs" / "templates"
 #: Commands that build a template next to its manifest, and the program that each needs; one needs none.
 BUILDS = {
@@ -79,3 +82,33 @@ def build_template(language: str, folder: Path) -> Path:
     if command:
         subprocess.run(command, cwd=built, check=True)
     return built
+
+
+class Talk:
+    """A program, and its answers line by line."""
+
+    def __init__(self, command: list[str], folder: Path) -> None:
+        self._process = subprocess.Popen(command, cwd=folder, bufsize=0, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        self._said = b""
+
+    def ask(self, line: bytes) -> Any:
+        """Return the answer to a line."""
+        assert self._process.stdin
+        assert self._process.stdout
+        self._process.stdin.write(line + b"\n")
+        while b"\n" not in self._said:
+            ready, _, _ = select.select([self._process.stdout], [], [], LIMIT_S)
+            assert ready, f"no answer to {line[:200]!r}"
+            chunk = self._process.stdout.read(2**16)
+            assert chunk, f"it ended over {line[:200]!r}"
+            self._said += chunk
+        answer, _, self._said = self._said.partition(b"\n")
+        assert not self._said, f"more than one answer to {line[:200]!r}"
+        return json.loads(answer)
+
+    def close(self) -> None:
+        """Let it end by the end of its input, as it must."""
+        for pipe in (self._process.stdin, self._process.stdout):
+            assert pipe
+            pipe.close()
+        self._process.wait(LIMIT_S)

@@ -3,14 +3,10 @@
 import json
 import math
 import sys
-from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from tests.cases import each
 from tests.processes import PATIENT_S
 from tests.unit.engines.protocol.programs import (
@@ -68,24 +64,14 @@ def test_program_answers_every_request(tmp_path: Path) -> None:
     [
         ("if do == 'step': answer = {'error': {'kind': 'refused', 'message': 'too fast'}}", "refused 'step': too fast"),
         (
-            "if do == 'prepare': sys.stderr.write('all is well\\n')\n"
-            "if do == 'step': answer = {'error': {'message': 'boom'}}",
-            "failed 'step': boom",
-        ),
-        (
             "if do == 'step': sys.stderr.write('inertia is 0\\n'); answer = {'error': {'message': 'boom'}}",
             "failed 'step': boom; it last printed 'inertia is 0'",
         ),
         ("if do == 'step': answer = {}", f"seconds is required, but missing; it wrote b'{{}}'; {REQUESTS}"),
-        ("if do == 'step': answer = {'seconds': 'soon'}", "seconds must be a valid number, got 'soon'"),
         ("if do == 'step': answer = {'seconds': -1}", "seconds must be greater than or equal to 0, got -1"),
         (
             "if do == 'step': print('{\"seconds\": 1, \"seconds\": 2}', flush=True)",
             "the line is ambiguous: one object has the key 'seconds' twice; it wrote b'{\"seconds\": 1, \"seco",
-        ),
-        (
-            'if do == \'step\': print(\'{"seconds": 1, "more": [{"a": 1, "a": 1}]}\', flush=True)',
-            "one object has the key 'a' twice",
         ),
         ("if do == 'step': answer = []", "the line must be an object, got []"),
         (
@@ -98,7 +84,6 @@ def test_program_answers_every_request(tmp_path: Path) -> None:
         ),
         ("if do == 'step': import os, signal; os.kill(os.getpid(), signal.SIGKILL)", "signal 9"),
         ("if do == 'step': sys.stdout.close(); sys.exit()", "closed its output"),
-        ("if do == 'step': sys.stdout.write('{\"seconds\": '); sys.exit(4)", "exit code 4"),
     ],
 )
 def test_program_error_names_the_engine_and_the_cause(instead: str, told: str, tmp_path: Path) -> None:
@@ -108,7 +93,6 @@ def test_program_error_names_the_engine_and_the_cause(instead: str, told: str, t
         world.advance(1)
     assert told in str(caught.value)
     assert "toy" in str(caught.value)
-    assert "all is well" not in str(caught.value)
     world.close()
 
 
@@ -140,21 +124,14 @@ def test_setting_that_json_cannot_express_is_refused(value: float, tmp_path: Pat
         adapter.prepare(build_still_scene(), {"dt_s": 0.5, "slop": value})
 
 
-def test_request_to_an_exited_program_raises(tmp_path: Path) -> None:
-    """The first request to an exited program reports the exit code, and the next one that it has ended."""
-    world = prepare_world(tmp_path, "if do == 'step': sys.exit(3)")
-    for told in ("exit code 3", "has ended"):
-        with pytest.raises(AdapterError, match=told):
-            world.advance(1)
-
-
 def test_exited_program_is_restarted_for_the_next_world(tmp_path: Path) -> None:
-    """An adapter starts its program again for the next world after the program has exited."""
-    adapter = program_adapter(write_manifest(tmp_path, "if do == 'step': sys.exit(1)"))
+    """A world of an exited program raises at each request, and the next world has a new program."""
+    adapter = program_adapter(write_manifest(tmp_path, "if do == 'step': sys.exit(3)"))
     for _ in range(2):
         world = adapter.prepare(build_still_scene(), {"dt_s": 0.5})
-        with pytest.raises(AdapterError, match="exit code 1"):
-            world.advance(1)
+        for told in ("exit code 3", "has ended"):
+            with pytest.raises(AdapterError, match=told):
+                world.advance(1)
 
 
 def test_other_protocol_version_and_missing_program_are_refused(tmp_path: Path) -> None:
@@ -184,48 +161,6 @@ def test_large_standard_error_does_not_block_a_program(tmp_path: Path) -> None:
     world.close()
 
 
-#: JSON of any shape.
-ANYTHING = st.recursive(
-    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
-    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
-    max_leaves=6,
-)
-#: Answers the request after a `restore` with the bytes that were to be restored.
-ECHO = """
-held, now = (request['state'], '') if do == 'restore' else ('', globals().get('held', ''))
-if now:
-    sys.stdout.buffer.write(bytes.fromhex(now) + b'\\n')
-    sys.stdout.flush()
-    continue
-"""
-
-
-@pytest.fixture(scope="module")
-def echoing_world(tmp_path_factory: pytest.TempPathFactory) -> ProgramWorld:
-    """Return a world of a program with given answers."""
-    return prepare_world(tmp_path_factory.mktemp("echo"), ECHO)
-
-
-@given(told=st.data())
-def test_any_answer_is_a_value_or_an_adapter_error(told: st.DataObject, echoing_world: ProgramWorld) -> None:
-    """Any line as an answer gives a value or an AdapterError, and a sound answer after it is read as usual."""
-    keys = st.sampled_from(["seconds", "world", "settings", "position_m", "velocity_m_s", "contacts", "pairs", "error"])
-    lines = st.dictionaries(keys, ANYTHING).map(json.dumps).map(str.encode) | st.binary(max_size=40)
-    asked: tuple[Callable[[], object], ...] = (
-        lambda: echoing_world.advance(1),
-        echoing_world.observe,
-        echoing_world.touching,
-        echoing_world.save,
-        lambda: echoing_world.cut(0.5),
-    )
-    for ask in asked:
-        line = told.draw(lines).replace(b"\n", b" ")
-        echoing_world.restore(line.hex() or "20")
-        with suppress(AdapterError):
-            ask()
-    assert echoing_world.observe().position_m.tolist() == [[0.0, 0.0]]
-
-
 @each("language", LANGUAGES)
 def test_templates_reproduce_pit(language: str, tmp_path: Path) -> None:
     """Each template, built as its manifest describes, finds the impacts of PIT and its final state within 1e-12."""
@@ -238,12 +173,6 @@ def test_templates_reproduce_pit(language: str, tmp_path: Path) -> None:
         assert found.impacts[field].tolist() == pit.impacts[field].tolist()
     np.testing.assert_allclose(found.final_position_m, pit.final_position_m, rtol=0, atol=1e-12)
     np.testing.assert_allclose(found.final_velocity_m_s, pit.final_velocity_m_s, rtol=0, atol=1e-12)
-
-
-def test_templates_have_fewer_than_150_lines() -> None:
-    """Each template, including its toy engine, has fewer than 150 lines."""
-    for path in TEMPLATES.glob("*/engine.*"):
-        assert len(path.read_text(encoding="utf-8").splitlines()) < 150, path
 
 
 def test_published_schema_matches_the_messages() -> None:

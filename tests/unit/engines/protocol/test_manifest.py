@@ -72,15 +72,10 @@ def test_manifest_fields_are_loaded(tmp_path: Path) -> None:
     assert tuned.capabilities == replace(able, walls=True)  # what it leaves out is the engine's
 
 
-def test_relative_files_of_a_command_are_resolved_by_the_manifest(tmp_path: Path) -> None:
-    """Words of the command that begin with ./ or ../ are resolved relative to the manifest's folder."""
-    command = load_manifest(write_manifest_text(tmp_path, WHOLE)).resolve_command(tmp_path)
-    assert command == (str(tmp_path / "toy"), "--quiet", str(tmp_path.parent / "shared.js"))
-
-
 def test_missing_program_makes_the_engine_unavailable(tmp_path: Path) -> None:
-    """The reason names the missing program and the command that installs it."""
+    """Words that begin with ./ or ../ are relative to the manifest's folder; a reason names the missing program."""
     found = load_manifest(write_manifest_text(tmp_path, WHOLE))
+    assert found.resolve_command(tmp_path) == (str(tmp_path / "toy"), "--quiet", str(tmp_path.parent / "shared.js"))
     assert found.explain_unavailable(tmp_path) == f"there is no program {tmp_path / 'toy'}; make toy"
     other = load_manifest(write_manifest_text(tmp_path, WHOLE.replace('"./toy"', '"no-such-program-of-carom"')))
     assert other.explain_unavailable(tmp_path) == "no-such-program-of-carom is not on the PATH; make toy"
@@ -115,12 +110,9 @@ def test_npm_package_decides_availability_and_version(tmp_path: Path) -> None:
         ('name = "toy"', 'name = "toy"\nprotocol = 2', "protocol"),
         ('command = ["./toy", "--quiet", "../shared.js"]', "command = []", "command"),
         ("walls = false", "wals = false", "'wals'"),
-        ('"solved"', '"sometimes"', "contact_times"),
-        ("late_steps = 1.0", 'late_steps = "one"', "late_steps"),
         ('description = "As shipped."', "", "profiles.default.description"),
         ("slop = 0.005", "slop = [1]", "settings.slop: must be a number, true, false or a text, got [1]"),
         ("slop = 0.005", "slop = inf", "settings.slop: must be finite, as JSON requires, got inf"),
-        ("name = ", "nam = ", "nam"),
     ],
 )
 def test_manifest_error_names_the_file_and_the_field(old: str, new: str, told: str, tmp_path: Path) -> None:
@@ -164,12 +156,7 @@ def test_manifest_path_registers_its_engine(tmp_path: Path, monkeypatch: pytest.
     assert resolve_engine(".") == "toy"
     assert os.environ[MANIFESTS] == str(path)
     assert (format_engine_argument("toy"), format_engine_argument("pit")) == (str(path), "pit")
-
-
-def test_manifest_adapter_is_loaded_once(tmp_path: Path) -> None:
-    """Loading an engine by name twice returns the same adapter, so that its program is started only once."""
-    name = resolve_engine(str(write_manifest(tmp_path)))
-    assert load_adapter(name) is load_adapter(name)
+    assert load_adapter("toy") is load_adapter("toy")  # so its program is started only once
 
 
 def test_engine_list_uses_the_manifest_without_starting_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -200,15 +187,6 @@ def test_invalid_manifest_path_is_refused(tmp_path: Path, monkeypatch: pytest.Mo
 
 
 @pytest.mark.long
-def test_run_with_a_missing_program_has_exit_code_3(tmp_path: Path) -> None:
-    """The command ends as for an engine that is not installed and prints the install command."""
-    path = write_manifest(tmp_path, command=["./gone"], install="make it")
-    result = carom_command("run", "paper/missed", "-e", str(path), "-p", "tuned", "--dt", "1/60")
-    assert result.exit_code == 3, result.output
-    assert "make it" in printed_text(result)
-
-
-@pytest.mark.long
 def test_hanging_program_is_killed_with_its_worker(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A run without an answer in time is reported as timed out, and its program has ended."""
     pid = tmp_path / "pid"
@@ -224,11 +202,10 @@ def test_hanging_program_is_killed_with_its_worker(tmp_path: Path, monkeypatch: 
 
 @pytest.mark.long
 def test_manifest_path_is_accepted_as_an_engine(tmp_path: Path) -> None:
-    """`carom run -e engine.toml` and `carom.run` run a manifest's program; a missing file gives exit code 2."""
+    """`carom run -e engine.toml` and `carom.run` run a manifest's program; a missing program gives exit code 3."""
     path = write_manifest(tmp_path)
-    arguments = ["-p", "tuned", "--dt", "1/60", "--no-timing"]
-    result = carom_command("run", "paper/missed", "-e", str(path), *arguments)
-    assert "toy" in result.output
-    refused = carom_command("run", "-e", str(tmp_path / "no.toml"))
-    assert refused.exit_code == 2
     assert carom.run(build_still_scene(), str(path), dt=0.5).method == "toy"
+    write_manifest(tmp_path, command=["./gone"], install="make it")
+    result = carom_command("run", "paper/missed", "-e", str(path), "-p", "tuned", "--dt", "1/60")
+    assert result.exit_code == 3, result.output
+    assert "make it" in printed_text(result)

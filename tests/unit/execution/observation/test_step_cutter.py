@@ -1,9 +1,8 @@
 import math
 from collections.abc import Mapping
 
-import numpy as np
 import pytest
-from tests.scene_builders import disc_at, require_value, staged
+from tests.scene_builders import disc_at, staged
 from tests.unit.execution.stubs import Makes, Still
 
 from carom.engines.api import Observation, Setting
@@ -49,15 +48,11 @@ def list_end_times(*spans: tuple[float, float], steps: int = 4, dt_s: float = 1.
     return [time for k in range(steps) for time in cutter.take_step(k * dt_s, (k + 1) * dt_s)]
 
 
-def test_step_without_a_contact_is_not_cut() -> None:
-    """Without contacts each step is one piece that ends at the step's boundary, and no probe is needed."""
+def test_step_is_cut_just_after_a_contact_begins() -> None:
+    """A step without contact is one piece; one with a contact is cut after it, by two units in the last place."""
     cutter = Cutter(Runner())
     assert [time for k in range(3) for time in cutter.take_step(k * 0.1, (k + 1) * 0.1)] == [0.1, 0.2, 3 * 0.1]
     assert (cutter.pieces, cutter.probes) == (3, 0)
-
-
-def test_piece_ends_at_the_first_instant_of_contact() -> None:
-    """A contact that begins within a step cuts it just after that instant, at most two units in the last place."""
     times = list_end_times((1.3, 9.0))
     assert times == [1.0, pytest.approx(1.3, abs=2 * math.ulp(1.3)), 2.0, 3.0, 4.0]
     assert times[1] > 1.3
@@ -88,18 +83,3 @@ def test_world_that_cannot_be_cut_is_refused() -> None:
     scene = staged("one", disc_at(0, 0, r=1), duration_s=1)
     with pytest.raises(AdapterError, match="cut, touching, save and restore"):
         observe_run(Makes(Still()), scene, "located", 0.1)
-
-
-class Seen(Runner):
-    """A runner that is observed: a disc that touches nothing."""
-
-    def observe(self) -> Observation:
-        return Observation(np.array([[self.x, 0.0]]), np.array([[1.0, 0.0]]))
-
-
-def test_located_run_takes_each_step_once() -> None:
-    """In a located run of 1 s at 1 m/s, a disc moves by 1 m, and each step is as long as the step size."""
-    scene = staged("one", disc_at(0, 0, 1.0), duration_s=1.0)
-    trace = observe_run(Makes(Seen()), scene, "located", 0.25, samples=True)
-    assert trace.final_position_m.tolist() == [[1.0, 0.0]]
-    assert require_value(trace.samples).position_m[:2, 0, 0].tolist() == [0.0, 0.25]

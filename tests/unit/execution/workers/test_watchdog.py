@@ -35,17 +35,6 @@ def pipe() -> Iterator[tuple[int, int]]:
         os.close(end)
 
 
-@pytest.mark.long
-def test_terminated_watchdog_ends_processes_of_other_sessions(pipe: tuple[int, int], tmp_path: Path) -> None:
-    """A terminated watchdog also ends a process that left its session, even if the watchdog's input is open."""
-    keeper = subprocess.Popen(KEEPER, stdin=pipe[0], stdout=subprocess.DEVNULL, cwd=tmp_path)
-    os.write(pipe[1], pickle.dumps(Starts(tmp_path / "note")))
-    started = read_pid(tmp_path / "note")
-    keeper.terminate()
-    keeper.wait(PATIENT_S)
-    assert wait_until_ended(started)
-
-
 def test_watchdog_ends_started_processes_if_its_parent_dies(pipe: tuple[int, int], tmp_path: Path) -> None:
     """If the parent is killed, a process of another session ends, even if the watchdog's input is open."""
     script = f"import subprocess, time; subprocess.Popen({KEEPER!r}, stdin={pipe[0]}); time.sleep(3600)"

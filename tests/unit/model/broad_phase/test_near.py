@@ -77,25 +77,6 @@ def test_blocks_are_ordered_by_their_second_discs() -> None:
     assert sum(map(len, blocks)) == n * (n - 1) // 2
 
 
-def test_immovable_discs_at_one_place_are_not_paired() -> None:
-    """Near 20,000 immovable discs at one place, only pairs with one of two movable discs are returned."""
-    n = 20_000
-    position = np.zeros((n + 2, 2))
-    position[[7, n]] = (0.8, 0.0), (0.8, 0.8)
-    movable = np.zeros(n + 2, np.bool_)
-    movable[[7, n]] = True
-    pairs = [pair for block in list_near_blocks(position, np.full(n + 2, 0.5), movable) for pair in block]
-    others = {k for k in range(n + 2) if k not in (7, n)}
-    assert len(pairs) == n + 1
-    assert set(pairs) == {(min(7, k), max(7, k)) for k in others} | {(7, n)}
-
-
-def test_fewer_than_two_discs_have_no_pairs() -> None:
-    """No near pairs are returned for no disc and for a single one."""
-    for n in (0, 1):
-        assert not any(list_near_blocks(np.zeros((n, 2)), np.ones(n), np.ones(n, np.bool_)))
-
-
 @given(st.integers(0, 2**32 - 1), st.integers(1, 40), st.integers(0, 12))
 def test_near_walls_equal_those_of_all_pairs(seed: int, discs: int, walls: int) -> None:
     """Each movable disc within its reach of a wall, or behind it, is returned with the wall, ordered by disc."""
