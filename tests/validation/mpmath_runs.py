@@ -1,12 +1,10 @@
 """Brute force at hundreds of digits: event-driven discs in mpmath, sharing no code and no formula with Carom.
 
 Every pair is predicted again after every impact, all discs are moved at every impact, and the time of impact is the
-root ``(-b - sqrt(b^2 - a c)) / a`` of the textbook. Run as a program it is a campaign against `carom.certify`: ``python
--m tests.validation.mpmath_runs 1000``.
+root ``(-b - sqrt(b^2 - a c)) / a`` of the textbook.
 """
 
 import math
-import sys
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
@@ -14,7 +12,7 @@ import numpy as np
 from mpmath import mp, mpf
 from tests.random_scenes import draw_scene
 
-from carom import CertifiedTrace, Scene, Wall, certify
+from carom import CertifiedTrace, Scene, Wall
 from carom.solvers.certified.result import Ending
 
 DIGITS = 400
@@ -216,23 +214,3 @@ def find_contradictions(certified: CertifiedTrace, happened: list[Happened]) -> 
             if not abs(mpf(float(value)) - truth) <= mpf(float(within)) + mpf(10) ** -100:
                 found.append(f"impact {k}: {value} within {within} for {mp.nstr(truth, 25)}")
     return found
-
-
-def main(scenes: int, impacts: int = 60) -> None:
-    """Hold certified runs of n scenes against brute force, and say what differs."""
-    total, wrong = 0, 0
-    endings: dict[str, int] = {}
-    with mp.workdps(DIGITS):
-        for seed in range(scenes):
-            scene = draw_lossy_scene(seed)
-            certified = certify(scene, max_impacts=impacts)
-            endings[certified.ending.name] = endings.get(certified.ending.name, 0) + 1
-            found = find_contradictions(certified, run_brute_force(scene, impacts))
-            total, wrong = total + len(certified), wrong + bool(found)
-            for line in (*found, *([str(certified.degeneracy)] if certified.degeneracy else ())):
-                sys.stdout.write(f"{scene.name}: {line}\n")
-    sys.stdout.write(f"{scenes} scenes, {total} certified impacts, {wrong} scenes contradicted; {endings}\n")
-
-
-if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 100)
