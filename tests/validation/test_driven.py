@@ -44,7 +44,7 @@ Legs = list[tuple[Fraction, Fraction]]
 
 
 def compute_bounces(left: Legs, right: Legs, speed: Fraction, end: Fraction) -> list[tuple[Fraction, int, Fraction]]:
-    """Return when a disc of 0.5 m at 0 has met which of two walls, from -3 m and 29 m on, and how fast it is then."""
+    """Return time, wall and speed after each impact of a disc of 0.5 m at 0 with walls that start at -3 m and 29 m."""
     at, walls, time, place = [Fraction(-3), Fraction(29)], (left, right), Fraction(0), Fraction(0)
     found = list[tuple[Fraction, int, Fraction]]()
     for ends in [*sorted({begin for legs in walls for begin, _ in legs} - {0}), end]:
@@ -117,7 +117,7 @@ def test_row_that_can_escape_is_not_crushed() -> None:
 
 
 def build_racks_scene(*discs: Disc, turns_s: float = 9.0, friction: float = 0.0) -> Scene:
-    """Discs between two racks, one of which rubs, and the other comes at half a metre a second, until it turns back."""
+    """Return discs between a fixed edge with friction and one that closes at 0.5 m/s until it reverses."""
     fixed = Chain(points_m=[(0.0, -1.0), (0.0, 1.0)], friction=friction)
     comes = Chain(points_m=[(2.0, -1.0), (2.0, 1.0)], **drive_on_legs((0.0, (-0.5, 0.0)), (turns_s, (0.5, 0.0))))
     return staged("racks", *discs, fixed, comes, duration_s=5.0)
@@ -141,7 +141,7 @@ def test_disc_that_can_leave_closing_racks_is_not_crushed() -> None:
 
 
 def draw_rough_racks_scene(seed: int) -> Scene:
-    """Return a disc, with a spin, between two racks that close, and go along; they rub, and some give back."""
+    """Return a disc with spin between two closing edges that have friction, and may move along themselves."""
     rng = random.Random(f"racks {seed}")
     half = rng.uniform(0.2, 1.0)
     racks = [
@@ -157,13 +157,13 @@ def draw_rough_racks_scene(seed: int) -> Scene:
 @each("seeds", release_after(1, [range(2), range(2, 20), range(20, 40), range(40, 60)]))
 def test_crushed_rough_disc_stays_between_its_racks(seeds: range) -> None:
     """In each rough run that ends as crushed, 60-digit brute force keeps the centre between both edges."""
-    called = 0
+    crushed = 0
     for seed in seeds:
         scene = draw_rough_racks_scene(seed)
         trace = solve_pic(scene)
         if trace.outcome is not Outcome.CRUSHED:
             continue
-        called += 1
+        crushed += 1
         assert trace.notes[0].endswith(" at 3 s"), seed  # 1.5 m of room at 0.5 m/s
         ends = [wall.points_m[1] for wall in scene.walls if isinstance(wall, Chain)]
         planes = [
@@ -177,14 +177,14 @@ def test_crushed_rough_disc_stays_between_its_racks(seeds: range) -> None:
             y, time, speed = y + speed * (impact_s - time), impact_s, vy
             assert all(abs(y - plane.velocity_m_s[1] * time) < end[1] for plane, end in zip(planes, ends, strict=True))
         assert 2.9 < time <= 3.0
-    assert 0 < called < len(seeds)
+    assert 0 < crushed < len(seeds)
 
 
 # --- Moving frames and energy ---
 
 
 def draw_mallets_scene(seed: int) -> Scene:
-    """A rough disc between driven half-planes and driven, spinning discs, on courses of their own."""
+    """Return a rough disc between driven half-planes and driven, spinning discs."""
     rng = random.Random(1000 + seed)
     mallets = [
         disc_at(
@@ -232,7 +232,7 @@ def test_belt_accelerates_a_disc_and_its_rim() -> None:
 
 
 def build_belts_scene() -> Scene:
-    """A disc in a box whose walls are belts, with a mallet that turns and a bar on legs."""
+    """Return a disc in a box whose walls are belts, with a spinning driven disc and a bar on legs."""
     return staged(
         "belts",
         disc_at(1.0, 0.5, 5.0, -3.0, r=0.25, m=2.0, spin_rad_s=5.0),
@@ -252,7 +252,7 @@ def build_belts_scene() -> Scene:
 
 
 def boost_scene(scene: Scene, drive: Vector) -> Scene:
-    """The scene as it is seen from what moves the other way: all that stood is driven."""
+    """Return the scene in a frame that moves at the opposite velocity: all immovable bodies become driven."""
 
     def faster(body: Disc | AnyWall, **more: bool) -> Any:
         def sum_of(velocity: Vector) -> Vector:
