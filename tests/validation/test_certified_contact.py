@@ -61,9 +61,10 @@ def draw_contact_scene(seed: int) -> Scene:
     walls += [wall_at(7.0, 0.0, -1.0, 0.0)] * rng.choice((0, 1))
     discs = []
     for i in range(rng.choice((1, 1, 2, 3))):
-        y, u = rng.choice((0.5, rng.uniform(0.5, 2.0))), rng.uniform(-4, 4)
-        spin, factor = rng.choice((0.0, rng.uniform(-6, 6))), rng.choice((0.4, 0.5, 1.0))
-        discs.append(disc_at(-1.2 + 1.7 * i, y, u, spin_rad_s=spin, inertia_factor=factor))
+        radius, u = rng.choice((0.5, 0.375)), rng.uniform(-4, 4)
+        y, spin = rng.choice((radius, rng.uniform(0.5, 2.0))), rng.choice((0.0, rng.uniform(-6, 6)))
+        disc = disc_at(-1.2 + 1.7 * i, y, u, r=radius, spin_rad_s=spin, inertia_factor=rng.choice((0.4, 0.5, 1.0)))
+        discs.append(disc)
     return staged(
         f"contact {seed}",
         *discs,

@@ -46,8 +46,8 @@ def find_contradictions(table: Table, impacts: int) -> list[str]:
     return found if len(certified.trace.impacts) == impacts else [*found, "impacts are missing"]
 
 
-#: Tables of each kind: at rest, driven, falling, and both.
-FIRST = (1, 4, 6, 13, 874)
+#: One table of each kind: at rest on exact numbers, driven, at rest, and falling.
+FIRST = (1, 4, 6, 874)
 
 
 @each("numbers", release_after(1, [FIRST, range(10**5, 10**5 + 300), range(10**5 + 300, 10**5 + 600)]))
@@ -57,7 +57,7 @@ def test_certified_runs_and_pic_match_brute_force_on_random_tables(numbers: Sequ
     # restitutions of their own; some fall or are driven. Number 874 falls on an arc with a radius of 14 km, on which
     # positions once lost digits.
     tables = {number: drawn[1] for number in numbers if (drawn := draw_table(number)) is not None}
-    assert {number: found for number, one in tables.items() if (found := find_contradictions(one, 12))} == {}
+    assert {number: found for number, one in tables.items() if (found := find_contradictions(one, 8))} == {}
 
 
 def test_certified_edges_are_those_of_pic() -> None:
