@@ -1,8 +1,6 @@
-"""One table of equivalences: forms of a method that must give one another's bits, over every kind of scene drawn.
+"""Forms of a method that give the same bits, on random scenes of every kind: see `tests/random_scenes.py`.
 
-Pairs of algorithms give the same results, for PIC with and without friction and gravity, and for PIT. If a scene is
-mirrored or measured in other units, the results change in the same way. `tests/random_scenes.py` says what the kinds
-are for.
+Mirroring a scene, or measuring it in other units, changes its trace in the same way.
 """
 
 import math
@@ -49,12 +47,12 @@ def scale_range(batch: range, more: float) -> range:
 
 
 def draw_scene_with_law(law: dict[str, Any], kind: str, number: int) -> Scene:
-    """Return the scene of a kind and a number under a law; on a table that slows them discs neither rub nor spin."""
+    """Return the scene of a kind and a number under a law; with table deceleration, without friction and spin."""
     scene = draw_scene(kind, number, rough=number % 4 > 1 and "table_deceleration_m_s2" not in law)
     return Scene(**{**dict(scene), **law})
 
 
-class Asked(NamedTuple):
+class RunRequest(NamedTuple):
     """Request for a run: scene, largest number of impacts, and what is recorded."""
 
     scene: Scene
@@ -62,39 +60,39 @@ class Asked(NamedTuple):
     options: dict[str, Any]
 
 
-def draw_run_request(kind: str, number: int) -> Asked:
+def draw_run_request(kind: str, number: int) -> RunRequest:
     """Return the request with a number.
 
     Some requests record only a range of impacts, and some use contacts of finite duration (TC model).
     """
     rng = random.Random(f"asked {number}")
     if kind in TABLES:  # enough impacts for several epochs of a disc or two
-        return Asked(draw_table(kind, number), 120, {"contact_duration_s": rng.choice([0.0, 0.0, 1e-3])})
+        return RunRequest(draw_table(kind, number), 120, {"contact_duration_s": rng.choice([0.0, 0.0, 1e-3])})
     window_s = (1.0, 8.0) if rng.random() < 0.2 else (-math.inf, math.inf)
     options = {"contact_duration_s": rng.choice([0.0, 0.0, 0.1]), "window_s": window_s}
-    return Asked(draw_scene(kind, number, rough=number % 4 > 1), number_of_impacts(number), options)
+    return RunRequest(draw_scene(kind, number, rough=number % 4 > 1), number_of_impacts(number), options)
 
 
-def run_to_end(run: Run, ask: Asked) -> Bits:
-    """Return what a run has found out at its end."""
-    return collect_run_bits(run, run.advance_to(ask.scene.duration_s, ask.impacts))
+def run_to_end(run: Run, request: RunRequest) -> Bits:
+    """Return the results of a run at its end."""
+    return collect_run_bits(run, run.advance_to(request.scene.duration_s, request.impacts))
 
 
-def run_in_pieces(run: Run, ask: Asked, ends_s: float) -> Bits:
+def run_in_pieces(run: Run, request: RunRequest, ends_s: float) -> Bits:
     """Advance a run in several parts, up to times and numbers of impacts, and read its state between the parts."""
-    rng = random.Random(ask.scene.name)
+    rng = random.Random(request.scene.name)
     for time_s in sorted(rng.uniform(0.0, ends_s) for _ in range(3)):
-        run.advance_to(time_s, rng.randint(0, ask.impacts))
+        run.advance_to(time_s, rng.randint(0, request.impacts))
         collect_run_bits(run, Outcome.COMPLETED)
-    return run_to_end(run, ask)
+    return run_to_end(run, request)
 
 
-def run_resumed(ask: Asked) -> Bits:
+def run_resumed(request: RunRequest) -> Bits:
     """Advance a run half the way and continue another run from its state. Join the records of both runs."""
-    first = EventDrivenRun(ask.scene, **ask.options)
-    first.advance_to(ask.scene.duration_s, ask.impacts // 2)
-    second = EventDrivenRun(ask.scene, resume=first.state(), **ask.options)
-    found = run_to_end(second, ask)
+    first = EventDrivenRun(request.scene, **request.options)
+    first.advance_to(request.scene.duration_s, request.impacts // 2)
+    second = EventDrivenRun(request.scene, resume=first.state(), **request.options)
+    found = run_to_end(second, request)
     for name, rows in (("impacts", first.log.array()), ("spins", first.log.spins()), ("edges", first.log.edges())):
         if rows is not None:
             later = found[name]
@@ -104,20 +102,22 @@ def run_resumed(ask: Asked) -> Bits:
     return {**found, "ambiguous": (*first.log.ambiguous(), *(kept + row for row in second.log.ambiguous()))}
 
 
-def run_with_cells(factor: float) -> Callable[[Asked, float], Bits]:
-    return lambda ask, _: run_to_end(EventDrivenRun(ask.scene, cell_factor=factor, **ask.options), ask)
+def run_with_cells(factor: float) -> Callable[[RunRequest, float], Bits]:
+    return lambda request, _: run_to_end(EventDrivenRun(request.scene, cell_factor=factor, **request.options), request)
 
 
 #: Counts that both loops have.
 COUNTS = ("impacts", "wall_impacts", "predictions", "epochs")
 #: Each function gets the request, and the time at which the core's run of the request ended.
-PIC_FORMS: dict[str, Callable[[Asked, float], Bits]] = {
+PIC_FORMS: dict[str, Callable[[RunRequest, float], Bits]] = {
     "cells": run_with_cells(1.0 + 2.0**-20),  # with a factor of 1, a run with few discs has no cells
     "wider cells": run_with_cells(1.5),
     "wide cells": run_with_cells(3.0),
     "one cell": run_with_cells(math.inf),
-    "in pieces": lambda ask, ends_s: run_in_pieces(EventDrivenRun(ask.scene, **ask.options), ask, ends_s),
-    "resumed": lambda ask, _: run_resumed(ask),
+    "in pieces": lambda request, ends_s: run_in_pieces(
+        EventDrivenRun(request.scene, **request.options), request, ends_s
+    ),
+    "resumed": lambda request, _: run_resumed(request),
 }
 
 
@@ -126,14 +126,16 @@ def list_different_fields(expected: Bits, found: Bits, what: str) -> list[str]:
     return [f"{what}: {name}" for name in expected if found[name] != expected[name]]
 
 
-def compare_forms(ask: Asked, what: str) -> tuple[EventDrivenRun, list[str]]:
-    """Return the kernel's run of what is asked, and in which of its fields which form of PIC differs."""
-    kernel, plain = EventDrivenRun(ask.scene, **ask.options), all_pairs(ask.scene, **ask.options)
-    expected = run_to_end(kernel, ask)
-    found = list_different_fields(expected, run_in_pieces(plain, ask, kernel.time_s), f"{what}, all pairs, in pieces")
+def compare_forms(request: RunRequest, what: str) -> tuple[EventDrivenRun, list[str]]:
+    """Return the kernel's run of a request, and the fields in which each form of PIC differs."""
+    kernel, plain = EventDrivenRun(request.scene, **request.options), all_pairs(request.scene, **request.options)
+    expected = run_to_end(kernel, request)
+    found = list_different_fields(
+        expected, run_in_pieces(plain, request, kernel.time_s), f"{what}, all pairs, in pieces"
+    )
     found += [f"{what}, counts: {name}" for name in COUNTS if kernel.counts[name] != plain.counts[name]]
     for name, form in PIC_FORMS.items():
-        found += list_different_fields(expected, form(ask, kernel.time_s), f"{what}, {name}")
+        found += list_different_fields(expected, form(request, kernel.time_s), f"{what}, {name}")
     return kernel, found
 
 
@@ -170,10 +172,10 @@ EACH_LAW = [(kind, law) for turn in range(3) for k, kind in enumerate(KINDS) for
 def test_runs_in_pieces_are_bit_identical_under_every_law(kind: str, law: str, batch: range) -> None:
     """With gravity, damping or table deceleration a run in pieces has the bits of one without pauses."""
     for number in scale_range(batch, 1 / 4):
-        ask = Asked(draw_scene_with_law(LAWS[law], kind, number), min(number_of_impacts(number), 25), {})
-        run = start_pic_run(ask.scene)
-        expected = run_to_end(run, ask)
-        found = run_in_pieces(start_pic_run(ask.scene, all_pairs=number % 2 == 0), ask, run.time_s)
+        request = RunRequest(draw_scene_with_law(LAWS[law], kind, number), min(number_of_impacts(number), 25), {})
+        run = start_pic_run(request.scene)
+        expected = run_to_end(run, request)
+        found = run_in_pieces(start_pic_run(request.scene, all_pairs=number % 2 == 0), request, run.time_s)
         assert list_different_fields(expected, found, f"{kind} {number} {law}") == []
 
 
@@ -186,7 +188,7 @@ def run_frames(form: Callable[[Scene, FrameClock], Any], scene: Scene, clock: Fr
 
 
 def run_frames_in_pieces(form: Callable[[Scene, FrameClock], Any], scene: Scene, clock: FrameClock) -> Bits:
-    """Stop between frames, at frames and in the past, and look at the run there."""
+    """Stop between frames, at frames and in the past, and read the state of the run there."""
     run, rng = form(scene, clock), random.Random(scene.name)
     for part in (0.0, rng.random(), 0.5, rng.random(), 0.25):
         run.advance_to(part * scene.duration_s)
