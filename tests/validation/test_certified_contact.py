@@ -93,6 +93,16 @@ def test_pic_matches_certified_ends_of_random_contact_scenes(first: int) -> None
     assert proven > 4
 
 
+def test_discs_of_two_radii_on_a_floor_meet_at_the_mean_of_their_diameters() -> None:
+    """Discs of 1/2 m and 1/8 m on a floor meet when they are 2 sqrt(1/2 * 1/8) = 1/2 m apart along it, after 2.5 s."""
+    discs, floor = (disc_at(0.0, 0.5, 1.0), disc_at(3.0, 0.125, r=0.125)), wall_at(0.0, 0.0, 0.0, 1.0)
+    scene = staged("two", *discs, floor, gravity_m_s2=(0.0, -4.0), wall_restitution=0.5, duration_s=2.625)
+    found = require_value(certify(scene).degeneracy)  # the large disc presses the small one on the floor
+    assert (found.kind, found.bodies) == (Degenerate.RESTING_CONTACT, (-1, 0, 1))
+    for time_s in (found.earliest_s, float(solve_pic(scene).impacts["time_s"][0])):
+        assert time_s == pytest.approx(2.5, rel=1e-15)
+
+
 def test_more_digits_resolve_more_bounces() -> None:
     """With restitution 1/2, 6 digits resolve 15 to 24 bounces and 30 digits 90 to 110."""
     scene = find_scenes(["contact/drop"])[0].scene
