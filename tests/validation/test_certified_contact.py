@@ -15,7 +15,7 @@ from tests.validation import contact_runs
 from tests.validation.certified_files import from_enclosures
 from tests.validation.mpmath_runs import find_outside_radii
 
-from carom import CertifiedTrace, Chain, Mode, Scene, Trace, Wall, certify, solve_pic
+from carom import CertifiedTrace, Chain, Disc, Mode, Scene, Trace, Wall, certify, solve_pic
 from carom.catalogue import find_scenes
 from carom.comparator.horizon import compute_horizon
 from carom.model.trace import EdgeKind
@@ -93,14 +93,21 @@ def test_pic_matches_certified_ends_of_random_contact_scenes(first: int) -> None
     assert proven > 4
 
 
-def test_discs_of_two_radii_on_a_floor_meet_at_the_mean_of_their_diameters() -> None:
-    """Discs of 1/2 m and 1/8 m on a floor meet when they are 2 sqrt(1/2 * 1/8) = 1/2 m apart along it, after 2.5 s."""
-    discs, floor = (disc_at(0.0, 0.5, 1.0), disc_at(3.0, 0.125, r=0.125)), wall_at(0.0, 0.0, 0.0, 1.0)
-    scene = staged("two", *discs, floor, gravity_m_s2=(0.0, -4.0), wall_restitution=0.5, duration_s=2.625)
-    found = require_value(certify(scene).degeneracy)  # the large disc presses the small one on the floor
-    assert (found.kind, found.bodies) == (Degenerate.RESTING_CONTACT, (-1, 0, 1))
-    for time_s in (found.earliest_s, float(solve_pic(scene).impacts["time_s"][0])):
-        assert time_s == pytest.approx(2.5, rel=1e-15)
+@each(
+    "disc, other, friction, meets_s",
+    [
+        (disc_at(0.0, 0.5, 1.0), disc_at(3.0, 0.125, r=0.125), 0.0, 2.5),
+        (disc_at(0.0, 0.5, 3.0), disc_at(2.375, 0.5), 0.125, 0.5),
+    ],
+)
+def test_discs_on_a_floor_meet_at_the_known_time(disc: Disc, other: Disc, friction: float, meets_s: float) -> None:
+    """Discs on a floor meet 2 sqrt(r1 r2) apart along it, also while one slides at 3 m/s and slows down by 1 m/s^2."""
+    laws = {"gravity_m_s2": (0.0, -8.0), "wall_friction": friction, "wall_restitution": 0.0}
+    scene = staged("two", disc, other, wall_at(0.0, 0.0, 0.0, 1.0), **laws, duration_s=2.625)
+    certified = certify(scene)
+    ended = certified.degeneracy  # the large disc presses the small one on the floor
+    found_s = float(certified.trace.impacts["time_s"][0]) if ended is None else ended.earliest_s
+    assert [found_s, float(solve_pic(scene).impacts["time_s"][0])] == pytest.approx([meets_s, meets_s], rel=1e-15)
 
 
 def test_more_digits_resolve_more_bounces() -> None:
