@@ -279,8 +279,8 @@ def test_scene_in_a_moving_frame_has_the_same_impacts(scene: Scene) -> None:
         assert np.allclose(one["time_s"], two["time_s"], rtol=0.0, atol=late_s)
         for name in (f"velocity_{side}_{when}" for side in ("first", "second") for when in ("before", "after")):
             assert np.allclose(one[name] + np.array(drive), two[name], rtol=0.0, atol=1e-8), name
-        spins = [require_value(trace.spins)["first_after"][:most] for trace in (rest, moving)]
-        assert np.allclose(*spins, rtol=0.0, atol=1e-8)
+        spins, expected = (require_value(trace.spins)["first_after"][:most] for trace in (moving, rest))
+        assert np.allclose(spins, expected, rtol=0.0, atol=1e-8)
 
 
 @each("scene", [build_belts_scene(), *map(draw_mallets_scene, range(10))])
