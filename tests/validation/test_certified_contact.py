@@ -110,6 +110,15 @@ def test_discs_on_a_floor_meet_at_the_known_time(disc: Disc, other: Disc, fricti
     assert [found_s, float(solve_pic(scene).impacts["time_s"][0])] == pytest.approx([meets_s, meets_s], rel=1e-15)
 
 
+def test_disc_that_turns_back_leaves_the_beginning_of_its_edge() -> None:
+    """A disc at 2 m/s, 1 m from the beginning of its edge, slows down by 2 m/s^2 and leaves after 1 + sqrt(2) s."""
+    edge = Chain(points_m=[(0.0, 0.0), (9.0, 0.0)])
+    scene = staged("back", disc_at(1.0, 0.5, 2.0), edge, gravity_m_s2=(-2.0, -8.0), duration_s=2.5)
+    for trace in (certify(scene).trace, solve_pic(scene)):
+        last = require_value(trace.modes)[-1]
+        assert (Mode(last["after"]), last["time_s"]) == (Mode.FLIGHT, pytest.approx(1.0 + math.sqrt(2.0), rel=1e-15))
+
+
 def test_more_digits_resolve_more_bounces() -> None:
     """With restitution 1/2, 6 digits resolve 15 to 24 bounces and 30 digits 90 to 110."""
     scene = find_scenes(["contact/drop"])[0].scene
