@@ -140,6 +140,21 @@ def test_disc_that_can_leave_closing_racks_is_not_crushed() -> None:
         assert outcome in {Outcome.MAX_IMPACTS, Outcome.COMPLETED}, scene
 
 
+@pytest.mark.long
+@each("along_m_s", [0.5, -0.5])
+@each("place_m", [-0.999999, 0.999999])
+def test_disc_that_moves_along_with_rough_closing_racks_is_crushed(along_m_s: float, place_m: float) -> None:
+    """A disc that does not move relative to two rough edges stays a micrometre from their ends until it is crushed."""
+    # The room of 1.5 m closes at 0.5 m/s.
+    racks = [
+        Chain(points_m=[(x, -1.0), (x, 1.0)], velocity_m_s=(speed, along_m_s)) for x, speed in ((0.0, 0.0), (2.0, -0.5))
+    ]
+    disc = disc_at(1.0, place_m, -1.0, along_m_s, r=0.25)
+    trace = solve_pic(staged("racks", disc, *racks, duration_s=5.0, wall_friction=0.1), max_impacts=2000)
+    assert trace.outcome is Outcome.CRUSHED
+    assert trace.notes[0].endswith(" at 3 s")
+
+
 def draw_rough_racks_scene(seed: int) -> Scene:
     """Return a disc with spin between two closing edges that have friction, and may move along themselves."""
     rng = random.Random(f"racks {seed}")
