@@ -1,8 +1,7 @@
 """Scenes drawn at random, each from its kind and its number alone: what the solvers are compared by, in one place.
 
 A kind is an arrangement and motion of the discs. Walls, the law of impact, immovable discs, friction with spin and
-gravity are drawn independently, so each kind comes with each of them. `test_drawing.py` holds the drawing to what must
-occur how often.
+gravity are drawn independently, so each kind comes with each of them.
 """
 
 import math

@@ -75,7 +75,6 @@ def find_law_violations(
     report.elastic += int(elastic.surely.sum())
     found = _broken(start, stretch, flights, elastic.surely)
     either = elastic.maybe & ~elastic.surely
-    report.undecided += int(either.sum())
     if found and either.any():
         otherwise = {violation.row for violation in _broken(start, stretch, flights, elastic.maybe)}
         fits = {stretch.first_row + k for k in np.flatnonzero(either).tolist()} - otherwise

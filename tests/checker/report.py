@@ -65,20 +65,16 @@ class Report:
         violations: All rules broken, in order of time within a stretch.
         worst_gap: Largest distance from contact at an impact, in units of its bound.
         worst_overlap: Deepest overlap at any time, in units of its bound.
-        deepest_m: Deepest overlap, in metres.
         pairs: Pairs of flights that were near enough to be compared with each other.
         elastic: Impacts that the TC model makes elastic.
-        undecided: Impacts of which rounding leaves open whether it does.
     """
 
     impacts: int = 0
     violations: list[Violation] = field(default_factory=list)
     worst_gap: float = 0.0
     worst_overlap: float = 0.0
-    deepest_m: float = 0.0
     pairs: int = 0
     elastic: int = 0
-    undecided: int = 0
 
 
 def largest_ratio(size: Floats, bound: Floats) -> float:

@@ -204,7 +204,6 @@ def _too_deep(start: DiscArrays, stretch: Stretch, overlap: Overlap, report: Rep
     bodies, time, bound = overlap.bodies, overlap.time_s, overlap.bound_m
     depth = _since_look(start, stretch, bodies, overlap.look, overlap.depth_m, bound)
     report.worst_overlap = max(report.worst_overlap, largest_ratio(depth, bound))
-    report.deepest_m = max(report.deepest_m, float(overlap.depth_m.max(initial=0.0)))
     return [
         Violation(
             "passed", -1, (int(bodies[k, 0]), int(bodies[k, 1])), float(time[k]), float(depth[k]), float(bound[k])

@@ -1,6 +1,7 @@
 """The checker finds every kind of fault: each rule is broken in turn, in a record that is right otherwise."""
 
 import math
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache, partial
@@ -10,18 +11,20 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.campaign.gas_checks import build_run
-from tests.campaign.gases import Kind, draw_gas
+from tests.campaign.gas_checks import build_run, check_run
+from tests.campaign.gases import Gas, Kind, draw_gas
 from tests.cases import each
-from tests.checker import RULES, Report, Stretch, check, watch
-from tests.checker.flights import build_flights, spans
+from tests.checker import Report, Stretch, check, watch
+from tests.checker.flights import build_flights
 from tests.checker.passes import _closest, disc_overlaps
 from tests.random_scenes import build_box, draw_jittered_discs
 from tests.scene_builders import require_value
+from tests.unit.solvers.run_kinds import all_pairs
 
 from carom import DiscArrays
 from carom.model.trace import IMPACT_DTYPE
 from carom.solvers.event_driven.run import EventDrivenRun
+from carom.solvers.run import Run
 
 Break = Callable[[NDArray[np.void], int], None]
 
@@ -37,28 +40,30 @@ def build_correct_record() -> tuple[DiscArrays, Stretch]:
     return start, stretch
 
 
-def check_record(start: DiscArrays, stretch: Stretch) -> Report:
+@cache
+def build_rough_record() -> tuple[DiscArrays, Stretch]:
+    """A gas of discs with friction and spin, and its first impacts."""
+    smooth, _ = build_correct_record()
+    spin = np.where(smooth.movable, np.random.default_rng(6).normal(size=len(smooth)), 0.0)
+    start = replace(smooth, friction=0.3, wall_friction=0.3, spin_rad_s=spin)
+    (stretch,) = watch(EventDrivenRun(start), start, 1e9, 300)
+    return start, stretch
+
+
+def check_record(start: DiscArrays, stretch: Stretch, contact_duration_s: float = 0.0) -> Report:
     report = Report()
-    check(start, stretch, report)
+    check(start, stretch, report, contact_duration_s=contact_duration_s)
     return report
 
 
-def list_violated_rules(start: DiscArrays, stretch: Stretch) -> set[str]:
-    return {violation.rule for violation in check_record(start, stretch).violations}
+def list_violated_rules(start: DiscArrays, stretch: Stretch, contact_duration_s: float = 0.0) -> set[str]:
+    return {violation.rule for violation in check_record(start, stretch, contact_duration_s).violations}
 
 
-def violated_after_change(change: Break, *, on_wall: bool) -> set[str]:
-    """Return the rules that are broken once a row, of two discs or of one and a wall, has been changed."""
-    start, stretch = build_correct_record()
-    impacts = stretch.impacts.copy()
-    kind = ((impacts["second"] < 0) == on_wall) & np.isfinite(start.mass_kg[impacts["first"]])
-    change(impacts, ROW + int(np.argmax(kind[ROW:])))
-    return list_violated_rules(start, replace(stretch, impacts=impacts))
-
-
-def test_correct_record_violates_no_rule() -> None:
-    """The record that other tests change violates no rule in its 300 impacts."""
-    report = check_record(*build_correct_record())
+@each("build", [build_correct_record, build_rough_record])
+def test_correct_record_violates_no_rule(build: Callable[[], tuple[DiscArrays, Stretch]]) -> None:
+    """The records that other tests change violate no rule in their 300 impacts."""
+    report = check_record(*build())
     assert (report.violations, report.impacts) == ([], 300)
     assert 0.0 < report.worst_gap < 1.0
     assert 0.0 < report.worst_overlap < 1.0
@@ -132,40 +137,34 @@ ON_WALLS: list[tuple[str, Break, str]] = [
 @each("what, change, rules", [*ONLY, *AMONG, *ON_WALLS])
 def test_changed_record_violates_the_expected_rules(what: str, change: Break, rules: str) -> None:
     """Each change of the record violates the expected rules; the changes of `ONLY` violate no other rule."""
-    broken = violated_after_change(change, on_wall=(what, change, rules) in ON_WALLS)
+    start, stretch = build_correct_record()
+    impacts, on_wall = stretch.impacts.copy(), (what, change, rules) in ON_WALLS
+    kind = ((impacts["second"] < 0) == on_wall) & np.isfinite(start.mass_kg[impacts["first"]])
+    change(impacts, ROW + int(np.argmax(kind[ROW:])))
+    broken = list_violated_rules(start, replace(stretch, impacts=impacts))
     assert set(rules.split()) <= broken
     assert broken == {rules} or (what, change, rules) not in ONLY
 
 
-def test_missing_impact_violates_the_count() -> None:
-    """A record with fewer impacts than the run counted violates the rule "count"."""
+def test_wrong_count_or_state_is_found() -> None:
+    """A missing impact violates "count"; a position off by 1e-12 m or a velocity off by one bit violates "state"."""
     start, stretch = build_correct_record()
     assert list_violated_rules(start, replace(stretch, impacts=np.delete(stretch.impacts, ROW))) == {"count"}
+    position, velocity = stretch.position_m.copy(), stretch.velocity_m_s.copy()
+    position[2, 7, 0] += 1e-12
+    assert "state" in list_violated_rules(start, replace(stretch, position_m=position))
+    velocity[2, 7, 0] = np.nextafter(velocity[2, 7, 0], math.inf)
+    assert "state" in list_violated_rules(start, replace(stretch, velocity_m_s=velocity))
 
 
-def test_impact_of_distant_discs_violates_contact() -> None:
-    """An impact of discs 3 m apart, otherwise by the law, violates only the rule "contact"."""
-    start = two_discs([[0.0, 0.0], [9.0, 0.0]], [[1.0, 0.0], [0.0, 0.0]])
-    (stretch,) = watch(EventDrivenRun(start), start, 20.0)
-    impacts = stretch.impacts.copy()
-    impacts["time_s"] = 5.0
-    position = np.array([stretch.position_m[0], [[5.0, 0.0], [9.0 + 15.0, 0.0]]])
-    (violation,) = check_record(start, replace(stretch, impacts=impacts, position_m=position)).violations
-    assert (violation.rule, violation.size, violation.bodies) == ("contact", 3.0, (0, 1))
-
-
-def two_discs(places: list[list[float]], velocities: list[list[float]], **fields: Any) -> DiscArrays:
-    """Return two discs of 0.5 m and 1 kg, or other fields."""
-    standard = {"radius_m": np.full(2, 0.5), "mass_kg": np.ones(2)}
-    return DiscArrays(np.array(places), np.array(velocities), **standard | fields)
-
-
-def free_flight(start: DiscArrays, time_s: float) -> Stretch:
-    """What a run looks like that overlooks every impact."""
-    impacts = build_correct_record()[1].impacts[:0]
-    place = np.array([start.position_m, start.position_m + start.velocity_m_s * time_s])
-    velocity, never = np.array([start.velocity_m_s, start.velocity_m_s]), np.full(len(start), -math.inf)
-    return Stretch(0, impacts, np.array([0, 0]), np.array([0.0, time_s]), place, velocity, never)
+def fly_freely(place: Any, velocity: Any, time_s: float, **fields: Any) -> list[tuple[str, tuple[int, ...]]]:
+    """Return what is found in a run of two discs that overlooks every impact."""
+    start = DiscArrays(np.array(place), np.array(velocity), **{"mass_kg": np.ones(2), **fields})
+    looks = np.array([start.position_m, start.position_m + start.velocity_m_s * time_s])
+    same, never = np.array([start.velocity_m_s, start.velocity_m_s]), np.full(2, -math.inf)
+    impacts = np.zeros(0, IMPACT_DTYPE)
+    stretch = Stretch(0, impacts, np.array([0, 0]), np.array([0.0, time_s]), looks, same, never)
+    return [(violation.rule, violation.bodies) for violation in check_record(start, stretch).violations]
 
 
 @each(
@@ -174,51 +173,15 @@ def free_flight(start: DiscArrays, time_s: float) -> Stretch:
 )
 def test_discs_that_pass_through_each_other_are_found(y: float, size: float, passes: bool) -> None:
     """Discs that overlap between two observed states, however briefly, violate "passed"; a touch does not."""
-    start = two_discs([[-50.0, 0.0], [50.0, y]], [[10.0, 0.0], [-10.0, 0.0]], radius_m=np.full(2, size))
-    violations = check_record(start, free_flight(start, 10.0)).violations
-    assert [v.rule for v in violations] == ["passed"] * passes
-    assert [v.bodies for v in violations] in ([], [(0, 1)], [(1, 0)])
+    radius = np.full(2, size)
+    found = fly_freely([[-50.0, 0.0], [50.0, y]], [[10.0, 0.0], [-10.0, 0.0]], 10.0, radius_m=radius)
+    assert [(rule, sorted(bodies)) for rule, bodies in found] == [("passed", [0, 1])] * passes
 
 
 def test_movable_disc_beyond_a_wall_is_found() -> None:
     """A movable disc beyond a wall violates the rule "passed"; an immovable one does not."""
-    one_moves = {"mass_kg": np.array([1.0, math.inf]), "walls": build_box(9.0, 9.0)}
-    start = two_discs([[1.0, 1.0], [-5.0, 1.0]], [[-1.0, 0.0], [0.0, 0.0]], **one_moves)
-    violations = check_record(start, free_flight(start, 2.0)).violations
-    assert [(v.rule, v.bodies) for v in violations] == [("passed", (0, -1))]
-
-
-def test_missed_impacts_of_a_gas_are_found() -> None:
-    """A disc that the run ignores violates only "passed", more than ten times."""
-    start = draw_jittered_discs(np.random.default_rng(6), 40, spread=1.5)
-    names = ("position_m", "velocity_m_s", "radius_m", "mass_kg")
-    seen = DiscArrays(walls=start.walls, **{name: getattr(start, name)[:-1] for name in names})
-    mass, velocity = start.mass_kg.copy(), start.velocity_m_s.copy()
-    mass[39], velocity[39] = math.inf, 0.0
-    ghost = replace(start, mass_kg=mass, velocity_m_s=velocity)
-    encounters = 0
-    for stretch in watch(EventDrivenRun(seen), seen, 1e9, 3000):
-        looks = len(stretch.looks)
-        with_ghost = replace(
-            stretch,
-            position_m=np.concatenate([stretch.position_m, np.tile(ghost.position_m[39:], (looks, 1, 1))], axis=1),
-            velocity_m_s=np.concatenate([stretch.velocity_m_s, np.zeros((looks, 1, 2))], axis=1),
-        )
-        violations = check_record(ghost, with_ghost).violations
-        assert {v.rule for v in violations} == {"passed"}
-        assert all(39 in v.bodies for v in violations)
-        encounters += len(violations)
-    assert encounters > 10
-
-
-def test_wrong_state_of_a_run_is_found() -> None:
-    """A position off by 1e-12 m, or a velocity off by one bit, at an observed state violates the rule "state"."""
-    start, stretch = build_correct_record()
-    position, velocity = stretch.position_m.copy(), stretch.velocity_m_s.copy()
-    position[2, 7, 0] += 1e-12
-    assert "state" in list_violated_rules(start, replace(stretch, position_m=position))
-    velocity[2, 7, 0] = np.nextafter(velocity[2, 7, 0], math.inf)
-    assert "state" in list_violated_rules(start, replace(stretch, velocity_m_s=velocity))
+    fields = {"radius_m": np.full(2, 0.5), "mass_kg": np.array([1.0, math.inf]), "walls": build_box(9.0, 9.0)}
+    assert fly_freely([[1.0, 1.0], [-5.0, 1.0]], [[-1.0, 0.0], [0.0, 0.0]], 2.0, **fields) == [("passed", (0, -1))]
 
 
 @pytest.mark.long
@@ -250,40 +213,7 @@ def build_overlap_keys(bodies: NDArray[np.intp], time_s: NDArray[np.float64]) ->
     return set(zip(low, high, time_s.view(np.int64).tolist(), strict=True))
 
 
-def test_spans_concatenates_ranges() -> None:
-    """Ranges from 5, 9 and 2 with 3, 0 and 2 members are listed one after another with their owners."""
-    owner, member = spans(np.array([5, 9, 2]), np.array([3, 0, 2]))
-    assert owner.tolist() == [0, 0, 0, 2, 2]
-    assert member.tolist() == [5, 6, 7, 2, 3]
-
-
-def test_violation_states_rule_bodies_and_size() -> None:
-    """The text of a violation states its rule, its bodies and the size of the error."""
-    start, stretch = build_correct_record()
-    position = stretch.position_m.copy()
-    position[-1, 7, 0] += 1.0
-    (violation,) = check_record(start, replace(stretch, position_m=position)).violations
-    assert RULES[violation.rule] in str(violation)
-    assert "bodies 7" in str(violation)
-    assert "off by 1" in str(violation)
-
-
-@cache
-def build_rough_record() -> tuple[DiscArrays, Stretch]:
-    """A gas of discs that rub and spin, and its first impacts."""
-    smooth, _ = build_correct_record()
-    spin = np.where(smooth.movable, np.random.default_rng(6).normal(size=len(smooth)), 0.0)
-    start = replace(smooth, friction=0.3, wall_friction=0.3, spin_rad_s=spin)
-    (stretch,) = watch(EventDrivenRun(start), start, 1e9, 300)
-    return start, stretch
-
-
-def test_correct_rough_record_violates_no_rule() -> None:
-    """The record of rough discs that other tests change violates no rule in its 300 impacts."""
-    start, stretch = build_rough_record()
-    report = check_record(start, stretch)
-    assert (report.violations, report.impacts) == ([], 300)
-    assert len(np.unique(require_value(stretch.spins)["first_after"])) > 100
+# Friction and spin ----------------------------------------------------------------------------------------------------
 
 
 @each("kind", ["a unit in the last place", "a billionth", "turned round", "left out"])
@@ -306,17 +236,77 @@ def test_wrong_spin_after_an_impact_is_found(kind: str, side: str) -> None:
     assert ("law" in rules) == (kind != "a unit in the last place")
 
 
-def test_wrong_friction_coefficient_violates_the_law() -> None:
-    """Impacts by a friction of 0.30 instead of 0.31 violate only the rule "law"."""
+def test_wrong_friction_coefficient_or_final_spin_is_found() -> None:
+    """Friction of 0.30 instead of 0.31 violates only "law", and a final spin that is off by 1e-9 rad/s only "state"."""
     start, stretch = build_rough_record()
-    assert stretch.spins is not None
     # The same record, compared with a friction by which some of its impacts would slide differently, or stick.
     assert list_violated_rules(replace(start, friction=0.31, wall_friction=0.31), stretch) == {"law"}
-
-
-def test_wrong_spin_of_the_final_state_is_found() -> None:
-    """A spin of the run's last state that is off by 1e-9 rad/s violates the rule "state"."""
-    start, stretch = build_rough_record()
     spins = require_value(stretch.spin_rad_s).copy()
     spins[-1, int(np.argmax(start.movable))] += 1e-9
     assert list_violated_rules(start, replace(stretch, spin_rad_s=spins)) == {"state"}
+
+
+# The TC model ---------------------------------------------------------------------------------------------------------
+
+#: Impacts that a run is followed over: past its first new epoch, which comes after 32 a disc.
+IMPACTS = 500
+CONTACT_S = 0.1
+
+
+@cache
+def build_contact_gas() -> Gas:
+    """12 rough discs in a box, two of them immovable."""
+    start = draw_jittered_discs(np.random.default_rng(5), 12, immovable=2, spread=1.5, restitution=0.98)
+    rough = replace(start, wall_restitution=0.95, friction=0.01, wall_friction=0.01)
+    return Gas(0, Kind.CONTACT, 0.0, rough, 10_000, CONTACT_S)
+
+
+@each("run", [EventDrivenRun, all_pairs])
+@each(
+    "solved_s, checked_s", [(CONTACT_S, CONTACT_S), (0.0, CONTACT_S), (0.95 * CONTACT_S, CONTACT_S), (CONTACT_S, 0.105)]
+)
+def test_run_with_a_wrong_contact_duration_violates_the_law(
+    run: Callable[..., Run], solved_s: float, checked_s: float
+) -> None:
+    """A run with the TC model violates no rule; one with a contact duration that is off by 5 % violates "law"."""
+    start, report = build_contact_gas().start, Report()
+    for stretch in watch(run(build_contact_gas().scene, contact_duration_s=solved_s), start, 1e6, IMPACTS):
+        check(start, stretch, report, contact_duration_s=checked_s)
+    rules = {violation.rule for violation in report.violations}
+    assert rules == (set() if solved_s == checked_s else {"law"})
+    assert report.impacts == IMPACTS
+    assert 0.1 * IMPACTS < report.elastic < 0.9 * IMPACTS
+
+
+@each("is_wrong", [False, True])
+def test_run_resumed_with_wrong_last_impacts_is_found(is_wrong: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run that is resumed from a state with wrong times of last impacts violates the rule "law"."""
+
+    class Resumed(EventDrivenRun):
+        def __init__(self, *arguments: Any, resume: Any = None, **options: Any) -> None:
+            if resume is not None and is_wrong:
+                last_s = resume.kernel["last_impacts"].view(np.float64)
+                last_s[:] = np.roll(last_s, 1)
+            super().__init__(*arguments, resume=resume, **options)
+
+    watching = sys.modules[watch.__module__]
+    monkeypatch.setattr(watching, "RENEWED_AFTER", IMPACTS // 10)
+    monkeypatch.setattr(watching, "STRETCH_IMPACTS", IMPACTS // 20)
+    monkeypatch.setattr("tests.campaign.gas_checks.EventDrivenRun", Resumed)
+    found = check_run(build_contact_gas(), IMPACTS).violations
+    assert {violation.rule for violation in found} == ({"law"} if is_wrong else set())
+
+
+def test_impact_after_exactly_the_contact_duration_may_be_elastic() -> None:
+    """An impact after exactly the contact duration may be elastic or not; any other velocity violates the law."""
+    walls = ((0.0, 0.0, 1.0, 0.0), (4.0, 0.0, -1.0, 0.0))
+    place, velocity, radius = np.array([[1.0, 0.0]]), np.array([[-1.0, 0.0]]), np.array([0.5])
+    start = DiscArrays(place, velocity, radius, np.ones(1), walls, wall_restitution=0.5)
+    (lossy,) = watch(EventDrivenRun(start), start, 100.0, 2)
+    assert lossy.impacts["time_s"].tolist() == [0.5, 6.5]
+    (elastic,) = watch(EventDrivenRun(start, contact_duration_s=7.0), start, 100.0, 2)
+    for stretch, broken in ((lossy, [set(), set(), {"law"}]), (elastic, [{"law"}, set(), set()])):
+        assert [list_violated_rules(start, stretch, t) for t in (5.0, 6.0, 7.0)] == broken
+    slower = elastic.impacts.copy()
+    slower["velocity_first_after"][1] *= 0.9
+    assert "law" in list_violated_rules(start, replace(elastic, impacts=slower), 6.0)

@@ -90,26 +90,3 @@ def _apply_impulse(body: Body, px: Fraction, py: Fraction) -> Body:
     (dx, dy), dw, _ = _velocity_changes(body, px, py)
     (vx, vy), w = body.velocity, body.spin
     return body._replace(velocity=(Fraction(vx) + dx, Fraction(vy) + dy), spin=Fraction(w) + dw)
-
-
-def kinetic_energy_of(*bodies: Body) -> Fraction:
-    """Return the kinetic energy of what is movable."""
-    total = Fraction(0)
-    for body in bodies:
-        if body.mass != math.inf:
-            total += Fraction(body.mass) * sum(Fraction(v) ** 2 for v in body.velocity) / 2
-        if body.inertia != math.inf:
-            total += Fraction(body.inertia) * Fraction(body.spin) ** 2 / 2
-    return total
-
-
-def momentum(*bodies: Body) -> tuple[Fraction, Fraction, Fraction]:
-    """Return the momentum of what is movable, and its angular momentum about the point of contact."""
-    px = py = turning = Fraction(0)
-    for body in bodies:
-        if body.mass != math.inf:
-            (vx, vy), (rx, ry), m = _exact(body.velocity), _exact(body.arm), Fraction(body.mass)
-            px, py, turning = px + m * vx, py + m * vy, turning + m * (-rx * vy + ry * vx)
-        if body.inertia != math.inf:
-            turning += Fraction(body.inertia) * Fraction(body.spin)
-    return px, py, turning

@@ -1,20 +1,18 @@
 """Brute force at hundreds of digits: event-driven discs in mpmath, sharing no code and no formula with Carom.
 
 Every pair is predicted again after every impact, all discs are moved at every impact, and the time of impact is the
-root ``(-b - sqrt(b^2 - a c)) / a`` of the textbook. Run as a program it is a campaign against `carom.certify`: ``python
--m tests.validation.mpmath_runs 1000``.
+root ``(-b - sqrt(b^2 - a c)) / a`` of the textbook.
 """
 
 import math
-import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from mpmath import mp, mpf
 from tests.random_scenes import draw_scene
 
-from carom import CertifiedTrace, Scene, Wall, certify
+from carom import CertifiedTrace, Scene, Wall
 from carom.solvers.certified.result import Ending
 
 DIGITS = 400
@@ -36,12 +34,12 @@ def draw_lossy_scene(number: int, **more: Any) -> Scene:
     return draw_scene("anywhere", number, repeated=False, restitutions=restitutions, rooms_m=(0.5, 1.0), **more)
 
 
-def run_brute_force(scene: Scene, most: int, exact: Callable[[float], Any] = mpf) -> list[Happened]:
-    """Return the first impacts of a scene, whose discs are taken over by `exact`."""
-    p = [[exact(c) for c in disc.position_m] for disc in scene.discs]
-    v = [[exact(c) for c in disc.velocity_m_s] for disc in scene.discs]
-    r = [exact(disc.radius_m) for disc in scene.discs]
-    m = [None if disc.immovable else exact(disc.mass_kg) for disc in scene.discs]
+def run_brute_force(scene: Scene, most: int) -> list[Happened]:
+    """Return the first impacts of a scene."""
+    p = [[mpf(c) for c in disc.position_m] for disc in scene.discs]
+    v = [[mpf(c) for c in disc.velocity_m_s] for disc in scene.discs]
+    r = [mpf(disc.radius_m) for disc in scene.discs]
+    m = [None if disc.immovable else mpf(disc.mass_kg) for disc in scene.discs]
     g = [mpf(c) for c in scene.gravity_m_s2]
     spin = [mpf(disc.spin_rad_s) for disc in scene.discs]
     now, happened = mpf(0), list[Happened]()
@@ -154,7 +152,7 @@ def _collide(p: Any, v: Any, m: Any, i: int, j: int, e: Any) -> None:
 
 
 def _apply_friction(scene: Scene, before: Any, v: Any, spin: Any, i: int, j: int) -> None:
-    """Let friction act on bodies that were given a push, which `before` and `v` tell: along it, and how strong."""
+    """Apply friction to two bodies after their normal impulse, which follows from `before` and `v`."""
     push = [new - old for new, old in zip(v[i], before[i], strict=True)]
     moved, sign = i, 1
     if not any(push):  # the first never moves, or they did not approach
@@ -186,7 +184,7 @@ def _apply_friction(scene: Scene, before: Any, v: Any, spin: Any, i: int, j: int
 
 
 def find_outside_radii(values: Any, radii: Any, truths: Sequence[Any], digits: int = 0) -> list[int]:
-    """Return the numbers that are not within their radii of the truth, which is known to some digits, or all but 5."""
+    """Return the indices of values outside their radii about the truth, which has some digits, or all but 5."""
     told = zip(np.ravel(values).tolist(), np.ravel(radii).tolist(), truths, strict=True)
     slack = mpf(10) ** -(digits or mp.dps - 5)
     return [
@@ -197,7 +195,7 @@ def find_outside_radii(values: Any, radii: Any, truths: Sequence[Any], digits: i
 
 
 def find_contradictions(certified: CertifiedTrace, happened: list[Happened]) -> list[str]:
-    """Return in what a certified run and a run of `DIGITS` digits differ by more than what was said to be proven."""
+    """Return how a certified run differs from a run of `DIGITS` digits by more than its radii."""
     found = []
     if certified.ending in (Ending.COMPLETED, Ending.MAX_IMPACTS) and len(certified) != len(happened):
         found.append(f"{len(certified)} impacts for {len(happened)}")
@@ -216,23 +214,3 @@ def find_contradictions(certified: CertifiedTrace, happened: list[Happened]) -> 
             if not abs(mpf(float(value)) - truth) <= mpf(float(within)) + mpf(10) ** -100:
                 found.append(f"impact {k}: {value} within {within} for {mp.nstr(truth, 25)}")
     return found
-
-
-def main(scenes: int, impacts: int = 60) -> None:
-    """Hold certified runs of n scenes against brute force, and say what differs."""
-    total, wrong = 0, 0
-    endings: dict[str, int] = {}
-    with mp.workdps(DIGITS):
-        for seed in range(scenes):
-            scene = draw_lossy_scene(seed)
-            certified = certify(scene, max_impacts=impacts)
-            endings[certified.ending.name] = endings.get(certified.ending.name, 0) + 1
-            found = find_contradictions(certified, run_brute_force(scene, impacts))
-            total, wrong = total + len(certified), wrong + bool(found)
-            for line in (*found, *([str(certified.degeneracy)] if certified.degeneracy else ())):
-                sys.stdout.write(f"{scene.name}: {line}\n")
-    sys.stdout.write(f"{scenes} scenes, {total} certified impacts, {wrong} scenes contradicted; {endings}\n")
-
-
-if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 100)

@@ -1,11 +1,11 @@
 """Brute force on tables of finite walls: one disc with 600 bits, sharing no code and no formula with Carom.
 
-Every edge has a vertex at both of its ends, two sides, and no joint is looked at twice: nothing is merged. An arc's
-circle follows from its chord by trigonometry, its sector from angles, and a fall's instant from all roots of a
-polynomial. The answer is that of the very floats of the scene.
+Every edge has a vertex at both of its ends and two sides: nothing is merged. An arc's circle follows from its chord by
+trigonometry, its sector from angles, and a fall's instant from all roots of a polynomial. The answer is that of the
+very floats of the scene.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -20,6 +20,8 @@ Point = tuple[float, float]
 PRECISION = 600
 #: An instant so soon after an impact is that impact.
 AT_ONCE = arb(10) ** -60
+#: The legs of a line at rest.
+AT_REST: tuple[tuple[float, Point], ...] = ((0.0, (0.0, 0.0)),)
 #: Of a run: a slow disc goes through forty impacts in it.
 DURATION_S = 1e6
 
@@ -27,7 +29,7 @@ DURATION_S = 1e6
 class Line(NamedTuple):
     """A finite wall: points, bulges, whether it is closed, half width, restitution if not the table's, and its legs.
 
-    A leg is when it begins and a velocity; without any the wall is at rest.
+    A leg is when it begins and a velocity.
     """
 
     points: tuple[Point, ...]
@@ -35,7 +37,7 @@ class Line(NamedTuple):
     closed: bool
     half_width: float
     restitution: float | None = None
-    legs: tuple[tuple[float, Point], ...] = ()
+    legs: tuple[tuple[float, Point], ...] = AT_REST
 
 
 @dataclass(frozen=True)
@@ -59,151 +61,86 @@ class State(NamedTuple):
     vx: arb
     vy: arb
 
+    def after(self, wait: arb, gravity: Point) -> "State":
+        """Return the state after a free flight."""
+        gx, gy = map(arb, gravity)
+        x, y = self.x + wait * (self.vx + wait * gx / 2), self.y + wait * (self.vy + wait * gy / 2)
+        return State(self.time + wait, x, y, self.vx + wait * gx, self.vy + wait * gy)
+
 
 class Side(NamedTuple):
-    """What may be met of a line: as a function of a state, when, and the normal at a place then, or None."""
+    """One side of a straight edge: its beginning, direction, length and normal, and how near the disc's centre gets."""
 
-    line: int
-    meet: Callable[[State], arb | None]
-    normal: Callable[[State], tuple[arb, arb]]
+    x: arb
+    y: arb
+    tx: arb
+    ty: arb
+    length: arb
+    nx: arb
+    ny: arb
+    reach: arb
 
+    def gap_powers(self, s: State, gx: arb, gy: arb) -> list[arb]:
+        """Return the gap of a falling disc as a polynomial in time, which may also be of another sign and scale."""
+        gap = (s.x - self.x) * self.nx + (s.y - self.y) * self.ny - self.reach
+        return [gap, s.vx * self.nx + s.vy * self.ny, (gx * self.nx + gy * self.ny) / 2]
 
-class Met(NamedTuple):
-    """One impact: with which line, and the state after it."""
+    def is_met_at(self, x: arb, y: arb) -> bool:
+        return bool(0 <= (x - self.x) * self.tx + (y - self.y) * self.ty <= self.length)
 
-    line: int
-    state: State
-
-
-def list_sides(table: Table) -> list[Side]:
-    """Return all that may be met in a table."""
-    found = []
-    for number, line in enumerate(table.lines):
-        reach = arb(table.radius) + arb(line.half_width)
-        ends = [*line.points[1:], line.points[0]] if line.closed else line.points[1:]
-        found += [_circle(table, number, arb(x), arb(y), reach, inside=False, within=None) for x, y in line.points]
-        for a, b, bulge in zip(line.points, ends, line.bulges, strict=False):
-            found += _straight(table, number, a, b, reach) if bulge == 0.0 else _bent(table, number, a, b, bulge, reach)
-    return [_driven(table, side) if table.lines[side.line].legs else side for side in found]
+    def normal_at(self, _x: arb, _y: arb) -> tuple[arb, arb]:
+        return self.nx, self.ny
 
 
-def _iterate_legs(line: Line) -> Iterator[tuple[arb, arb, arb, arb, arb, arb]]:
-    """Yield of each leg its beginning and end, how far the line has moved when it begins, and its velocity."""
-    x, y = arb(0), arb(0)
-    for k, (begin, (u, v)) in enumerate(line.legs):
-        end = arb(line.legs[k + 1][0]) if k + 1 < len(line.legs) else arb("inf")
-        yield arb(begin), end, x, y, arb(u), arb(v)
-        if k + 1 < len(line.legs):
-            x, y = x + (end - begin) * u, y + (end - begin) * v
+class Round(NamedTuple):
+    """A vertex, or one side of an arc, whose middle is in a direction from its centre and which turns by an angle."""
+
+    x: arb
+    y: arb
+    rim: arb
+    sign: int = 1
+    middle: tuple[arb, arb] = (arb(1), arb(0))
+    turn: arb = arb(100)
+
+    def gap_powers(self, s: State, gx: arb, gy: arb) -> list[arb]:
+        """Return the square of the distance to the centre less that of the rim, negated inside of an arc."""
+        x, y = s.x - self.x, s.y - self.y
+        powers = [x * x + y * y - self.rim * self.rim, 2 * (x * s.vx + y * s.vy)]
+        powers += [s.vx * s.vx + s.vy * s.vy + x * gx + y * gy, s.vx * gx + s.vy * gy, (gx * gx + gy * gy) / 4]
+        return [self.sign * power for power in powers]
+
+    def is_met_at(self, x: arb, y: arb) -> bool:
+        (mx, my), dx, dy = self.middle, x - self.x, y - self.y
+        return bool(abs(arb.atan2(mx * dy - my * dx, mx * dx + my * dy)) <= self.turn / 2)
+
+    def normal_at(self, x: arb, y: arb) -> tuple[arb, arb]:
+        distance = ((x - self.x) ** 2 + (y - self.y) ** 2).sqrt()
+        return self.sign * (x - self.x) / distance, self.sign * (y - self.y) / distance
 
 
-def _relative_state(line: Line, s: State) -> State:
-    """Return a state relative to a line, which is where it began."""
-    for begin, end, x, y, u, v in _iterate_legs(line):
-        if s.time < end:
-            lasted = s.time - begin
-            return State(s.time, s.x - x - u * lasted, s.y - y - v * lasted, s.vx - u, s.vy - v)
-    return s
+def list_features(line: Line, radius: float) -> list[Side | Round]:
+    """Return all that a disc may meet of a line."""
+    reach = arb(radius) + arb(line.half_width)
+    ends = [*line.points[1:], line.points[0]] if line.closed else line.points[1:]
+    found: list[Side | Round] = [Round(arb(x), arb(y), reach) for x, y in line.points]
+    for (ax, ay), (bx, by), bulge in zip(line.points, ends, line.bulges, strict=False):
+        length = ((arb(bx) - ax) ** 2 + (arb(by) - ay) ** 2).sqrt()
+        tx, ty = (arb(bx) - ax) / length, (arb(by) - ay) / length
+        if bulge == 0.0:
+            found += [Side(arb(ax), arb(ay), tx, ty, length, -ty * k, tx * k, reach) for k in (1, -1)]
+            continue
+        turn = 4 * arb(bulge).atan()
+        arc_radius, height = length / (2 * (abs(turn) / 2).sin()), length / 2 * (turn / 2).cos() / (turn / 2).sin()
+        x, y = (arb(ax) + bx) / 2 - ty * height, (arb(ay) + by) / 2 + tx * height
+        # From the centre to the arc's middle: half a turn from there is the seam of angles, and never the arc.
+        middle = (arb(ax) + bx) / 2 + bulge * ty * length / 2 - x, (arb(ay) + by) / 2 - bulge * tx * length / 2 - y
+        found.append(Round(x, y, arc_radius + reach, 1, middle, abs(turn)))
+        if arc_radius - reach > 0:
+            found.append(Round(x, y, arc_radius - reach, -1, middle, abs(turn)))
+    return found
 
 
-def _driven(table: Table, side: Side) -> Side:
-    """Return the features of a line at rest as those of the moving line, leg by leg."""
-    line, (gx, gy) = table.lines[side.line], map(arb, table.gravity)
-
-    def meet(s: State) -> arb | None:
-        for begin, end, x, y, u, v in _iterate_legs(line):
-            if not s.time < end:
-                continue
-            idle = begin - s.time if begin > s.time else arb(0)
-            at_x, at_y = _moved(table, s, idle)
-            lasted = s.time + idle - begin
-            vx, vy = s.vx + idle * gx - u, s.vy + idle * gy - v
-            wait = side.meet(State(s.time + idle, at_x - x - u * lasted, at_y - y - v * lasted, vx, vy))
-            if wait is not None and s.time + idle + wait < end:
-                return idle + wait
-        return None
-
-    def normal(s: State) -> tuple[arb, arb]:
-        return side.normal(_relative_state(line, s))
-
-    return Side(side.line, meet, normal)
-
-
-def _moved(table: Table, s: State, wait: arb) -> tuple[arb, arb]:
-    """Return a disc's place after a wait."""
-    gx, gy = map(arb, table.gravity)
-    return s.x + wait * (s.vx + wait * gx / 2), s.y + wait * (s.vy + wait * gy / 2)
-
-
-def _straight(table: Table, line: int, a: Point, b: Point, reach: arb) -> Iterator[Side]:
-    length = ((arb(b[0]) - a[0]) ** 2 + (arb(b[1]) - a[1]) ** 2).sqrt()
-    tx, ty = (arb(b[0]) - a[0]) / length, (arb(b[1]) - a[1]) / length
-    for sign in (1, -1):
-        nx, ny = -ty * sign, tx * sign
-
-        def meet(s: State, nx: arb = nx, ny: arb = ny) -> arb | None:
-            gx, gy = map(arb, table.gravity)
-            powers = [(s.x - a[0]) * nx + (s.y - a[1]) * ny - reach, s.vx * nx + s.vy * ny, (gx * nx + gy * ny) / 2]
-            for wait in _find_falling_roots(powers):
-                x, y = _moved(table, s, wait)
-                if 0 <= (x - a[0]) * tx + (y - a[1]) * ty <= length:
-                    return wait
-            return None
-
-        def normal(_: State, nx: arb = nx, ny: arb = ny) -> tuple[arb, arb]:
-            return nx, ny
-
-        yield Side(line, meet, normal)
-
-
-def _bent(table: Table, line: int, a: Point, b: Point, bulge: float, reach: arb) -> Iterator[Side]:
-    turn = 4 * arb(bulge).atan()
-    chord = ((arb(b[0]) - a[0]) ** 2 + (arb(b[1]) - a[1]) ** 2).sqrt()
-    radius, height = chord / (2 * (abs(turn) / 2).sin()), chord / 2 * (turn / 2).cos() / (turn / 2).sin()
-    x = (arb(a[0]) + b[0]) / 2 - (arb(b[1]) - a[1]) / chord * height
-    y = (arb(a[1]) + b[1]) / 2 + (arb(b[0]) - a[0]) / chord * height
-    # From the centre to the arc's middle: half a turn from there is the seam of angles, and never the arc.
-    mx = (arb(a[0]) + b[0]) / 2 + arb(bulge) * (arb(b[1]) - a[1]) / 2 - x
-    my = (arb(a[1]) + b[1]) / 2 - arb(bulge) * (arb(b[0]) - a[0]) / 2 - y
-
-    def within(px: arb, py: arb) -> bool:
-        dx, dy = px - x, py - y
-        return bool(abs(arb.atan2(mx * dy - my * dx, mx * dx + my * dy)) <= abs(turn) / 2)
-
-    for inside in (True, False):
-        if radius - reach > 0 or not inside:
-            rim = radius - reach if inside else radius + reach
-            yield _circle(table, line, x, y, rim, inside=inside, within=within)
-
-
-def _circle(
-    table: Table, line: int, cx: arb, cy: arb, rim: arb, *, inside: bool, within: Callable[[arb, arb], bool] | None
-) -> Side:
-    sign = -1 if inside else 1
-
-    def meet(s: State) -> arb | None:
-        x, y, ux, uy, (gx, gy) = s.x - cx, s.y - cy, s.vx, s.vy, map(arb, table.gravity)
-        powers = [
-            x * x + y * y - rim * rim,
-            2 * (x * ux + y * uy),
-            ux * ux + uy * uy + x * gx + y * gy,
-            ux * gx + uy * gy,
-            (gx * gx + gy * gy) / 4,
-        ]
-        for wait in _find_falling_roots([sign * power for power in powers]):
-            x, y = _moved(table, s, wait)
-            if within is None or within(x, y):
-                return wait
-        return None
-
-    def normal(s: State) -> tuple[arb, arb]:
-        distance = ((s.x - cx) ** 2 + (s.y - cy) ** 2).sqrt()
-        return sign * (s.x - cx) / distance, sign * (s.y - cy) / distance
-
-    return Side(line, meet, normal)
-
-
-def _find_falling_roots(powers: list[arb]) -> list[arb]:
+def find_falling_roots(powers: list[arb]) -> list[arb]:
     """Return the roots after now at which a polynomial falls, in their order."""
     while powers and powers[-1] == 0:
         powers = powers[:-1]
@@ -216,43 +153,50 @@ def _find_falling_roots(powers: list[arb]) -> list[arb]:
         square = b * b - 4 * a * c
         roots = [(-b + sign * square.sqrt()) / (2 * a) for sign in (1, -1)] if square > 0 else []
     else:
-        roots = [
-            root.real
-            for root in acb_poly([acb(power.mid()) for power in powers]).roots(tol=1e-120)
-            if root.imag.contains(0)
-        ]
+        found = acb_poly([acb(power.mid()) for power in powers]).roots(tol=1e-120)
+        roots = [root.real for root in found if root.imag.contains(0)]
     falling = [t for t in roots if t > AT_ONCE and sum(k * p * t ** (k - 1) for k, p in enumerate(powers) if k) < 0]
     return sorted(falling, key=lambda t: float(t.mid()))
 
 
-def _state_after_impact(table: Table, side: Side, s: State, wait: arb) -> State:
-    """Return the state after an impact."""
+def meet(table: Table, line: Line, feature: Side | Round, s: State) -> State | None:
+    """Return the state after the next impact on a feature of a line; None where there is none."""
     gx, gy = map(arb, table.gravity)
-    x, y = _moved(table, s, wait)
-    vx, vy, time = s.vx + wait * gx, s.vy + wait * gy, s.time + wait
-    nx, ny = side.normal(State(time, x, y, vx, vy))
-    own = table.lines[side.line].restitution
-    seen = _relative_state(table.lines[side.line], State(time, x, y, vx, vy))
-    push = (1 + arb(table.restitution if own is None else own)) * (seen.vx * nx + seen.vy * ny)
-    return State(time, x, y, vx - push * nx, vy - push * ny)
+    shift_x, shift_y = arb(0), arb(0)
+    for k, (begin, (u, v)) in enumerate(line.legs):
+        end = arb(line.legs[k + 1][0]) if k + 1 < len(line.legs) else arb("inf")
+        if s.time < end:
+            # In the frame of the line, from now or the leg's beginning on.
+            here = s.after(begin - s.time if begin > s.time else arb(0), table.gravity)
+            x, y = here.x - shift_x - u * (here.time - begin), here.y - shift_y - v * (here.time - begin)
+            seen = State(here.time, x, y, here.vx - u, here.vy - v)
+            for wait in find_falling_roots(feature.gap_powers(seen, gx, gy)):
+                hit = seen.after(wait, table.gravity)
+                if hit.time < end and feature.is_met_at(hit.x, hit.y):
+                    nx, ny = feature.normal_at(hit.x, hit.y)
+                    restitution = table.restitution if line.restitution is None else line.restitution
+                    push = (1 + arb(restitution)) * (hit.vx * nx + hit.vy * ny)
+                    before = here.after(wait, table.gravity)
+                    return before._replace(vx=before.vx - push * nx, vy=before.vy - push * ny)
+        shift_x, shift_y = shift_x + (end - begin) * u, shift_y + (end - begin) * v
+    return None
 
 
-class Walk:
-    """A disc's way from impact to impact."""
-
-    def __init__(self, table: Table) -> None:
-        self._table, self._sides = table, list_sides(table)
-        self._state = State(arb(0), *map(arb, (*table.place, *table.velocity)))
-
-    def step(self) -> Met | None:
-        """Go on through the next impact; None where there is none."""
-        found = [(wait, side) for side in self._sides if (wait := side.meet(self._state)) is not None]
-        if not found:
-            return None
-        wait, side = min(found, key=lambda one: float(one[0].mid()))
-        end = _state_after_impact(self._table, side, self._state, wait)
-        self._state = State(*(value.mid() for value in end))  # some 170 digits: what balls would lose is dropped
-        return Met(side.line, end)
+def iterate_impacts(table: Table) -> Iterator[tuple[int, State]]:
+    """Yield the impacts of the disc: with which line, and the state after it."""
+    features = [(k, one) for k, line in enumerate(table.lines) for one in list_features(line, table.radius)]
+    state = State(arb(0), *map(arb, (*table.place, *table.velocity)))
+    while True:
+        met = [
+            (after, number)
+            for number, feature in features
+            if (after := meet(table, table.lines[number], feature, state)) is not None
+        ]
+        if not met:
+            return
+        after, number = min(met, key=lambda one: float(one[0].time.mid()))
+        yield number, after
+        state = State(*(value.mid() for value in after))  # some 170 digits: what balls would lose is dropped
 
 
 def build_table_scene(table: Table) -> Scene:
@@ -264,16 +208,10 @@ def build_table_scene(table: Table) -> Scene:
             closed=line.closed,
             half_width_m=line.half_width,
             restitution=line.restitution,
-            legs=[{"from_s": begin, "velocity_m_s": velocity} for begin, velocity in line.legs],
+            legs=[{"from_s": begin, "velocity_m_s": velocity} for begin, velocity in line.legs if line.legs != AT_REST],
         )
         for line in table.lines
     )
     disc = Disc(position_m=table.place, velocity_m_s=table.velocity, radius_m=table.radius)
-    return Scene(
-        name="random table",
-        discs=(disc,),
-        walls=walls,
-        wall_restitution=table.restitution,
-        gravity_m_s2=table.gravity,
-        duration_s=DURATION_S,
-    )
+    laws = {"wall_restitution": table.restitution, "gravity_m_s2": table.gravity, "duration_s": DURATION_S}
+    return Scene(name="random table", discs=(disc,), walls=walls, **laws)

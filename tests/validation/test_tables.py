@@ -64,21 +64,6 @@ def test_wedge_with_losses_collapses_below_the_critical_restitution(degrees: int
     assert max(above) < 40
 
 
-@each("parts", [2, 3, 4, 5, 6])
-def test_corner_of_pi_over_n_reflects_simultaneous_impacts_exactly(parts: int) -> None:
-    """A disc that reaches both sides of a corner of pi/n at once returns after n impacts, mirrored for odd n."""
-    angle, radius = math.pi / parts, 0.25
-    apex, middle = radius * complex(1.0 / math.tan(angle / 2.0), 1.0), cmath.exp(0.5j * angle)
-    for part in (0.1, 0.3, 0.5, 0.8):
-        velocity = -2.0 * cmath.exp(1j * part * angle)
-        disc = disc_at(*_pair(apex - velocity), *_pair(velocity), r=radius)
-        trace = solve_pic(staged("corner", disc, build_wedge(math.degrees(angle), 64.0), duration_s=2.0))
-        along = (velocity * middle.conjugate()).real
-        after = -velocity if parts % 2 == 0 else velocity - 2.0 * along * middle
-        assert len(trace.impacts) == parts
-        assert np.allclose(trace.final_velocity_m_s, [_pair(after)], rtol=0.0, atol=1e-14)
-
-
 def _pair(z: complex) -> tuple[float, float]:
     return z.real, z.imag
 
