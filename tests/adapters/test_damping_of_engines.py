@@ -15,8 +15,8 @@ from carom.engines.api import Adapter, AdapterError
 
 DT_S, STEPS = 1 / 64, 64
 
-#: Rate, velocity and spin of eight starts.
-STARTS = [(rate, 0.5 + 0.75 * k, 1.25 - 0.5 * k) for k, rate in enumerate((0.01, 0.04, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0))]
+#: Rates, velocities and spins.
+STARTS = [(0.04, 1.25, 0.75), (0.5, 3.5, -0.75), (4.0, 5.75, -2.25)]
 
 
 def _iterate_damped_speeds(profile: str, engine: str, rate: float, speed: float) -> Iterator[float]:
