@@ -14,8 +14,7 @@ from tests.scene_builders import Named, disc_at, staged
 
 from carom import Scene
 from carom.catalogue import all_scenes
-from carom.engines.api import Adapter, AdapterError, Setting, unsupported_reason
-from carom.execution.adapter_profile import capabilities_of
+from carom.engines.api import Adapter, AdapterError, Setting
 from carom.execution.observation.engine_run import observe_run
 from carom.model.trace import Outcome
 from carom.studies.cross_check.explain import explain
@@ -88,25 +87,6 @@ def _build_struck_scene(speed_m_s: float) -> Scene:
     """A light disc at rest, which a heavy one makes nearly twice as fast as itself."""
     discs = [disc_at(0, 0, speed_m_s, r=1, m=1000), disc_at(4, 0, r=1)]
     return staged("struck", *discs, duration_s=4 / speed_m_s)
-
-
-def test_pybullet_speed_clamp_is_reported_as_a_warning(pybullet: Adapter) -> None:
-    """A disc thrown at 180 m/s is clamped to 100 m/s by default, with a warning, and not with tuned."""
-    found = {}
-    for profile, speed in (("default", 90.0), ("default", 40.0), ("tuned", 90.0)):
-        scene = _build_struck_scene(speed)
-        assert not unsupported_reason(scene, capabilities_of(pybullet, profile), 1 / 240)
-        world = pybullet.prepare(scene, pybullet.profiles[profile].settings(1 / 240))
-        assert world.observe().warning == ""
-        world.advance(24)
-        found[profile, speed] = world.observe()
-        world.close()
-    assert found["default", 90.0].velocity_m_s[1, 0] == 100
-    assert "velocity to 100 m/s, and disc 1 has reached this limit" in found["default", 90.0].warning
-    assert found["default", 40.0].velocity_m_s[1, 0] > 70
-    assert found["default", 40.0].warning == found["tuned", 90.0].warning == ""
-    # Twice the speed of the centre of mass.
-    assert found["tuned", 90.0].velocity_m_s[1, 0] == pytest.approx(2 * 90 * 1000 / 1001, rel=1e-9)
 
 
 def test_plan_skips_pybullet_default_above_its_speed_limit(named: Named) -> None:
