@@ -37,13 +37,6 @@ def build_break_scene() -> Scene:
     return staged("break", disc_at(-3, 0.013, 5), *rack, duration_s=1.0)
 
 
-def build_bullet_scene(phase: float, dt_s: float) -> Scene:
-    """Return a disc that flies 33 radii a step and hits one at rest after 5.25 steps and this phase of one."""
-    speed, radius = 100.0, 0.05
-    flying = disc_at(-(5.3 + phase) * speed * dt_s, 0, speed, r=radius)
-    return staged("bullet", flying, disc_at(0, 0.06, r=radius, m=2), duration_s=12 * dt_s)
-
-
 def build_floor_scene(pieces: int, phase: float, approach_m_s: float = 2.0, *, half_width_m: float = 0.0) -> Scene:
     """Return a disc that lands at 5 m/s along a floor in pieces, after 0.3 s, this fraction of a metre further left.
 
