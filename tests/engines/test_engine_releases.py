@@ -85,19 +85,19 @@ def compute_end_errors(scene: Scene, runs: Sequence[Run]) -> NDArray[np.float64]
 def velocity(scene: Scene, runs: Sequence[Run]) -> list[float]:
     """Return the largest velocity error at each phase, over the greatest speed of the scene."""
     fastest = max(math.hypot(*disc.velocity_m_s) for disc in scene.discs)
-    errors: NDArray[np.float64] = np.linalg.norm(compute_end_errors(scene, runs)[:, :, 2:], axis=2).max(axis=1)
-    return (errors / fastest).tolist()
+    errors = np.linalg.norm(compute_end_errors(scene, runs)[:, :, 2:], axis=2).max(axis=1)
+    return [float(error) / fastest for error in errors]
 
 
 def place(scene: Scene, runs: Sequence[Run]) -> list[float]:
     """Return the largest place error at each phase, in metres."""
-    errors: NDArray[np.float64] = np.linalg.norm(compute_end_errors(scene, runs)[:, :, :2], axis=2).max(axis=1)
-    return errors.tolist()
+    errors = np.linalg.norm(compute_end_errors(scene, runs)[:, :, :2], axis=2).max(axis=1)
+    return [float(error) for error in errors]
 
 
 def height(scene: Scene, runs: Sequence[Run]) -> list[float]:
     """Return by how much the first disc ends too high at each phase, in metres."""
-    return compute_end_errors(scene, runs)[:, 0, 1].tolist()
+    return [float(error) for error in compute_end_errors(scene, runs)[:, 0, 1]]
 
 
 def gap(_scene: Scene, runs: Sequence[Run]) -> list[float]:
