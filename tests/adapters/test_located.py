@@ -8,7 +8,7 @@ from tests.adapters.engine_scenes import scale_tolerance
 from tests.cases import each
 from tests.scene_builders import Named, disc_at, staged
 
-from carom import solve_pic
+from carom import Chain, solve_pic
 from carom.catalogue import catalogue
 from carom.engines.api import Adapter, CuttableWorld
 from carom.execution.observation.engine_run import observe_run
@@ -22,6 +22,17 @@ def test_located_impact_does_not_depend_on_the_step(engine: Adapter, dt_s: float
     near = scale_tolerance(engine, 75 * float(np.spacing(4.0)))
     assert found.impacts["time_s"].tolist() == pytest.approx([0.42], abs=near)
     assert found.counts["probes"] < 60 * len(found.impacts)
+
+
+@each("half_width_m", [0.0, 0.1])
+def test_located_impact_with_an_edge_has_its_exact_time(engine: Adapter, half_width_m: float) -> None:
+    """A disc bounces off a thin or thick edge at the instant at which it touches the edge."""
+    edge = Chain(points_m=[(0.0, -5.0), (0.0, 5.0)], half_width_m=half_width_m)
+    scene = staged("edge", disc_at(-2.0, 0.0, 3.0, 1.0), edge, duration_s=1.0)
+    found = observe_run(engine, scene, "located", 1 / 60)
+    near = scale_tolerance(engine, 1e-12)
+    assert found.impacts["time_s"].tolist() == pytest.approx([(1.5 - half_width_m) / 3.0], abs=near)
+    np.testing.assert_allclose(found.final_velocity_m_s, [(-3.0, 1.0)], rtol=0, atol=near)
 
 
 def test_located_profile_still_tunnels_between_two_steps(engine: Adapter) -> None:

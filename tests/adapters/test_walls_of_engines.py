@@ -167,7 +167,7 @@ def test_number_of_discs_that_catch_on_floor_joints(
         assert least <= caught <= most
 
 
-@each("name, rounding", [("pymunk", 1e-12), ("box2d", 1e-5)])
+@each("name, rounding", [("pymunk", 1e-12), ("pybullet", 1e-12), ("mujoco", 1e-9), ("box2d", 1e-5)])
 def test_pushes_of_two_edges_are_reported_as_one_contact(named: Named, name: str, rounding: float) -> None:
     """In a corner of a chain one contact has the whole change of velocity that both edges cause in a step."""
     lands = 0.31  # between two steps, so that both are found in one
