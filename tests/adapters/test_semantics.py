@@ -9,7 +9,7 @@ from tests.engines.shipped_settings import OF_ENGINES
 from tests.scene_builders import Finish, Named, disc_at, staged
 
 from carom import Scene
-from carom.engines.api import Adapter, Observation, unsupported_reason
+from carom.engines.api import Adapter, AdapterError, Observation, unsupported_reason
 from carom.execution.adapter_profile import capabilities_of
 
 
@@ -52,6 +52,25 @@ def test_pybullet_multibody_speed_is_clamped_as_declared(pybullet: Adapter, fini
     assert finish(pybullet, scene, 1 / 100).velocity_m_s.tolist() == [[200, 0]]
     assert "limit is 100 m/s" in unsupported_reason(scene, capped, 1 / 100)
     assert not unsupported_reason(scene, capabilities_of(pybullet, "tuned"), 1 / 100)
+
+
+@each(
+    "name, mass_kg, friction, said",
+    [
+        ("pybullet", 1.0, 10.1, r"friction is 10\.1, and this method simulates only 0 to 10 exactly"),
+        ("mujoco", 1.0, 1e-6, "friction is 1e-06, and this method simulates only 1e-05 to"),
+        ("box2d", 1e-30, 0.0, r"discs\[0\]\.mass_kg is 1e-30, and this method simulates"),
+        ("mujoco", 1e12, 0.0, r"discs\[0\]\.mass_kg is 1e\+12, and this method simulates"),
+    ],
+)
+def test_numbers_beyond_engine_limits_are_refused_by_name(
+    named: Named, name: str, mass_kg: float, friction: float, said: str
+) -> None:
+    """A number that the engine would clamp or lose is refused with its field and the supported range."""
+    adapter = named(name)
+    scene = staged("pair", disc_at(0, 0, m=mass_kg), disc_at(3, 0), friction=friction, duration_s=1.0)
+    with pytest.raises(AdapterError, match=said):
+        adapter.prepare(scene, adapter.profiles["tuned"].settings(1 / 60))
 
 
 def test_positions_beyond_float_resolution_are_unsupported(engine: Adapter) -> None:
