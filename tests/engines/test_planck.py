@@ -1,4 +1,4 @@
-"""Planck: event-driven where it is asked to be; walls, long moves, dumps, settings that are found."""
+"""Behaviour of Planck: event-driven runs, skins of walls, limits of motion, dumps, and the search for settings."""
 
 import json
 import math
