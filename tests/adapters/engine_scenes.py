@@ -3,10 +3,10 @@
 import math
 
 import numpy as np
-from tests.scene_builders import disc_at, drive_on_legs, staged, wall_at
+from tests.scene_builders import disc_at, staged, wall_at
 
-from carom import Chain, Scene, Wall
-from carom.engines.api import Adapter, Observation
+from carom import Chain, Scene
+from carom.engines.api import Adapter
 
 
 def build_oblique_scene(length: float = 1.0, mass: float = 1.0, time: float = 1.0, x_m: float = 0.0) -> Scene:
@@ -37,13 +37,6 @@ def build_break_scene() -> Scene:
     return staged("break", disc_at(-3, 0.013, 5), *rack, duration_s=1.0)
 
 
-def build_bullet_scene(phase: float, dt_s: float) -> Scene:
-    """Return a disc that flies 33 radii a step and hits one at rest after 5.25 steps and this phase of one."""
-    speed, radius = 100.0, 0.05
-    flying = disc_at(-(5.3 + phase) * speed * dt_s, 0, speed, r=radius)
-    return staged("bullet", flying, disc_at(0, 0.06, r=radius, m=2), duration_s=12 * dt_s)
-
-
 def build_floor_scene(pieces: int, phase: float, approach_m_s: float = 2.0, *, half_width_m: float = 0.0) -> Scene:
     """Return a disc that lands at 5 m/s along a floor in pieces, after 0.3 s, this fraction of a metre further left.
 
@@ -54,38 +47,6 @@ def build_floor_scene(pieces: int, phase: float, approach_m_s: float = 2.0, *, h
     floor = Chain(points_m=[(-5.0, 0.0), (5.0, 0.0)], pieces=pieces, half_width_m=half_width_m)
     disc = disc_at(*start, speed, -approach_m_s, r=radius)
     return staged("along a floor", disc, floor, duration_s=1.0, frame_rate_hz=60.0)
-
-
-def build_paddle_scene(phase: float, *, disc: bool = False, half_width_m: float = 0.0) -> Scene:
-    """Return a disc at 2 m/s that an edge, or a disc, driven at 1 m/s the other way sends back: at -4 m/s, 2 V - v."""
-    dt_s, radius = 1 / 60, 0.25
-    # The two close at 3 m/s: twelve steps and a phase until they touch, and as many after.
-    flying = disc_at(-((12 + phase) * dt_s * 3) - radius - half_width_m, 0, 2, r=radius)
-    mallet = disc_at(0.5, 0, -1, m=math.inf, driven=True)
-    paddle = Chain(points_m=[(0, -1), (0, 1)], velocity_m_s=(-1, 0), half_width_m=half_width_m)
-    return staged("at a paddle", flying, mallet if disc else paddle, duration_s=26 * dt_s)
-
-
-def build_late_leg_scene(phase: float, dt_s: float) -> Scene:
-    """Return a disc that is at rest until this part of a step after 0.25 s, and is then driven at (2, -1) m/s."""
-    legs = drive_on_legs((0.0, (0.0, 0.0)), (0.25 + phase * dt_s, (2.0, -1.0)))
-    late = disc_at(0.0, 0.0, r=0.25, m=math.inf, driven=True, **legs)
-    return staged("late", disc_at(0.75, -0.25, r=0.25), late, duration_s=1.0)
-
-
-def assert_leg_began_late(seen: Observation, steps: int, dt_s: float, *, rounding: float) -> None:
-    """The leg of `build_late_leg_scene` began this many steps after 0.25 s, and the disc was struck by it."""
-    moved_s = 0.75 - steps * dt_s
-    np.testing.assert_allclose(seen.position_m[1], (2 * moved_s, -moved_s), rtol=0, atol=rounding)
-    np.testing.assert_allclose(seen.velocity_m_s[1], (2.0, -1.0), rtol=0, atol=rounding)
-    # Struck along a normal that the step decides, and by no more than twice the speed.
-    assert 0.0 < float(np.hypot(*seen.velocity_m_s[0])) <= 2 * math.hypot(2, 1) + 10 * rounding
-
-
-def build_belt_scene(phase: float, wall: Chain | Wall, side: int = 1) -> Scene:
-    """Return a disc that comes at 3 m/s, head-on, from positive x or the other side, to a belt of friction 1/4."""
-    disc = disc_at(side * (1.0 + phase * 3 / 64), 0.0, -3.0 * side, r=0.25)
-    return staged("belt", disc, wall, wall_friction=0.25, duration_s=0.75)
 
 
 def build_thin_wall_scene(q: float, phase: float, *, half_width_m: float = 0.0) -> Scene:

@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from tests.adapters.bare_runs import ENGINES, Body, Stage
 from tests.scene_builders import disc_at, staged
 
 from carom import Disc, Scene
@@ -100,14 +99,82 @@ def measure_largest_difference(adapter: Adapter, shipped: Shipped) -> float:
     return max(found)
 
 
-def bare_run_of(engine: str) -> Callable[[Sequence[Disc]], End]:
-    """Return how discs run in the bare engine as shipped, each free to turn."""
+def run_bare_pymunk(discs: Sequence[Disc]) -> End:
+    """Run discs in pymunk, each free to turn."""
+    import pymunk
 
-    def run(discs: Sequence[Disc]) -> End:
-        bodies = [Body(disc.position_m, disc.velocity_m_s, disc.radius_m, disc.mass_kg, inertia=None) for disc in discs]
-        return ENGINES[engine](Stage(tuple(bodies), (), 1.0, 1.0, (0.0, 0.0)), "default", DT_S, STEPS)[-1, :, :4]
+    space, bodies = pymunk.Space(), []
+    for disc in discs:
+        body = pymunk.Body(disc.mass_kg, pymunk.moment_for_circle(disc.mass_kg, 0, disc.radius_m))
+        body.position, body.velocity = disc.position_m, disc.velocity_m_s
+        circle = pymunk.Circle(body, disc.radius_m)
+        circle.elasticity = 1.0
+        space.add(body, circle)
+        bodies.append(body)
+    for _ in range(STEPS):
+        space.step(DT_S)
+    return np.array([[*body.position, *body.velocity] for body in bodies])
 
-    return run
+
+def run_bare_pybullet(discs: Sequence[Disc]) -> End:
+    """Run discs in PyBullet as spheres, without its damping and friction."""
+    bullet: Any = importlib.import_module("pybullet")
+    client = bullet.connect(bullet.DIRECT)
+    bullet.setPhysicsEngineParameter(fixedTimeStep=DT_S, physicsClientId=client)
+    bodies = []
+    for disc in discs:
+        ball = bullet.createCollisionShape(bullet.GEOM_SPHERE, radius=disc.radius_m, physicsClientId=client)
+        body = bullet.createMultiBody(disc.mass_kg, ball, basePosition=[*disc.position_m, 0], physicsClientId=client)
+        smooth = {"restitution": 1, "lateralFriction": 0, "linearDamping": 0, "angularDamping": 0}
+        bullet.changeDynamics(body, -1, **smooth, physicsClientId=client)
+        bullet.resetBaseVelocity(body, [*disc.velocity_m_s, 0], [0, 0, 0], client)
+        bodies.append(body)
+    for _ in range(STEPS):
+        bullet.stepSimulation(client)
+    places = [bullet.getBasePositionAndOrientation(body, client)[0][:2] for body in bodies]
+    speeds = [bullet.getBaseVelocity(body, client)[0][:2] for body in bodies]
+    bullet.disconnect(client)
+    return np.hstack([places, speeds])
+
+
+def run_bare_mujoco(discs: Sequence[Disc]) -> End:
+    """Run discs in MuJoCo as free spheres, with the contact spring that its users recommend."""
+    mujoco: Any = importlib.import_module("mujoco")
+    bodies = "".join(
+        f'<body><freejoint/><geom type="sphere" size="{disc.radius_m!r}" mass="{disc.mass_kg!r}" condim="1" '
+        'solref="-1000 0"/></body>'
+        for disc in discs
+    )
+    model = mujoco.MjModel.from_xml_string(
+        f'<mujoco><option timestep="{DT_S!r}" gravity="0 0 0"/><worldbody>{bodies}</worldbody></mujoco>'
+    )
+    data = mujoco.MjData(model)
+    for k, disc in enumerate(discs):
+        data.qpos[7 * k : 7 * k + 2] = disc.position_m
+        data.qvel[6 * k : 6 * k + 2] = disc.velocity_m_s
+    mujoco.mj_step(model, data, nstep=STEPS)
+    return np.hstack([data.qpos.reshape(-1, 7)[:, :2], data.qvel.reshape(-1, 6)[:, :2]])
+
+
+def run_bare_box2d(discs: Sequence[Disc]) -> End:
+    """Run discs in Box2D, each free to turn and kept awake, with the iterations that its manual recommends."""
+    box2d = _import_box2d()
+    world, bodies = box2d.b2World(gravity=(0, 0)), []
+    for disc in discs:
+        body = world.CreateDynamicBody(position=disc.position_m, linearVelocity=disc.velocity_m_s, allowSleep=False)
+        body.CreateFixture(shape=box2d.b2CircleShape(radius=disc.radius_m), density=1, friction=0, restitution=1)
+        body.massData = box2d.b2MassData(mass=disc.mass_kg, center=(0, 0), I=0.5 * disc.mass_kg * disc.radius_m**2)
+        bodies.append(body)
+    for _ in range(STEPS):
+        world.Step(DT_S, 8, 3)
+    return np.array([[*body.position, *body.linearVelocity] for body in bodies], dtype=np.float64)
+
+
+def _import_box2d() -> Any:
+    """Import Box2D without the warnings of its types, which have no `__module__`."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return importlib.import_module("Box2D")
 
 
 def read_pymunk_defaults() -> Shipped:
@@ -119,7 +186,7 @@ def read_pymunk_defaults() -> Shipped:
     shape = pymunk.Circle(pymunk.Body(1, 1), 1)
     values: dict[str, object] = {name: getattr(space, name) for name in names}
     values |= {"elasticity": shape.elasticity, "friction": shape.friction, "moment": None, "set_neighbors": NOT_TOLD}
-    return Shipped(values, bare_run_of("pymunk"))
+    return Shipped(values, run_bare_pymunk)
 
 
 def read_pybullet_defaults() -> Shipped:
@@ -143,7 +210,7 @@ def read_pybullet_defaults() -> Shipped:
         "linearDamping": (1 - left) / DT_S,
         "angularDamping": (1 - spin) / DT_S,
     }
-    return Shipped(values, bare_run_of("pybullet"))
+    return Shipped(values, run_bare_pybullet)
 
 
 def read_mujoco_defaults() -> Shipped:
@@ -174,14 +241,12 @@ def read_mujoco_defaults() -> Shipped:
         "stiffness": None,
         "damping": None,
     }
-    return Shipped(values, bare_run_of("mujoco"))
+    return Shipped(values, run_bare_mujoco)
 
 
 def read_box2d_defaults() -> Shipped:
     """Box2D's own: the attributes of a world and of a body."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        box2d: Any = importlib.import_module("Box2D")
+    box2d = _import_box2d()
     world = box2d.b2World()
     body = world.CreateDynamicBody()
     fixture = body.CreateFixture(shape=box2d.b2CircleShape(radius=1), density=1)
@@ -201,7 +266,7 @@ def read_box2d_defaults() -> Shipped:
         "polygon_radius_m": 0.0,
         "chains": False,
     }
-    return Shipped(values, bare_run_of("box2d"), roundings=1)
+    return Shipped(values, run_bare_box2d, roundings=1)
 
 
 OF_ALL: dict[str, Callable[[], Shipped]] = {

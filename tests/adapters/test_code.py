@@ -22,7 +22,6 @@ from carom import Chain, Scene, Wall
 from carom.catalogue import all_scenes
 from carom.engines.api import Adapter, AdapterError, CodedAdapter, Need, unsupported_reason
 from carom.engines.registry import list_adapter_points, load_adapter
-from carom.execution.settings_code import find_step_lines
 
 State = NDArray[np.float64]
 
@@ -235,27 +234,3 @@ def test_every_registered_engine_is_tested_for_settings_code() -> None:
     """The engines tested here are exactly those that Carom registers, except pic and pit, which have no settings."""
     own = {name for name, point in list_adapter_points().items() if point.distribution == "carom"} - {"pic", "pit"}
     assert own == {*WRITING, *OTHERS}
-
-
-@each("name", [*WRITING, *OTHERS])
-def test_step_lines_are_the_only_lines_that_depend_on_the_step(name: str) -> None:
-    """Replacing the step lines turns a program into that of another step; node modules have none."""
-    adapter = load_adapter(name)
-    assert isinstance(adapter, CodedAdapter)
-    slow = staged("slow", disc_at(0, 0, 0.1, r=1.0), duration_s=1 / 60)
-    for profile in [one for one in adapter.profiles if not adapter.profiles[one].located][-1:]:
-        here, finer = (
-            adapter.code(slow, adapter.profiles[profile].settings(dt_s), "A heading.") for dt_s in (1 / 360, 1 / 720)
-        )
-        lines, others = (find_step_lines(*pair).splitlines() for pair in ((here, finer), (finer, here)))
-        assert bool(lines) == (not here.startswith("//"))
-        assert len(lines) == len(others)
-        for line, other in zip(lines, others, strict=True):
-            finer = finer.replace(other, line)
-        if lines:
-            assert remove_comments(finer) == remove_comments(here)
-
-
-def remove_comments(code: str) -> str:
-    """Code without the additional data of a model in XML."""
-    return re.sub("<!--.*?-->", "", code, flags=re.DOTALL)

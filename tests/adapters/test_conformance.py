@@ -113,20 +113,6 @@ def test_reused_world_is_bit_identical_to_a_fresh_process(named: Named, name: st
         assert run(adapter, scene, profile) == bytes.fromhex(bits), (profile, scene_name)
 
 
-def test_pybullet_reuses_its_client_across_scenes(pybullet: Adapter) -> None:
-    """The PyBullet client of a pair of discs is reused for the next pair and for a scene with a wall."""
-    import carom_adapters.pybullet.world as module
-
-    run(pybullet, _build_pair(), "tuned")
-    (kept,) = module._KEPT.values()  # noqa: SLF001 - whether anything was kept shows nowhere else
-    run(pybullet, _move_first_disc(_build_pair(), 0.01), "tuned")
-    (again,) = module._KEPT.values()  # noqa: SLF001 - as above
-    assert kept[0] == again[0]
-    run(pybullet, build_oblique_scene(), "tuned")
-    (after,) = module._KEPT.values()  # noqa: SLF001 - as above
-    assert after[0] == again[0]
-
-
 def test_pybullet_empties_only_clients_of_closed_worlds(pybullet: Adapter) -> None:
     """Emptying a client for reuse leaves open worlds and foreign clients alone, and gives the first run's bits."""
     import carom_adapters.pybullet.world as module
@@ -149,13 +135,3 @@ def test_pybullet_empties_only_clients_of_closed_worlds(pybullet: Adapter) -> No
         beside.close()
     finally:
         bullet.disconnect(own)
-
-
-def test_mujoco_model_is_compiled_once_per_sweep(mujoco: Adapter) -> None:
-    """Five scenes that differ only in their start states compile one MuJoCo model."""
-    import carom_adapters.mujoco.world as module
-
-    module._compile.cache_clear()  # noqa: SLF001 - whether a model was compiled shows nowhere else
-    for k in range(5):
-        run(mujoco, _move_first_disc(build_oblique_scene(), 0.01 * k), "tuned")
-    assert module._compile.cache_info().misses == 1  # noqa: SLF001 - as above

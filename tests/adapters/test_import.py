@@ -12,7 +12,7 @@ import numpy as np
 import pymunk
 import pytest
 from tests.adapters.test_code import CORNER
-from tests.cases import each, release_after
+from tests.cases import each
 from tests.scene_builders import disc_at, staged, wall_at
 from typer.testing import CliRunner
 
@@ -107,7 +107,7 @@ def test_unsupported_parts_of_a_space_are_listed(tmp_path: Path) -> None:
         assert what in told
 
 
-@pytest.mark.long
+@pytest.mark.usefixtures("in_process")
 def test_pixels_are_converted_to_metres(tmp_path: Path) -> None:
     """A space in pixels is imported in metres; masses and coefficients stay the same."""
     space = pymunk.Space()
@@ -140,7 +140,7 @@ def build_dotted_pickle() -> bytes:
 
 
 @pytest.mark.usefixtures("in_process")
-@each("kind", release_after(1, ["bomb", "dotted", "callback"]))
+@each("kind", ["bomb", "dotted", "callback"])
 def test_foreign_objects_in_a_pickle_are_refused_and_not_run(tmp_path: Path, kind: str) -> None:
     """A pickle that refers to other types than pymunk's and plain ones is refused with that name, and not run."""
     mark, path = tmp_path / "ran", tmp_path / "space.pkl"
@@ -163,7 +163,7 @@ def carom_function(body: pymunk.Body, gravity: tuple[float, float], damping: flo
     pymunk.Body.update_velocity(body, gravity, damping, dt)
 
 
-@pytest.mark.long
+@pytest.mark.usefixtures("in_process")
 @each(
     "content, words",
     [
@@ -180,6 +180,7 @@ def test_file_that_is_no_space_is_refused(tmp_path: Path, content: bytes, words:
         import_scene(path)
 
 
+@pytest.mark.usefixtures("in_process")
 def test_invalid_import_arguments_are_refused(tmp_path: Path) -> None:
     """An unknown extension, a missing file and a zero `pixels_per_metre` are refused by name."""
     with pytest.raises(InputError, match=r"has an unknown extension; known: \.pkl"):
@@ -213,7 +214,7 @@ def save_model(scene: Scene, profile: str, folder: Path) -> Path:
     return path
 
 
-@pytest.mark.long
+@pytest.mark.usefixtures("in_process")
 @each("profile", ["tuned", "default"])
 def test_model_of_a_scene_is_imported_as_that_scene(tmp_path: Path, profile: str) -> None:
     """The MuJoCo model of the printed code is imported as the original scene, with masses in its mass unit."""
@@ -237,7 +238,7 @@ def test_model_of_a_scene_is_imported_as_that_scene(tmp_path: Path, profile: str
     assert scene.wall_restitution == pytest.approx(CORNER.wall_restitution, rel=2**-49)
 
 
-@pytest.mark.long
+@pytest.mark.usefixtures("in_process")
 def test_disc_on_slide_joints_has_infinite_inertia_factor(tmp_path: Path) -> None:
     """No impact can turn a body on two slide joints, so its imported inertia factor is infinite."""
     plain = staged("plain", disc_at(0, 1, 1, r=0.25, m=3), wall_at(5, 0, -1, 0), duration_s=1)
@@ -284,7 +285,7 @@ def test_unsupported_parts_of_a_model_are_listed(tmp_path: Path) -> None:
         assert what in told
 
 
-@pytest.mark.long
+@pytest.mark.usefixtures("in_process")
 @each(
     "text, words",
     [

@@ -5,7 +5,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-import pytest
 from tests.adapters.engine_scenes import (
     build_break_scene,
     build_cradle_scene,
@@ -120,47 +119,3 @@ def test_every_tuned_setting_is_in_the_list(engine: Adapter) -> None:
     """Each setting of a tuned profile, except the step, is in `KNOBS`, and no other one is."""
     claimed = set(engine.profiles["tuned"].settings(1 / 60)) - {"dt_s"}
     assert claimed == {knob.name for knob in KNOBS if knob.engine == engine.name}
-
-
-@pytest.mark.long
-@each(
-    "name, profile, changes",
-    [
-        ("pybullet", "tuned", {"warmStartingFactor": 0.85}),
-        ("pybullet", "tuned", {"angularDamping": 0.04}),
-        ("mujoco", "tuned", {"warmstart": True}),
-        ("box2d", "tuned", {"warmStarting": False}),
-        ("box2d", "tuned", {"sleepingAllowed": False}),
-    ],
-)
-def test_omitted_settings_have_no_effect(
-    named: Named, finish: Finish, name: str, profile: str, changes: dict[str, Setting]
-) -> None:
-    """Settings that others recommend, but no profile sets, change velocities by rounding only."""
-    adapter = named(name)
-    for scene in (build_oblique_scene(), SHARED_CONTACT, INELASTIC, SLOW):
-        dt_s = 1 / scene.frame_rate_hz
-        kept, changed = (finish(adapter, scene, dt_s, profile, **more).velocity_m_s for more in ({}, changes))
-        # A few units of rounding at 4 m/s.
-        near = scale_tolerance(adapter, 4 * float(np.spacing(4.0)))
-        np.testing.assert_allclose(changed, kept, rtol=0, atol=near)
-
-
-@each(
-    "name, scene, shipped",
-    [
-        ("pymunk", build_break_scene(), {"iterations": 10}),
-        ("pybullet", build_cradle_scene(), {"solverResidualThreshold": 1e-7}),
-    ],
-)
-def test_tuned_iterations_conserve_energy_in_shared_contacts(
-    named: Named, finish: Finish, name: str, scene: Scene, shipped: dict[str, Setting]
-) -> None:
-    """With shared contacts the tuned iterations conserve kinetic energy 100 times better than the default ones."""
-    adapter, dt_s = named(name), 1 / 240
-    start = sum(disc.velocity_m_s[0] ** 2 for disc in scene.discs)  # all masses are 1 kg, and only one disc moves
-    tuned, less = (
-        abs(float((finish(adapter, scene, dt_s, **changes).velocity_m_s ** 2).sum()) / start - 1)
-        for changes in ({}, shipped)
-    )
-    assert tuned * 100 < less

@@ -1,12 +1,11 @@
-// node bare_releases.mjs ENGINE FOLDER SCENES [SETTINGS]: scenes of a file in a release of matter.js, Planck or Rapier, without
-// Carom. As shipped, or with settings of Rapier's as JSON, at 32 phases of the step, as JSON: of each scene and phase, places and
-// velocities at the end and at the first step after five eighths of the run, how often the velocity of a disc turns by more than a
-// hundredth from one step to the next, and, by matter.js, how often two begin to touch.
+// node bare_releases.mjs FOLDER ENGINE SCENES: scenes of a file in a release of matter.js, Planck or Rapier, as shipped and without
+// Carom. At 32 phases of the step, as JSON: of each scene and phase, places and velocities at the end, how often the velocity of a
+// disc turns by more than a hundredth from one step to the next, and, by matter.js, how often two begin to touch.
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { pathToFileURL } from "node:url";
 
-const [engine, folder, scenes, settings = "{}"] = process.argv.slice(2);
+const [folder, engine, scenes] = process.argv.slice(2);
 const require = createRequire(`${folder}/x.cjs`);
 const SCALE = 128; // pixels a metre
 const FAR = 100; // m: how long and deep a wall is
@@ -66,7 +65,6 @@ function rapier({ discs, walls, restitution }, dt) {
   if (walls.length) return null;
   const world = new RAPIER.World({ x: 0, y: 0 });
   world.timestep = dt;
-  Object.assign(world.integrationParameters, JSON.parse(settings));
   const bodies = discs.map(({ position_m, velocity_m_s, radius_m, mass_kg }) => {
     const desc = RAPIER.RigidBodyDesc.dynamic().setAdditionalMass(mass_kg).lockRotations().setCanSleep(false);
     const body = world.createRigidBody(desc.setTranslation(...position_m).setLinvel(...velocity_m_s));
@@ -94,17 +92,15 @@ function run(scene, phase) {
   if (!world) return null;
   let turns = 0;
   let last = world.told();
-  let later;
   for (let step = 0; step < Math.round(scene.duration_s / dt) + 1; step++) {
     world.step();
     const now = world.told();
     now.forEach(([, , x, y], k) => (turns += Math.hypot(x - last[k][2], y - last[k][3]) > 0.01 * Math.hypot(last[k][2], last[k][3])));
     last = now;
-    if (step + 1 === Math.ceil((0.625 * scene.duration_s) / dt - 1e-9)) later = now;
   }
   const met = world.met?.();
   world.free?.();
-  return { end: last, later, turns, met };
+  return { end: last, turns, met };
 }
 
 const phases = [...Array(32).keys()].map((k) => k / 32);

@@ -1,6 +1,7 @@
-"""Scenes of a file in a release of pymunk, MuJoCo, DART or Newton, bare: ``python THIS ENGINE FOLDER SCENES``.
+"""Scenes of a file in a release of pymunk, MuJoCo, DART or Newton, bare: ``python THIS FOLDER ENGINE SCENES``.
 
-At 32 phases of the step, as JSON: of each scene and phase, places and velocities at the end.
+At 32 phases of the step, as JSON: of each scene and phase, places and velocities at the end, and how often the velocity
+of a disc turns by more than a hundredth from one step to the next.
 """
 
 from __future__ import annotations
@@ -8,26 +9,31 @@ from __future__ import annotations
 import json
 import math
 import sys
+from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-engine, folder, scenes = sys.argv[1:]
+folder, engine, scenes = sys.argv[1:]
 sys.path.insert(0, folder)
 PHASES, FAR = 32, 100.0
+
+#: x, y and velocity of each disc.
 State = list[list[float]]
+#: What takes a step, and what reads the state.
+World = tuple[Callable[[], object], Callable[[], State]]
 
 
-def pymunk(scene: dict[str, Any], places: list[list[float]], steps: int, dt: float) -> State:
-    """Run discs as circles and walls as segments 100 m long and thick, as shipped."""
+def pymunk(scene: dict[str, Any], places: list[list[float]], dt: float) -> World:
+    """Build discs as circles and walls as segments 100 m long and thick, as shipped."""
     import pymunk
 
     space = pymunk.Space()
     bodies = []
-    for disc, place in zip(scene["discs"], places, strict=True):
+    for disc, (x, y) in zip(scene["discs"], places, strict=True):
         body = pymunk.Body(disc["mass_kg"], math.inf)
         vx, vy = disc["velocity_m_s"]
-        body.position, body.velocity = (place[0], place[1]), (vx, vy)
+        body.position, body.velocity = (x, y), (vx, vy)
         shape = pymunk.Circle(body, disc["radius_m"])
         shape.elasticity, shape.friction = math.sqrt(scene["restitution"]), 0.0  # the two of a pair are multiplied
         space.add(body, shape)
@@ -39,13 +45,11 @@ def pymunk(scene: dict[str, Any], places: list[list[float]], steps: int, dt: flo
         line = pymunk.Segment(space.static_body, first, second, FAR)
         line.elasticity, line.friction = scene["wall_restitution"] / math.sqrt(scene["restitution"]), 0.0
         space.add(line)
-    for _ in range(steps):
-        space.step(dt)
-    return [[*body.position, *body.velocity] for body in bodies]
+    return lambda: space.step(dt), lambda: [[*body.position, *body.velocity] for body in bodies]
 
 
-def mujoco(scene: dict[str, Any], places: list[list[float]], steps: int, dt: float) -> State:
-    """Run discs as free spheres and walls as planes, with a contact of -1000 that the coefficient damps."""
+def mujoco(scene: dict[str, Any], places: list[list[float]], dt: float) -> World:
+    """Build discs as free spheres and walls as planes, with a contact of -1000 that the coefficient damps."""
     mujoco: Any = import_module("mujoco")  # without types
 
     def contact(restitution: float) -> str:
@@ -69,15 +73,16 @@ def mujoco(scene: dict[str, Any], places: list[list[float]], steps: int, dt: flo
     for k, (disc, place) in enumerate(zip(scene["discs"], places, strict=True)):
         data.qpos[7 * k : 7 * k + 2] = place
         data.qvel[6 * k : 6 * k + 2] = disc["velocity_m_s"]
-    mujoco.mj_step(model, data, nstep=steps)
-    return [
-        [*map(float, data.qpos[7 * k : 7 * k + 2]), *map(float, data.qvel[6 * k : 6 * k + 2])]
-        for k in range(len(places))
-    ]
+
+    def read() -> State:
+        rows = zip(data.qpos.reshape(-1, 7), data.qvel.reshape(-1, 6), strict=True)
+        return [[*map(float, place[:2]), *map(float, velocity[:2])] for place, velocity in rows]
+
+    return lambda: mujoco.mj_step(model, data), read
 
 
-def dart(scene: dict[str, Any], places: list[list[float]], steps: int, dt: float) -> State:
-    """Run discs as spheres on slides and walls as planes, as shipped."""
+def dart(scene: dict[str, Any], places: list[list[float]], dt: float) -> World:
+    """Build discs as spheres on slides and walls as planes, as shipped."""
     dartpy: Any = import_module("dartpy")
 
     def bouncing(node: Any, coefficient: float) -> None:
@@ -107,21 +112,17 @@ def dart(scene: dict[str, Any], places: list[list[float]], steps: int, dt: float
         bouncing(skeleton.createWeldJointAndBodyNodePair()[1].createShapeNode(plane), scene["wall_restitution"] / own)
         skeleton.setMobile(False)
         world.addSkeleton(skeleton)
-    for _ in range(steps):
-        world.step()
-    return [[*map(float, disc.getPositions()), *map(float, disc.getVelocities())] for disc in discs]
+    return world.step, lambda: [[*map(float, disc.getPositions()), *map(float, disc.getVelocities())] for disc in discs]
 
 
-def newton(scene: dict[str, Any], places: list[list[float]], steps: int, dt: float) -> State:
-    """Run discs as spheres by XPBD on the processor, with its restitution turned on and a `gap` of 0."""
+def newton(scene: dict[str, Any], places: list[list[float]], dt: float) -> World:
+    """Build discs as spheres of XPBD on the processor, with its restitution turned on and a `gap` of 0; no walls."""
     import numpy as np
     import warp
 
     warp.config.log_level = warp.LOG_ERROR
     import newton
 
-    if scene["walls"]:
-        return []
     builder = newton.ModelBuilder(gravity=(0.0, 0.0, 0.0))
     shape = builder.ShapeConfig(density=0.0, restitution=scene["restitution"], mu=0.0, gap=0.0)
     for disc, (x, y) in zip(scene["discs"], places, strict=True):
@@ -134,26 +135,39 @@ def newton(scene: dict[str, Any], places: list[list[float]], steps: int, dt: flo
     model = builder.finalize(device="cpu")
     pipeline = newton.CollisionPipeline(model)
     contacts, solver = pipeline.contacts(), newton.solvers.SolverXPBD(model, enable_restitution=True)
-    now, then = model.state(), model.state()
-    for _ in range(steps):
-        now.clear_forces()
-        pipeline.collide(now, contacts)
-        solver.step(now, then, None, contacts, dt)
-        now, then = then, now
-    ends = (now.body_q.numpy()[:, (0, 2)], now.body_qd.numpy()[:, (0, 2)])
-    return [[float(value) for value in row] for row in np.hstack(ends)]
+    states = [model.state(), model.state()]
+
+    def step() -> None:
+        states[0].clear_forces()
+        pipeline.collide(states[0], contacts)
+        solver.step(states[0], states[1], None, contacts, dt)
+        states.reverse()
+
+    def read() -> State:
+        now = states[0]
+        rows: State = np.hstack([now.body_q.numpy()[:, (0, 2)], now.body_qd.numpy()[:, (0, 2)]]).tolist()
+        return rows
+
+    return step, read
 
 
-def run_scene(scene: dict[str, Any], phase: float) -> State:
-    """Return x, y and velocity of each disc at the end, each set back by a part of its first step."""
+def run_scene(scene: dict[str, Any], phase: float) -> dict[str, Any]:
+    """Run a scene in which each disc is set back by a part of its first step."""
     dt = 1 / scene["frame_rate_hz"]
     moved = [
         [x - phase * dt * v for x, v in zip(disc["position_m"], disc["velocity_m_s"], strict=True)]
         for disc in scene["discs"]
     ]
-    return {"pymunk": pymunk, "mujoco": mujoco, "dart": dart, "newton": newton}[engine](
-        scene, moved, round(scene["duration_s"] / dt) + 1, dt
-    )
+    build = {"pymunk": pymunk, "mujoco": mujoco, "dart": dart, "newton": newton}[engine]
+    step, read = build(scene, moved, dt)
+    last, turns = read(), 0
+    for _ in range(round(scene["duration_s"] / dt) + 1):
+        step()
+        now = read()
+        pairs = zip(last, now, strict=True)
+        turns += sum(math.dist(before[2:], after[2:]) > 0.01 * math.hypot(*before[2:]) for before, after in pairs)
+        last = now
+    return {"end": last, "turns": turns}
 
 
 found = {

@@ -9,14 +9,6 @@ STARTS = 16
 PHASES = tuple(k / STARTS for k in range(STARTS))
 
 
-def build_head_on_scene(speed_m_s: float, radius_m: float = 0.5, phase: float = 0.0, dt_s: float = 1 / 60) -> Scene:
-    """A disc runs into an equal one at rest, which leaves with its velocity; `phase` of a step later than at a step."""
-    gap_m = speed_m_s * (8 + phase) * dt_s
-    runner = Disc(position_m=(0, 0), velocity_m_s=(speed_m_s, 0), radius_m=radius_m)
-    at_rest = Disc(position_m=(2 * radius_m + gap_m, 0), radius_m=radius_m)
-    return Scene(name="head-on", discs=[runner, at_rest], duration_s=24 * dt_s)
-
-
 def list_starts(scene: Scene) -> list[Scene]:
     """Return a scene begun at `STARTS` parts of a step of its frame rate."""
     return build_starts(scene, STARTS)

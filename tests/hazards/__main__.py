@@ -17,7 +17,7 @@ from carom.execution.describe_engines import engines
 
 
 def main() -> int:
-    """Measure, show each engine's rows as they come, and write the page where it is asked for."""
+    """Measure, print the rows of each engine, and write the page if `--write` is given."""
     parser = argparse.ArgumentParser(prog="python -m tests.hazards", description=__doc__)
     parser.add_argument("engines", nargs="*", default=ENGINES, help="which engines, all unless told; 'none' for none")
     parser.add_argument("--figures", type=Path, help="keep the figures in this file, which `make atlas` reads")

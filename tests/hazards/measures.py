@@ -386,7 +386,7 @@ def _measure_group(adapter: Adapter) -> Iterator[Figure]:
 
 
 def list_profiles(adapter: Adapter, *names: str) -> list[str]:
-    """Return the profiles of an adapter that are asked for; PIT, which has one form, is measured once."""
+    """Return those of the named profiles that an adapter has; PIT has one profile, which is returned once."""
     known = dict.fromkeys(Method(adapter.name, name).profile for name in names)
     return [name for name in known if name in adapter.profiles]
 

@@ -42,7 +42,7 @@ def _list_methods(figures: Iterable[Figure], table: str) -> list[Method]:
 
 
 def _build_table(table: str, columns: Sequence[tuple[str, str]], figures: Sequence[Figure]) -> Table:
-    """Return a table of methods by what is asked of them; each column is a heading and what it is of."""
+    """Return a table with a row per method; a column is its heading and the scene or speed that it shows."""
     known = {(one.table, one.of, Method(one.engine, one.profile)): one for one in figures}
     first = [Column("method", lambda method: method.label)]
     return Table(
