@@ -82,18 +82,6 @@ def test_known_failure_that_passes_or_is_skipped_fails(project: Path, run_pytest
 
 
 @pytest.mark.long
-def test_hanging_case_fails_and_known_failure_is_counted(project: Path, run_pytest: Pytest) -> None:
-    """A case without an answer within the time limit fails, unless it is listed: then it is a known failure."""
-    (project / "known.toml").write_text('[[known_failure]]\nreason = "it sleeps"\ncases = ["hangs::start[tuned]"]\n')
-    chosen = ("--carom-engine", "hangs", "--carom-time-limit", "1", "--carom-known-failures=known.toml", "-k")
-    done = run_pytest(*chosen, "start or immovable-discs-alone")
-    assert done.returncode == 1, done.stdout + done.stderr
-    assert "the engine hangs" in done.stdout
-    assert "no answer within 1 s" in done.stdout
-    assert ": 0 passed, 1 failed, 0 skipped, 1 known failures" in done.stdout
-
-
-@pytest.mark.long
 def test_summary_of_manifest_engine_names_engine_and_version(run_pytest: Pytest, tmp_path: Path) -> None:
     """The summary of an engine with a manifest contains its name and version, and no distribution."""
     done = run_pytest("--carom-engine", str(write_manifest(tmp_path, version="2.5")), "-k", "declares-capabilities")

@@ -222,14 +222,16 @@ def test_any_toml_spelling_of_entries_is_rewritten(text: str, tmp_path: Path) ->
 @pytest.mark.long
 @pytest.mark.parametrize("workers", [(), ("-n", "2")])
 def test_run_after_writing_known_failures_passes(project: Path, run_pytest: Pytest, workers: tuple[str, ...]) -> None:
-    """After `--write-known-failures` has reported and written the failures, the next run passes."""
+    """An engine that hangs fails; after `--write-known-failures` has written this failure, the next run passes."""
     file = project / "known.toml"
     file.write_text('[[known_failure]]\nreason = "it used to"\ncases = ["hangs::declares-profiles"]\n')
     chosen = ("--carom-engine", "hangs", "--carom-time-limit", "1", "--carom-known-failures=known.toml")
     these = ("-k", "start or declares", *workers)
     done = run_pytest(*chosen, "--write-known-failures", *these)
     assert done.returncode == 1, done.stdout + done.stderr
+    assert "no answer within 1 s" in done.stdout
     assert "known.toml: 1 known failures added, 1 dropped; cases that need a reason: 1" in done.stdout
     assert {name for one in load_known_failures(file) for name in one.cases} == {"hangs::start[tuned]"}
     done = run_pytest(*chosen, *these)
     assert done.returncode == 0, done.stdout + done.stderr
+    assert " 0 failed, 0 skipped, 1 known failures" in done.stdout
