@@ -92,17 +92,6 @@ def test_every_name_of_the_engine_api_is_documented_once() -> None:
     assert sorted(own + shared) == sorted(api.__all__)
 
 
-def test_every_decision_is_listed() -> None:
-    """The list of decisions contains each decision's file with its number, in order."""
-    listed = re.findall(
-        r"^(\d+)\. \[.+\]\((.+)\)$", (DOCS / "contributing" / "decisions" / "README.md").read_text(), re.MULTILINE
-    )
-    assert [name for _, name in listed] == sorted(
-        path.name for path in (DOCS / "contributing" / "decisions").glob("0*.md")
-    )
-    assert [int(number) for number, _ in listed] == [int(name[:4]) for _, name in listed]
-
-
 #: No command that answers on a terminal draws, certifies two discs, searches, or drives an engine in its own process.
 NEVER = {"matplotlib", "jinja2", "flint", "distributed", "pandas", "optuna", "pytest", "pymunk", "mujoco", "pybullet"}
 NEVER |= {"numpy.ma", "carom.solvers.damped"}  # for a median; for other laws
