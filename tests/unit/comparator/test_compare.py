@@ -3,17 +3,13 @@
 Planted faults are in `tests/planted`.
 """
 
-import inspect
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from importlib import import_module
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import pytest
-from docs.figures.stages import ROOT, imported_names, package_of, stages
 from tests.cases import each
 from tests.planted.faults import DT, FIRST_S, LAST_S, ROW, drop_impact, replay_impacts
 from tests.scene_builders import alter_impact, disc_at, require_value, staged, wall_at
@@ -82,7 +78,7 @@ def test_traces_of_two_scenes_are_refused(reference: Trace, scene: Scene) -> Non
 
 @each("horizon", [0, 0.1])
 def test_horizon_before_the_first_impact_gives_no_grade(scene: Scene, reference: Trace, horizon: float) -> None:
-    """With a horizon before the first impact every run is UNGRADED, and the reason says so."""
+    """With a horizon before the first impact a run is UNGRADED, with a reason, or WRONG if an impact is spurious."""
     blind = replace(solve_pit(scene, frame_rate_hz=0.5), dt_s=1 / 60)
     silent = replace(reference, impacts=reference.impacts[:0], dt_s=1 / 60)  # and so contradicts itself
     for observed in (reference, solve_pit(scene), blind, silent):
@@ -91,14 +87,8 @@ def test_horizon_before_the_first_impact_gives_no_grade(scene: Scene, reference:
         assert score.verdicts[-1] is Verdict.NOTHING_COMPARED
         assert "the first impact, at 0.2 s, is beyond the horizon" in score.findings[-1].reason
         assert Verdict.CONFORMS not in score.verdicts
-
-
-def test_spurious_impact_before_the_horizon_is_wrong(reference: Trace) -> None:
-    """A spurious impact before a horizon without reference impacts makes the run WRONG."""
     spurious = drop_impact(alter_impact(reference, 0, time_s=0.05, second=2), 1)
-    score = compare(reference, replace(spurious, dt_s=1e-3), horizon=0.1)
-    assert score.grade is Grade.WRONG
-    assert Verdict.SPURIOUS in score.verdicts
+    assert compare(reference, replace(spurious, dt_s=1e-3), horizon=0.1).grade is Grade.WRONG
 
 
 def replay_at_times(reference: Trace, times: list[float]) -> Trace:
@@ -108,8 +98,8 @@ def replay_at_times(reference: Trace, times: list[float]) -> Trace:
     return replay_impacts(reference, impacts)
 
 
-def test_lateness_of_pit_does_not_excuse_earlier_lateness() -> None:
-    """If PIT is three steps late at the second impact only, two steps late at the first is INACCURATE."""
+def test_lateness_of_pit_excuses_only_later_lateness() -> None:
+    """If PIT is three steps late at the second impact only, a run may be so late there, and one step at the first."""
     reference = solve_pic(ROW)
     pit = replay_at_times(reference, [FIRST_S, LAST_S + 3 * DT])
     for times, grade in (
@@ -117,43 +107,23 @@ def test_lateness_of_pit_does_not_excuse_earlier_lateness() -> None:
         ([FIRST_S + DT, LAST_S + 2.5 * DT], Grade.SAMPLED),
         ([FIRST_S + 2 * DT, LAST_S], Grade.INACCURATE),
         ([FIRST_S, LAST_S + 3.5 * DT], Grade.INACCURATE),
+        ([FIRST_S, LAST_S - 0.5 * DT], Grade.INACCURATE),
     ):
         assert compare(reference, replay_at_times(reference, times), sampling=pit).grade is grade, times
 
 
-def test_early_impact_is_inaccurate() -> None:
-    """An impact found half a step early is EARLY and INACCURATE, however late PIT is."""
-    reference = solve_pic(ROW)
-    pit = replay_at_times(reference, [FIRST_S, LAST_S + 3 * DT])
-    score = compare(reference, replay_at_times(reference, [FIRST_S, LAST_S - 0.5 * DT]), sampling=pit)
-    assert Verdict.EARLY in score.verdicts
-    assert Verdict.LATE not in score.verdicts
-    assert score.grade is Grade.INACCURATE
-
-
 def test_impact_that_is_early_because_of_a_late_one_is_sampled() -> None:
     """An impact that is early only because an earlier one was late is graded SAMPLED."""
-    # A disc strikes an immovable one off centre. If an impact is found late, the disc leaves at another angle and meets
-    # the wall behind on another path. From frames that find the first impact .9 of a frame late, the second comes
-    # early.
-    for rate in (23.0, 29.0, 31.0, 37.0, 41.0, 43.0):
-        scene = staged(
-            "thrown",
-            disc_at(0, 0.3, 4, 0),
-            disc_at(3, 0, m=math.inf),
-            wall_at(0, 6, 0, -1),
-            duration_s=4.0,
-            frame_rate_hz=rate,
-        )
-        reference, pit = solve_pic(scene), solve_pit(scene)
-        score = compare(reference, pit, sampling=pit)
-        if Verdict.EARLY in score.verdicts:
-            assert score.grade is Grade.SAMPLED
-            lucky = replace(reference, dt_s=pit.dt_s)  # a PIT whose frame falls on the first impact
-            again = compare(reference, pit, sampling=lucky)
-            assert again.grade is Grade.SAMPLED  # at its own phase PIT pays as much
-            return
-    pytest.fail("no frame rate brings the second impact forward")
+    # A disc strikes an immovable one off centre. PIT finds this impact late, so the disc leaves at
+    # another angle and meets the wall behind early.
+    bodies = disc_at(0, 0.3, 4, 0), disc_at(3, 0, m=math.inf), wall_at(0, 6, 0, -1)
+    scene = staged("thrown", *bodies, duration_s=4.0, frame_rate_hz=23.0)
+    reference, pit = solve_pic(scene), solve_pit(scene)
+    lucky = replace(reference, dt_s=pit.dt_s)  # a PIT whose frame falls on the first impact
+    for sampling in (pit, lucky):
+        score = compare(reference, pit, sampling=sampling)
+        assert Verdict.EARLY in score.verdicts
+        assert score.grade is Grade.SAMPLED
 
 
 def test_score_attributes_of_carom_0_1_still_work(scene: Scene, reference: Trace) -> None:
@@ -163,42 +133,6 @@ def test_score_attributes_of_carom_0_1_still_work(scene: Scene, reference: Trace
         assert getattr(score, old) == getattr(score.total, name)
     for name in ("velocity", "final_position", "final_velocity", "energy", "momentum"):
         assert getattr(score, f"{name}_error") == getattr(score.total, name)
-
-
-# The stages of a comparison: each uses results of those before, and none of their functions ---------------------------
-
-
-PARTS = [package_of(module) for _, module, _ in stages()]
-
-
-@each("part", PARTS)
-def test_stages_import_only_types_and_constants_of_others(part: str) -> None:
-    """A stage of the comparison imports only types and constants of other stages, and no functions."""
-    files = (ROOT / "src" / "carom" / "comparator").rglob("*.py")
-    names = [".".join(file.relative_to(ROOT / "src").with_suffix("").parts) for file in files]
-    imported = [
-        (module, name)
-        for own in names
-        if package_of(own) == part
-        for name, module in imported_names(own).items()
-        if package_of(module) in set(PARTS) - {part}
-    ]
-    assert imported or part == PARTS[0]
-    called = [
-        name for module, name in imported if not (name.isupper() or inspect.isclass(vars(import_module(module))[name]))
-    ]
-    assert called == []
-
-
-def test_each_stage_extends_the_result_of_the_stage_before() -> None:
-    """The result type of each stage extends that of the stage before, and each stage takes that result."""
-    results = [
-        inspect.get_annotations(getattr(import_module(module), name), eval_str=True) for name, module, _ in stages()
-    ]
-    types = [annotations["return"] for annotations in results]
-    assert all(issubclass(later, earlier) for earlier, later in pairwise(types[:-1]))
-    assert types[-1] is Score
-    assert [next(iter(annotations.values())) for annotations in results[1:]] == types[:-1]
 
 
 # Traces that are refused ----------------------------------------------------------------------------------------------
