@@ -124,12 +124,6 @@ CROWD = (
         "1 % of its speed such a change is a turn that nothing explains",
     ),
     Fault(
-        "one disc shown slow",
-        lambda run, time_s, size: change_states(run, time_s, speed=lambda v, _: _shift_disc(v, -size * v[:, ONE])),
-        parse_rungs("0 exact, 1e-10 close-inaccurate, 1e-6 1e-3 inaccurate, 0.5 inaccurate-wrong"),
-        "as above, of one disc",
-    ),
-    Fault(
         "damping a second",
         lambda run, time_s, size: change_states(run, time_s, speed=lambda v, t: v * np.exp(-size * t)),
         parse_rungs("0 exact, 1e-10 exact-inaccurate, 1e-6 close-inaccurate, 1e-2 1 inaccurate-wrong"),
@@ -165,12 +159,6 @@ ROUGH = (
         "sliding impacts are off by that share of friction's push: all of it is as much as the tangential velocity",
     ),
     Fault(
-        "friction too strong",
-        lambda run, time_s, size: _friction(run, time_s, -size),
-        parse_rungs("0 exact, 1e-2 sampled-inaccurate, 50 inaccurate"),
-        "discs hold where they should slide: the branch is wrong, at walls too, where sampling costs nothing",
-    ),
-    Fault(
         "spins drift, rad/s a second",
         lambda run, time_s, size: change_states(run, time_s, spin=lambda w, t: w + size * t),
         parse_rungs("0 exact, 1e-10 exact-inaccurate, 1e-6 close-inaccurate, 1e-2 inaccurate, 10 inaccurate-wrong"),
@@ -181,12 +169,6 @@ ROUGH = (
         lambda run, time_s, size: change_states(run, time_s, spin=lambda w, _: w * (1.0 - size)),
         parse_rungs("0 exact, 1e-10 close-inaccurate, 1e-6 1e-3 inaccurate, 0.5 inaccurate-wrong"),
         "spins change at once with nothing near, and again at each impact against the law",
-    ),
-    Fault(
-        "spins of the other sign",
-        lambda run, time_s, size: change_states(run, time_s, spin=lambda w, _: -w) if size else run,
-        parse_rungs("0 exact, 1 inaccurate-wrong"),
-        "spins change at once with nothing near, and the law is that of the mirror",
     ),
 )
 
@@ -329,22 +311,10 @@ FROM_REST = (
         "it lies on the floor at the start and falls 20 m through it",
     ),
     Alone(
-        "flung from rest at the start, m/s",
-        lambda size: build_run(RESTING, _leave_path(size) if size else _rest_path),
-        parse_rungs("0 exact, 5 wrong, 5e5 wrong turned_alone"),
-        "it leaves the floor with nothing near",
-    ),
-    Alone(
         "a second disc falls through",
         lambda size: build_run(BESIDE, _rest_path, fall_through_path if size else drop_path, lands=None if size else 1),
         parse_rungs("0 exact, 1 wrong passed_through"),
         "one disc at rest ends the reference, and not the other's fall",
-    ),
-    Alone(
-        "a second disc never rests, m/s",
-        lambda size: build_run(BESIDE, _rest_path, _hop_path(size) if size else drop_path, lands=1),
-        parse_rungs("0 exact, 3 inaccurate-wrong"),
-        "one disc at rest ends the reference, and not the other's fall: restitution .55 for 0",
     ),
 )
 
@@ -410,12 +380,6 @@ LONG = (
         parse_rungs(f"0 exact, {' '.join(map(str, STEPS))} wrong passed_through"),
         "they overlap for that many steps and part on the far side, no velocity changed; of an even number of steps "
         "there is a state in which they have one centre",
-    ),
-    Alone(
-        "passes through slowly off centre, steps",
-        lambda steps: build_passing_run(steps, 0.3),
-        parse_rungs(f"0 exact, {' '.join(map(str, STEPS))} wrong passed_through"),
-        "as above, at .3 of the contact distance off centre",
     ),
     Alone(
         "pushes for steps",

@@ -42,7 +42,6 @@ class Run:
         impacts: What it reports, `carom.model.trace.IMPACT_DTYPE`.
         spins: The spins of these, `carom.model.trace.SPIN_DTYPE`; None where no disc spins.
         told: Whether it returns the velocities around an impact; else they are read from the states.
-        float_bits: Width of the floats that it declares.
         lasts: In how many steps it reports each impact, if it does not tell velocities.
     """
 
@@ -51,7 +50,6 @@ class Run:
     impacts: Rows
     spins: Rows | None = None
     told: bool = False
-    float_bits: int = 64
     lasts: int = 1
 
 
@@ -185,31 +183,6 @@ def change_states(run: Run, time_s: float, *, place: Any = None, speed: Any = No
     return dataclasses.replace(run, states=States(run.states.time_s, position, velocity, spins))
 
 
-def round_to_32_bits(run: Run) -> Run:
-    """Return the run in 32-bit floats, states and reports."""
-    seen = run.states
-    states = States(
-        seen.time_s,
-        _in_32_bits(seen.position_m),
-        _in_32_bits(seen.velocity_m_s),
-        None if seen.spin_rad_s is None else _in_32_bits(seen.spin_rad_s),
-    )
-    impacts = run.impacts.copy()
-    for name in impacts.dtype.names or ():
-        if name.startswith("velocity"):
-            impacts[name] = _in_32_bits(impacts[name])
-    spins = None
-    if run.spins is not None:
-        spins = run.spins.copy()
-        for name in spins.dtype.names or ():
-            spins[name] = _in_32_bits(spins[name])
-    return dataclasses.replace(run, states=states, impacts=impacts, spins=spins, float_bits=32)
-
-
-def _in_32_bits(numbers: Array) -> Array:
-    return numbers.astype(np.float32).astype(np.float64)
-
-
 class _World:
     """A run played back."""
 
@@ -275,7 +248,6 @@ class Playback:
             friction=(0.0, math.inf),
             tangential_restitution=True,
             contact_times=ContactTimes.SOLVED,
-            float_bits=self.run.float_bits,
         )
 
     @property
