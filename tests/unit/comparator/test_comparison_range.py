@@ -13,7 +13,6 @@ from carom.comparator import Grade
 from carom.comparator.comparison_range import _find_falling_back, clip_before_rest
 from carom.comparator.match_impacts import ComparisonRange
 from carom.model.scene import Scene
-from carom.model.trace import Outcome
 
 #: Nothing ends it.
 WHOLE = ComparisonRange(10**6, math.inf)
@@ -41,15 +40,6 @@ def test_pit_of_a_disc_that_comes_to_rest_is_sampled_at_worst(
         score = compare(reference, pit, sampling=pit)
         assert score.grade in {Grade.SAMPLED, Grade.CLOSE, Grade.EXACT}, (height_m, score.findings)
         assert score.expected >= 1
-
-
-def test_pit_of_bounces_cut_short_by_the_end_is_sampled() -> None:
-    """If a scene ends before its disc rests, bounces that PIT cannot follow are ignored: PIT is SAMPLED."""
-    scene = build_drop_scene(0.7, 1.962831966843237)
-    reference, pit = solve_pic(scene), solve_pit(scene, frame_rate_hz=240)
-    assert reference.outcome is Outcome.COMPLETED
-    assert clip_before_rest(reference, WHOLE, pit.dt_s, pit).impacts < len(reference.impacts)
-    assert compare(reference, pit, sampling=pit).grade is Grade.SAMPLED
 
 
 @each("row", [0, 1, 2])
