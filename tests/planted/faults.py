@@ -108,28 +108,26 @@ class Fault:
         plant: Takes the reference and a size, gives the run; its docstring says what the size is.
         table: What must be said in the scene `ROW`, from size 0 upwards.
         impacts: How many impacts a scene must have for it.
-        discs: How many discs.
     """
 
     name: str
     plant: Plant
     table: tuple[Expected, ...]
     impacts: int = 1
-    discs: int = 1
 
 
 FAULTS: list[Fault] = []
 
 
 def register_fault(
-    says: Callable[[float], Says], *, impacts: int = 1, discs: int = 1, **sizes: tuple[float, ...]
+    says: Callable[[float], Says], *, impacts: int = 1, **sizes: tuple[float, ...]
 ) -> Callable[[Plant], Plant]:
     """Enter a fault: what must be said of a size that is not exact, and the sizes of each grade, from the best on."""
     ladder = [(size, Grade[grade.upper()]) for grade, all_ in sizes.items() for size in all_]
     table = tuple(Expected(size, grade, {} if grade is Grade.EXACT else says(size)) for size, grade in ladder)
 
     def enter(plant: Plant) -> Plant:
-        FAULTS.append(Fault(plant.__name__.replace("_", " "), plant, table, impacts, discs))
+        FAULTS.append(Fault(plant.__name__.replace("_", " "), plant, table, impacts))
         return plant
 
     return enter
@@ -291,23 +289,6 @@ def swapped(reference: Trace, size: float) -> Trace:
     return dataclasses.replace(trace, impacts=impacts)
 
 
-# Disc 0 ends at 2 m, disc 2 at 10 m.
-@register_fault(
-    lambda _: {Verdict.MISPLACED: 16, Verdict.WRONG_END: 1, Verdict.DRIFTS: 16, Verdict.TURNS: 1},
-    exact=(0,), inaccurate=(1,), discs=2,
-)  # fmt: skip
-def exchanged(reference: Trace, size: float) -> Trace:
-    """The first and the last disc show each other's final state; size 0 or 1."""
-    trace = replay_reference(reference)
-    if not size:
-        return trace
-    order = [*range(len(reference.scene.discs))]
-    order[0], order[-1] = order[-1], order[0]
-    return dataclasses.replace(
-        trace, final_position_m=trace.final_position_m[order], final_velocity_m_s=trace.final_velocity_m_s[order]
-    )
-
-
 # Disc 0 drifts longest without an impact: from the first one on. PIT, a step late, ends up to `STEP` off.
 @register_fault(
     lambda radii: {Verdict.MISPLACED: radii * END_S, Verdict.DRIFTS: radii * (END_S - FIRST_S)},
@@ -319,18 +300,6 @@ def drifting(reference: Trace, size: float) -> Trace:
     return replay_impacts(
         reference, reference.impacts.copy(), lambda place, time: place + np.array([0.0, size * length * time])
     )
-
-
-@register_fault(
-    lambda part: {Verdict.MISPLACED: part * FLOWN, Verdict.DRIFTS: part * FLOWN},
-    exact=(0, 1e-13), close=(1e-6,), inaccurate=(0.01, 1),
-)  # fmt: skip
-def dragging(reference: Trace, size: float) -> Trace:
-    """After the last impact its disc moves by so large a part less than its velocity says."""
-    trace, row = replay_reference(reference), reference.impacts[-1]
-    disc, place = int(row[_faulty_body(reference)]), trace.final_position_m.copy()
-    place[disc] -= size * trace.final_velocity_m_s[disc] * (trace.end_time_s - row["time_s"])
-    return dataclasses.replace(trace, final_position_m=place)
 
 
 @register_fault(

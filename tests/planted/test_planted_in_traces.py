@@ -119,8 +119,8 @@ def test_wrong_impact_law_is_measured_in_its_parts(name: str) -> None:
 def test_larger_planted_fault_has_no_better_grade(name: str, fault: Fault) -> None:
     """In scenes of every kind, no size of a fault is graded better than a smaller one."""
     reference = solve_pic(catalogue()[name].scene)
-    if len(reference.impacts) < fault.impacts or len(reference.scene.discs) < fault.discs:
-        pytest.skip(f"{name} has too few impacts or discs")
+    if len(reference.impacts) < fault.impacts:
+        pytest.skip(f"{name} has too few impacts")
     runs = [fault.plant(reference, row.size) for row in fault.table]
     sampling = solve_pit(reference.scene, frame_rate_hz=1 / DT)
     grades = [WORSENING.index(compare(reference, run, sampling=sampling).grade) for run in runs]
