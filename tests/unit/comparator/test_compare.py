@@ -20,21 +20,9 @@ from carom.comparator import Grade, Score, Verdict
 from carom.errors import InputError
 from carom.model.trace import Outcome, Trace
 
-SPEED = 5.0
-
-
-@pytest.fixture
-def scene() -> Scene:
-    """Three discs in line: 0 strikes 1 at 0.2 s, 1 strikes 2 at 0.6 s, on different lines, so normals differ."""
-    return staged("three", disc_at(0, 0, SPEED, 0), disc_at(1.8, 0.6), disc_at(4.5, 2.4), duration_s=2.0)
-
-
-@pytest.fixture
-def reference(scene: Scene) -> Trace:
-    """The scene's PIC trace."""
-    trace = solve_pic(scene)
-    assert len(trace.impacts) == 2
-    return trace
+#: Three discs in line: 0 strikes 1 at 0.2 s, 1 strikes 2 at 0.6 s, on different lines, so normals differ.
+SCENE = staged("three", disc_at(0, 0, 5.0, 0), disc_at(1.8, 0.6), disc_at(4.5, 2.4), duration_s=2.0)
+REFERENCE = solve_pic(SCENE)
 
 
 def score_with_pit(reference: Trace, observed: Trace) -> Score:
@@ -42,17 +30,17 @@ def score_with_pit(reference: Trace, observed: Trace) -> Score:
     return compare(reference, observed, sampling=solve_pit(reference.scene))
 
 
-def test_impact_of_the_wrong_pair_is_missed_and_spurious(reference: Trace) -> None:
+def test_impact_of_the_wrong_pair_is_missed_and_spurious() -> None:
     """An impact reported for another pair is one missed and one spurious impact, not one with a large error."""
-    score = score_with_pit(reference, replace(alter_impact(reference, 0, second=2), dt_s=1 / 60))
+    score = score_with_pit(REFERENCE, replace(alter_impact(REFERENCE, 0, second=2), dt_s=1 / 60))
     assert (score.missed, score.spurious) == ((0,), (0,))
 
 
 @each("outcome, said", [(Outcome.WARNED, "bad state"), (Outcome.COMPLETED, "")])
-def test_run_that_stopped_early_is_cut_short_and_wrong(reference: Trace, outcome: Outcome, said: str) -> None:
+def test_run_that_stopped_early_is_cut_short_and_wrong(outcome: Outcome, said: str) -> None:
     """A trace that ends before the scene is CUT_SHORT and WRONG, whatever it reports, with the engine's message."""
-    cut = replace(solve_pic(reference.scene, until_s=0.3), outcome=outcome, notes=(said,), end_time_s=0.3)
-    score = score_with_pit(reference, cut)
+    cut = replace(solve_pic(SCENE, until_s=0.3), outcome=outcome, notes=(said,), end_time_s=0.3)
+    score = score_with_pit(REFERENCE, cut)
     assert score.verdicts == (Verdict.CUT_SHORT, Verdict.UNDECIDED)
     assert said in score.findings[0].reason
     assert score.undecided == (1,)
@@ -60,35 +48,35 @@ def test_run_that_stopped_early_is_cut_short_and_wrong(reference: Trace, outcome
     assert math.isnan(score.total.final_position)  # the two ends are not of one time
 
 
-def test_pit_compared_with_itself_is_sampled(scene: Scene, reference: Trace) -> None:
+def test_pit_compared_with_itself_is_sampled() -> None:
     """PIT compared with itself is graded SAMPLED; without a PIT run to compare with, it is UNGRADED."""
-    pit = solve_pit(scene)
-    assert compare(reference, pit, sampling=pit).grade is Grade.SAMPLED
-    alone = compare(reference, pit)
+    pit = solve_pit(SCENE)
+    assert compare(REFERENCE, pit, sampling=pit).grade is Grade.SAMPLED
+    alone = compare(REFERENCE, pit)
     assert alone.grade is Grade.UNGRADED
     assert Verdict.UNCOMPARED in alone.verdicts
 
 
-def test_traces_of_two_scenes_are_refused(reference: Trace, scene: Scene) -> None:
+def test_traces_of_two_scenes_are_refused() -> None:
     """Comparing traces of different scenes raises an InputError that names both scenes."""
-    other = solve_pic(Scene(name="other", discs=scene.discs, duration_s=1))
+    other = solve_pic(Scene(name="other", discs=SCENE.discs, duration_s=1))
     with pytest.raises(InputError, match=r"'three'.*'other'"):
-        compare(reference, other)
+        compare(REFERENCE, other)
 
 
 @each("horizon", [0, 0.1])
-def test_horizon_before_the_first_impact_gives_no_grade(scene: Scene, reference: Trace, horizon: float) -> None:
+def test_horizon_before_the_first_impact_gives_no_grade(horizon: float) -> None:
     """With a horizon before the first impact a run is UNGRADED, with a reason, or WRONG if an impact is spurious."""
-    blind = replace(solve_pit(scene, frame_rate_hz=0.5), dt_s=1 / 60)
-    silent = replace(reference, impacts=reference.impacts[:0], dt_s=1 / 60)  # and so contradicts itself
-    for observed in (reference, solve_pit(scene), blind, silent):
-        score = compare(reference, observed, sampling=solve_pit(scene), horizon=horizon)
+    blind = replace(solve_pit(SCENE, frame_rate_hz=0.5), dt_s=1 / 60)
+    silent = replace(REFERENCE, impacts=REFERENCE.impacts[:0], dt_s=1 / 60)  # and so contradicts itself
+    for observed in (REFERENCE, solve_pit(SCENE), blind, silent):
+        score = compare(REFERENCE, observed, sampling=solve_pit(SCENE), horizon=horizon)
         assert score.grade is Grade.UNGRADED
         assert score.verdicts[-1] is Verdict.NOTHING_COMPARED
         assert "the first impact, at 0.2 s, is beyond the horizon" in score.findings[-1].reason
         assert Verdict.CONFORMS not in score.verdicts
-    spurious = drop_impact(alter_impact(reference, 0, time_s=0.05, second=2), 1)
-    assert compare(reference, replace(spurious, dt_s=1e-3), horizon=0.1).grade is Grade.WRONG
+    spurious = drop_impact(alter_impact(REFERENCE, 0, time_s=0.05, second=2), 1)
+    assert compare(REFERENCE, replace(spurious, dt_s=1e-3), horizon=0.1).grade is Grade.WRONG
 
 
 def replay_at_times(reference: Trace, times: list[float]) -> Trace:
@@ -126,9 +114,9 @@ def test_impact_that_is_early_because_of_a_late_one_is_sampled() -> None:
         assert score.grade is Grade.SAMPLED
 
 
-def test_score_attributes_of_carom_0_1_still_work(scene: Scene, reference: Trace) -> None:
+def test_score_attributes_of_carom_0_1_still_work() -> None:
     """The score attributes of Carom 0.1 return the values of the score's `total`."""
-    score = compare(reference, solve_pit(scene))
+    score = compare(REFERENCE, solve_pit(SCENE))
     for name, old in (("time_s", "time_error_s"), ("direction_rad", "direction_error_rad")):
         assert getattr(score, old) == getattr(score.total, name)
     for name in ("velocity", "final_position", "final_velocity", "energy", "momentum"):

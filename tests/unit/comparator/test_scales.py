@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from tests.cases import each
 from tests.planted.altered_runs import change_states, record_pic, score_run
-from tests.planted.faults import LENGTH, replay_impacts, replay_reference
+from tests.planted.faults import carried_off, faster, replay_impacts, replay_reference
 from tests.scene_builders import disc_at, require_value, staged
 
 from carom import Scene, Trace, Wall, compare, solve_pic, solve_pit
@@ -28,18 +28,6 @@ def build_pair_beside(name: str) -> Scene:
     return staged("beside", disc_at(0, 0, 1, 0), disc_at(3, 0.3), BESIDE[name], duration_s=5, **friction)
 
 
-def plant_velocity_error(reference: Trace, size: float) -> Trace:
-    impacts = reference.impacts.copy()
-    impacts["velocity_first_after"] += [0, size]
-    impacts["velocity_second_after"] -= [0, size]
-    return replay_impacts(reference, impacts)
-
-
-def plant_position_error(reference: Trace, size: float) -> Trace:
-    trace = replay_reference(reference)
-    return dataclasses.replace(trace, final_position_m=trace.final_position_m + np.array([[size, 0], [0, 0], [0, 0]]))
-
-
 def plant_spin_error(reference: Trace, size: float) -> Trace:
     trace = replay_reference(reference)
     assert reference.final_spin_rad_s is not None
@@ -51,8 +39,8 @@ def plant_spin_error(reference: Trace, size: float) -> Trace:
 @each(
     "name, plant, verdict",
     [
-        ("a flyer", plant_velocity_error, Verdict.WRONG_VELOCITY),
-        ("a far disc", plant_position_error, Verdict.MISPLACED),
+        ("a flyer", faster, Verdict.WRONG_VELOCITY),
+        ("a far disc", carried_off, Verdict.MISPLACED),
         ("a fast spinner", plant_spin_error, Verdict.WRONG_SPIN),
     ],
 )
@@ -65,7 +53,7 @@ def test_unrelated_body_hides_no_error(name: str, plant: Callable[[Trace, float]
         score = compare(reference, plant(reference, size), sampling=sampling)
         assert score.grade is not Grade.EXACT
         assert verdict in score.verdicts
-    assert compare(reference, plant(reference, 6 * LENGTH), sampling=sampling).grade is Grade.INACCURATE
+    assert compare(reference, plant(reference, 3.0), sampling=sampling).grade is Grade.INACCURATE
 
 
 def test_speed_scale_is_the_largest_speed_that_led_to_an_impact() -> None:

@@ -39,16 +39,6 @@ def test_plugin_without_its_option_imports_no_dependencies(project: Path, run_py
 
 
 @pytest.mark.long
-def test_suite_runs_in_repository_without_tests(run_pytest: Pytest) -> None:
-    """In a folder without tests the suite runs alone; the case of a missing engine is skipped with the command."""
-    done = run_pytest("--carom-engine", "carom-toys", "-rs", "-k", "(sound and declares) or available")
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert "2 passed, 1 skipped" in done.stdout
-    assert "sound: Carom 1.0 (Carom_Toys): 2 passed" in done.stdout
-    assert "surely_not_installed is not installed; pip install surely-not-installed" in done.stdout
-
-
-@pytest.mark.long
 def test_suite_runs_together_with_own_tests(project: Path, run_pytest: Pytest) -> None:
     """The suite runs with a project's own strict tests in two processes; its marker selects it alone."""
     (project / "pyproject.toml").write_text(
