@@ -164,12 +164,6 @@ ROUGH = (
         parse_rungs("0 exact, 1e-10 exact-inaccurate, 1e-6 close-inaccurate, 1e-2 inaccurate, 10 inaccurate-wrong"),
         "spins change with nothing near",
     ),
-    Fault(
-        "spins shown short",
-        lambda run, time_s, size: change_states(run, time_s, spin=lambda w, _: w * (1.0 - size)),
-        parse_rungs("0 exact, 1e-10 close-inaccurate, 1e-6 1e-3 inaccurate, 0.5 inaccurate-wrong"),
-        "spins change at once with nothing near, and again at each impact against the law",
-    ),
 )
 
 

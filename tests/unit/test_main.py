@@ -66,26 +66,6 @@ def test_ignored_signal_stays_ignored(monkeypatch: pytest.MonkeyPatch) -> None:
     assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="a shell closes them")
-@each(
-    "words, closed, code",
-    release_after(
-        1,
-        [
-            ("--version", "<&- >&- 2>&-", 0),
-            ("stress --list --out out", "<&- >&- 2>&-", 0),
-            ("stress --list --out out", ">&-", 0),
-            ("stress nonesuch --out out", "2>&-", 2),
-        ],
-    ),
-)
-def test_command_works_with_closed_standard_streams(words: str, closed: str, code: int, tmp_path: Path) -> None:
-    """With closed standard streams a command prints nothing and ends with its usual exit code."""
-    command = f'exec "$0" -m carom {words} {closed}'
-    done = subprocess.run(["sh", "-c", command, sys.executable], cwd=tmp_path, capture_output=True, check=False)
-    assert (done.returncode, done.stdout, done.stderr) == (code, b"", b"")
-
-
 #: What a command does in a process of its own, and the signal that must end it.
 ENDED = {
     "by a second Ctrl-C too, after all is tidied up": (

@@ -3,7 +3,6 @@
 import ast
 import inspect
 import re
-import string
 import tomllib
 from functools import cache
 from pathlib import Path
@@ -17,43 +16,6 @@ SOURCE = Path(carom.__file__).parent
 
 #: Most lines of a function by package, about a screen; most arguments of a function.
 MOST_LINES, MOST_PARAMETERS = {"cli/": 80, "studies/": 80, "execution/": 60}, 12
-#: Old words of messages and pages, and what to write instead.
-OLD_WORDS = {
-    "so many": "n, this many",
-    "so large a part": "this fraction",
-    "where nothing turns": "if no disc spins",
-    "may be believed": "is reliable",
-    "whoever": "who, the caller, the user",
-    "let in": "accepted",
-    "with your rights": "with your permissions",
-    "go on with the journal": "continue from the journal",
-    "laid over each other": "overlaid",
-    "final place": "final position",
-    "goes by the scene": "depends on the scene",
-    "what is none": "anything else",
-    "beside": "next to, with, in addition to, compared with",
-    "exact, 32 bits": "exact (float32)",
-    "error by PIT's": "error / PIT's",
-    "an answer that is longer is none": "longer answers are refused",
-    "a number that is none": "a number that is not finite",
-    "looks once a step": "checks for overlap once per step",
-    "looking once a step": "checking once per step",
-    "looks once a frame": "checks for overlap once per frame",
-    "looking once a frame": "checking once per frame",
-    "price paid": "error / PIT's",
-    "what must happen": "exact",
-    "gives way": "fails",
-    "stands to the end": "passes",
-    "relations that need no truth": "invariances",
-    "scenes from real complaints": "scenes of reported bugs",
-    "impacts are lost": "impacts are missed or spurious",
-    "impacts lost": "impacts missed or spurious",
-    "0.9 dt": "0.9 steps",
-    "parted": "diverged",
-}
-#: Tables of the package with words of earlier versions.
-EARLIER_TABLES = {"_EARLIER", "EARLIER_WORDS"}
-SIGNS = str.maketrans(dict.fromkeys(string.punctuation, " "))
 #: The documents are in British English; code has the words of the libraries that it calls.
 AMERICAN = (
     r"(?i)\b(analyz|behavior|canceled|center|color|favor|fulfill|gray|honor|initializ|labeled|maximiz|minimiz|model(?:ed|ing)\b"
@@ -182,43 +144,6 @@ def test_numbers_are_rounded_for_display_in_one_module() -> None:
     assert found == []
 
 
-# Old words ------------------------------------------------------------------------------------------------------------
-
-
-def collect_strings(tree: ast.Module) -> str:
-    """The text of a module that is no docstring, no comment and no earlier word of files, a line a literal."""
-    nodes = list(ast.walk(tree))
-    documented = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
-    docstrings = {
-        id(node.body[0].value)
-        for node in nodes
-        if isinstance(node, documented) and node.body and isinstance(node.body[0], ast.Expr)
-    }
-    kept = {
-        id(one)
-        for node in nodes
-        if isinstance(node, ast.Assign) and any(getattr(target, "id", "") in EARLIER_TABLES for target in node.targets)
-        for one in ast.walk(node)
-    }
-    literals = (node for node in nodes if isinstance(node, ast.Constant) and isinstance(node.value, str))
-    return "\n".join(str(node.value) for node in literals if id(node) not in docstrings | kept)
-
-
-@cache
-def normalise_text(text: str) -> str:
-    """A text in small letters without signs and ends of lines, also within its literals: quick to search."""
-    return " ".join(text.lower().replace("\\n", " ").translate(SIGNS).split())
-
-
-def find_uses(word: str, text: str) -> list[str]:
-    """The places of a word in a text, with their surroundings."""
-    if normalise_text(word) not in normalise_text(text):
-        return []
-    pattern = r"\b" + r"\s+".join(map(re.escape, word.split())) + r"\b"
-    found = re.finditer(pattern, text, flags=re.IGNORECASE)
-    return [text[max(match.start() - 40, 0) : match.end() + 40] for match in found]
-
-
 def find_unused_strings(body: list[ast.stmt], *, documented: bool = True) -> list[int]:
     """The lines of strings that are statements and no docstrings: nobody reads them."""
     lines = []
@@ -242,24 +167,3 @@ def test_no_string_is_an_unused_statement() -> None:
     assert len(adapters) > 10
     trees = {path: parse_module(path) for path in read_modules()} | adapters
     assert {path: lines for path, module in trees.items() if (lines := find_unused_strings(module.body))} == {}
-
-
-@pytest.mark.long
-def test_no_message_or_page_uses_an_old_word() -> None:
-    """Strings, templates, README and documents except decisions use no old word of the table in CONTRIBUTING.md."""
-    bare = [normalise_text(old) for old in OLD_WORDS]
-    read = {
-        path: collect_strings(parse_module(path))
-        for path, text in read_modules().items()
-        if any(w in normalise_text(text) for w in bare)
-    }
-    pages = [ROOT / "README.md", *(path for path in (ROOT / "docs").rglob("*.md") if "decisions" not in path.parts)]
-    pages += (SOURCE / "report" / "templates").iterdir()
-    read |= {str(path.relative_to(ROOT)): path.read_text(encoding="utf-8") for path in pages}
-    found = [
-        (path, f"say {new!r}", use)
-        for path, text in read.items()
-        for old, new in OLD_WORDS.items()
-        for use in find_uses(old, text)
-    ]
-    assert found == []

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from tests.cases import each, release_after
 from tests.planted.faults import drop_impact
-from tests.scene_builders import alter_impact, disc_at, drive_on_legs, require_value, run_cross_check, staged, wall_at
+from tests.scene_builders import alter_impact, disc_at, drive_on_legs, run_cross_check, staged, wall_at
 
 from carom import Chain, Disc, Scene, Wall, compare, solve_pic, solve_pit
 from carom.catalogue import find_scenes
@@ -16,7 +16,6 @@ from carom.comparator.grades import Grade
 from carom.comparator.stepwise import window_runs
 from carom.comparator.stepwise.step_watch import StepWatch
 from carom.comparator.verdict import Verdict
-from carom.errors import InputError
 from carom.model.step_windows import LocalTruth, States
 from carom.model.trace import Vector
 
@@ -99,24 +98,6 @@ def test_moving_edge_that_passes_through_a_disc_is_a_miss() -> None:
     found = watch_disc(scene, 1 / 16, lambda _: (0.0, 0.0))
     assert [int(window["missed"]) for window in found.windows] == [1]
     assert math.isclose(float(found.meetings[0]["due_s"]), (4.0 - 0.125) / 16.0)
-
-
-def test_trace_with_a_wrong_wall_velocity_is_refused() -> None:
-    """A trace in which a driven wall has another velocity than in the scene raises an InputError."""
-    truth = solve_pic(build_paddle_scene())
-    wrong = alter_impact(truth, 0, velocity_second_before=(0.0, 0.0))
-    with pytest.raises(InputError, match=r"velocity_second_before of impact 0 .* this driven wall has 1, 0"):
-        compare(truth, wrong)
-
-
-def test_impact_after_the_end_is_ignored() -> None:
-    """An impact after the scene's end, but within the last step, is neither recorded nor in the final state."""
-    scene = staged("late", disc_at(1.0, 0.0, 1.0), wall_at(3.505, 0.0, -1.0, 0.0), duration_s=2.004)
-    (row,) = run_cross_check([scene], ["pit"], dts=[1 / 60]).rows
-    trace = require_value(row.trace)
-    assert len(trace.impacts) == 0
-    assert np.allclose(trace.final_position_m, [(3.004, 0.0)], rtol=0.0, atol=1e-12)
-    assert trace.final_velocity_m_s.tolist() == [[1.0, 0.0]]
 
 
 def build_crush_scene() -> Scene:

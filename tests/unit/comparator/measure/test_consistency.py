@@ -1,7 +1,6 @@
 """Self-consistency of a run: sampling, gravity and narrow floats explain some contradictions, and no others."""
 
 import dataclasses
-import math
 
 import numpy as np
 import pytest
@@ -50,24 +49,16 @@ def test_push_within_the_overlap_of_a_step_keeps_the_grade() -> None:
 def test_rounding_of_32_bit_floats_is_no_drift() -> None:
     """Rounding of positions to 32 bits at each step is no DRIFTS or TURNS of a 32-bit run; it is of a 64-bit run."""
     scene = staged("long", disc_at(0, 0, 0.1, 0.3), duration_s=100.0)
-    reference, steps = solve_pic(scene), 60 * 100
-    place, velocity = np.zeros(2, np.float32), np.array([0.1, 0.3], np.float32)
-    for _ in range(steps):
+    reference = solve_pic(scene)
+    place, velocity = np.zeros((1, 2), np.float32), np.array([[0.1, 0.3]], np.float32)
+    for _ in range(60 * 100):
         place += velocity * np.float32(DT)
-    narrow = dataclasses.replace(
-        reference,
-        final_position_m=np.array([place], np.float64),
-        final_velocity_m_s=np.array([velocity], np.float64),
-        dt_s=DT,
-        float_bits=32,
-    )
+    end = {"final_position_m": place.astype(np.float64), "final_velocity_m_s": velocity.astype(np.float64)}
+    narrow = dataclasses.replace(reference, **end, dt_s=DT, float_bits=32)
     assert measure_consistency(narrow, reference).position.size > 1e-5  # six thousand roundings show
-    assert not {Verdict.DRIFTS, Verdict.TURNS} & set(compare(reference, narrow).verdicts)
-    # It is rounding, and further off than a hundredth of a step's travel: close, and exact no more.
-    assert narrow.final_position_m[0] == pytest.approx(
-        reference.final_position_m[0], abs=0.5 * math.hypot(0.1, 0.3) * DT
-    )
-    assert compare(reference, narrow, sampling=reference).grade is Grade.CLOSE
+    score = compare(reference, narrow, sampling=reference)
+    assert not {Verdict.DRIFTS, Verdict.TURNS} & set(score.verdicts)
+    assert score.grade is Grade.CLOSE  # further off than a hundredth of a step's travel
     wide = dataclasses.replace(narrow, float_bits=64)
     assert {Verdict.DRIFTS, Verdict.TURNS} <= set(compare(reference, wide).verdicts)
     drifted = dataclasses.replace(narrow, final_position_m=narrow.final_position_m + 0.1)

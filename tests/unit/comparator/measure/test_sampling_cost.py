@@ -10,7 +10,7 @@ from tests.cases import each, release_after
 from tests.planted.faults import DT, ROW, carried_off, delayed, faster, replay_impacts, replay_reference, tunnelling
 from tests.scene_builders import alter_impact, disc_at, require_value, staged
 
-from carom import Disc, Outcome, Score, Trace, compare, solve_pic, solve_pit
+from carom import Disc, Score, Trace, compare, solve_pic, solve_pit
 from carom.catalogue import catalogue
 from carom.comparator import Grade
 from carom.comparator.thresholds import THRESHOLDS
@@ -132,14 +132,6 @@ def test_pit_that_ended_early_excuses_no_wrong_end() -> None:
     early = dataclasses.replace(pit, end_time_s=0.9 * pit.end_time_s)
     assert math.isnan(score_run(reference, early).sampling.final_position)  # type: ignore[union-attr] # PIT was given
     assert score_run(carried_off(reference, 0.1), early).grade is Grade.INACCURATE
-
-
-def test_run_that_ends_before_an_impact_has_an_infinite_price() -> None:
-    """A run that ends before the impact is WRONG with an infinite price, whatever outcome it reports."""
-    start = solve_pic(OBLIQUE, until_s=0.0)
-    for outcome in (Outcome.NON_FINITE, Outcome.WARNED, Outcome.COMPLETED):
-        score = score_run(dataclasses.replace(start, dt_s=DT, end_time_s=0.0, outcome=outcome))
-        assert (score.price_paid, score.grade) == (math.inf, Grade.WRONG)
 
 
 def test_price_is_nan_without_an_impact_or_pit() -> None:

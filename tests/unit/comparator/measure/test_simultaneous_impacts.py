@@ -100,10 +100,3 @@ def test_row_of_touching_discs_passes_all_speed_to_the_last() -> None:
         assert group.discs == tuple(range(discs))
         first = find_admissible_outcomes(reference.scene, group, 1.0)[0]
         np.testing.assert_allclose(first.motion_m_s[:, 0], [0.0] * (discs - 1) + [1.0], rtol=0, atol=1e-12)
-
-
-def test_scene_with_a_unique_answer_has_no_convention() -> None:
-    """A scene without simultaneous impacts has no group of them, and its score no convention."""
-    reference = solve_pic(catalogue()["paper/multiple"].scene)
-    assert find_first_group(reference) is None
-    assert compare(reference, reference).convention is None
