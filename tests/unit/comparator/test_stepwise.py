@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.cases import each
+from tests.planted.altered_runs import record_pic
 from tests.random_scenes import draw_scene, draw_table_friction_scene
 from tests.scene_builders import disc_at, drive_on_legs, require_value, staged, wall_at
 
@@ -23,7 +24,7 @@ from carom.execution.observation.engine_run import observe_run
 from carom.model.scene import Need
 from carom.model.step_windows import LocalTruth, States
 from carom.model.trace import Outcome
-from carom.solvers.pic import solve_pic, start_pic_run
+from carom.solvers.pic import solve_pic
 
 #: Under gravity, on a table and by driven bodies nothing is damped.
 NOT_DAMPED = {Need.GRAVITY, Need.DAMPING, Need.TABLE_FRICTION, Need.DRIVEN_WALLS, Need.DRIVEN_DISCS, Need.BELTS}
@@ -73,18 +74,6 @@ def compute_steps(scene: Scene, name: str) -> LocalTruth:
     return require_value(observe_run(load_adapter(name), scene, "tuned", 1.0 / scene.frame_rate_hz).local_truth)
 
 
-def compute_states(scene: Scene, dt_s: float) -> States:
-    """PIC's states at every step boundary, by its solver."""
-    run, count = start_pic_run(scene), scene.step_count(dt_s)
-    times = np.arange(count + 1, dtype=np.float64) * dt_s
-    place, velocity = [scene.arrays.position_m], [scene.arrays.velocity_m_s]
-    for time_s in times[1:]:
-        run.advance_to(float(time_s))
-        place.append(run.positions().copy())
-        velocity.append(run.velocities().copy())
-    return States(times, np.array(place), np.array(velocity), None)
-
-
 def score_states(scene: Scene, states: States, dt_s: float) -> LocalScore:
     return score_steps(compute_local_truth(scene, states, dt_s=dt_s), compute_scales(scene, solve_pic(scene)), 64)
 
@@ -113,7 +102,7 @@ def test_steps_of_pic_are_exact_and_steps_of_pit_pay_its_price(kind: str, number
 def test_stepwise_results_do_not_depend_on_the_block_size(monkeypatch: pytest.MonkeyPatch) -> None:
     """Windows, meetings and slips of a run are the same, whether it is processed in one block or in many."""
     scene = all_scenes()["classics/gas"].scene
-    states = compute_states(scene, 1 / 60)
+    states = record_pic(scene).states
     whole = compute_local_truth(scene, states, dt_s=1 / 60)
     pieces = compute_in_small_blocks(monkeypatch, scene, states, 1 / 60)
     assert len(whole.windows) > 20
