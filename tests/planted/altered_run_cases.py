@@ -46,17 +46,17 @@ def parse_rungs(said: str) -> tuple[Rung, ...]:
 
 @dataclass(frozen=True)
 class Fault:
-    """A fault of a crowd, which begins at a time.
+    """A fault that grows.
 
     Attributes:
         name: What it is called.
-        plant: Takes a right run, the time, and the size; size 0 is no fault.
+        plant: Takes the size, where 0 is no fault; of a fault of a crowd, first a right run and the time.
         rungs: From the least to the gross, with what must be said where the fault begins beyond the horizon.
         why: How that follows.
     """
 
     name: str
-    plant: Callable[[Run, float, float], Run]
+    plant: Callable[..., Run]
     rungs: tuple[Rung, ...]
     why: str
 
@@ -122,14 +122,6 @@ CROWD = (
         parse_rungs("0 exact, 1e-10 1e-9 close-inaccurate, 1e-6 1e-3 inaccurate, 0.1 inaccurate-wrong"),
         "discs move by more than their velocities say in every step, and all change at once with nothing near; above "
         "1 % of its speed such a change is a turn that nothing explains",
-    ),
-    Fault(
-        "damping a second",
-        lambda run, time_s, size: change_states(run, time_s, speed=lambda v, t: v * np.exp(-size * t)),
-        parse_rungs("0 exact, 1e-10 exact-inaccurate, 1e-6 close-inaccurate, 1e-2 1 inaccurate-wrong"),
-        "velocities fall between impacts and places do not follow; 1e-10 a second is 1.7e-12 a step, and a flight of "
-        "half a second is 5e-11: above the rounding only once it is added up; with 1e-2 they end 6 % short, so that "
-        "what grazes is turned where they show no meeting",
     ),
 )
 
@@ -228,39 +220,29 @@ def _sink_path(speed: float) -> Path:
     return lambda since_s: (-speed * since_s, 0.0)
 
 
-@dataclass(frozen=True)
-class Alone:
-    """A fault that grows, of one or two discs, with no crowd around: `plant` takes the size."""
-
-    name: str
-    plant: Callable[[float], Run]
-    rungs: tuple[Rung, ...]
-    why: str
-
-
 #: What rests sinks by no more than this a second where it is held by its velocity alone: |g| h^2 / 2 a step.
 SAG_M_S = 0.5 * GRAVITY * DT
 
 FALLS = (
-    Alone(
+    Fault(
         "falls through the floor",
         lambda size: build_run(THUD, drop_path if not size else fall_through_path, lands=None if size else 0),
         parse_rungs("0 exact, 1 wrong passed_through"),
         "it meets the floor at 0.553 s and goes on unturned",
     ),
-    Alone(
+    Fault(
         "bounces, and falls through it",
         lambda size: build_run(THUD, drop_path_until(_leave_path(0.0)) if size else drop_path, lands=0),
         parse_rungs("0 exact, 1 wrong passed_through"),
         "what rests is held: 0.65 s after it has come to rest it falls through what held it",
     ),
-    Alone(
+    Fault(
         "flung from rest, m/s",
         lambda size: build_run(THUD, drop_path_until(_leave_path(size)) if size else drop_path, lands=0),
         parse_rungs("0 exact, 2 wrong, 50 wrong turned_alone"),
         "what rests leaves with no other body near, faster than a step of gravity explains",
     ),
-    Alone(
+    Fault(
         "sinks at rest, m/s",
         lambda size: build_run(THUD, drop_path_until(_sink_path(size)) if size else drop_path, lands=0),
         parse_rungs(
@@ -270,7 +252,7 @@ FALLS = (
         "held by its velocity alone it sinks by |g| h^2 / 2 a step, which checking once per step explains; faster is a "
         "solver's, and no other limit is set",
     ),
-    Alone(
+    Fault(
         "bounces half as high as it should not, m/s",
         lambda size: build_run(THUD, _hop_path(size) if size else drop_path, lands=0),
         parse_rungs("0 exact, 1 3 inaccurate-wrong"),
@@ -299,13 +281,13 @@ def _hop_path(speed: float) -> Path:
 
 #: With no impact of the reference there is nothing to be exact about.
 FROM_REST = (
-    Alone(
+    Fault(
         "falls from rest",
         lambda size: build_run(RESTING, _leave_path(0.0) if size else _rest_path),
         parse_rungs("0 exact, 1 wrong passed_through"),
         "it lies on the floor at the start and falls 20 m through it",
     ),
-    Alone(
+    Fault(
         "a second disc falls through",
         lambda size: build_run(BESIDE, _rest_path, fall_through_path if size else drop_path, lands=None if size else 1),
         parse_rungs("0 exact, 1 wrong passed_through"),
@@ -369,14 +351,14 @@ STEPS = (1, 2, 7, 8, 9, 15, 16, 17, 33, 120)
 
 #: Windows are cut after eight steps: faults of fewer steps, of just eight, and of many more.
 LONG = (
-    Alone(
+    Fault(
         "passes through slowly, steps",
         build_passing_run,
         parse_rungs(f"0 exact, {' '.join(map(str, STEPS))} wrong passed_through"),
         "they overlap for that many steps and part on the far side, no velocity changed; of an even number of steps "
         "there is a state in which they have one centre",
     ),
-    Alone(
+    Fault(
         "pushes for steps",
         build_pushing_run,
         parse_rungs("0 exact, 1 sampled, 4 7 8 9 16 17 24 40 inaccurate late"),
