@@ -6,8 +6,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from tests.cases import each
 from tests.planted.faults import DT, ROW, replay_reference
 from tests.scene_builders import alter_impact, require_value
@@ -15,7 +13,7 @@ from tests.scene_builders import alter_impact, require_value
 from carom import Trace, compare, solve_pic, solve_pit
 from carom.catalogue import catalogue
 from carom.comparator import Grade, Verdict
-from carom.comparator.non_finite import find_non_finite, find_turned_impacts, has_turned
+from carom.comparator.non_finite import find_non_finite
 from carom.comparator.scales import find_largest
 from carom.errors import InputError
 from carom.model.trace import IMPACT_DTYPE, STATE_DTYPE, Samples
@@ -115,17 +113,3 @@ def test_largest_of_values_with_nan_is_nan() -> None:
     assert find_largest([1.0, -3.0, 2.0]) == -3.0
     assert find_largest([1.0, -math.inf]) == -math.inf
     assert all(math.isnan(find_largest(values)) for values in ([1.0, math.nan], [math.nan, 1.0], []))
-
-
-_SPEEDS = st.tuples(*[st.floats(-1e100, 1e100)] * 4)
-
-
-@given(_SPEEDS, st.sampled_from([0.0, 1e-13, 1e-6, 1.0]), st.sampled_from([32, 64]))
-def test_a_single_impact_turns_as_in_an_array(
-    speeds: tuple[float, float, float, float], change: float, bits: int
-) -> None:
-    """One impact turned if and only if the test of an array of impacts finds it."""
-    before = ((speeds[0], speeds[1]), (speeds[2], speeds[3]))
-    after = ((speeds[0] * (1.0 + change), speeds[1]), (speeds[2], speeds[3] * (1.0 - change)))
-    (found,) = find_turned_impacts(np.array(before)[:, None], np.array(after)[:, None], bits)
-    assert has_turned(before, after, bits) == found

@@ -8,7 +8,7 @@ import pytest
 from tests.cases import each
 
 import carom
-from carom import Scene, Trace, compare, solve_pic, solve_pit
+from carom import Scene, compare, solve_pic, solve_pit
 from carom.catalogue import catalogue
 from carom.comparator.measure.local_errors import find_own_states, measure_local_errors
 from carom.comparator.scales import compute_scales
@@ -71,18 +71,11 @@ def test_local_errors_of_pit_are_those_of_sampling(name: str) -> None:
 
 
 def test_impact_of_discs_that_pass_is_locally_spurious() -> None:
-    """An impact of two discs that pass each other does not follow from their states, and is spurious."""
-    scene = catalogue()["classics/miss"].scene
-    hit = catalogue()["classics/graze"].scene
-    invented = dataclasses.replace(solve_pic(hit), scene=scene)
-    assert measure_local_errors(invented, compute_scales(scene, solve_pic(scene))).spurious == (0,)
-
-
-def test_trace_without_impacts_has_no_local_errors() -> None:
-    """A trace without impacts has no scored impact, and NaN as median error."""
-    scene = catalogue()["classics/miss"].scene
-    trace: Trace = solve_pic(scene)
-    local = measure_local_errors(trace, compute_scales(scene, trace))
+    """An impact of two discs that pass each other is spurious; without impacts there is no error."""
+    scene, hit = catalogue()["classics/miss"].scene, catalogue()["classics/graze"].scene
+    invented, right = dataclasses.replace(solve_pic(hit), scene=scene), solve_pic(scene)
+    assert measure_local_errors(invented, compute_scales(scene, right)).spurious == (0,)
+    local = measure_local_errors(right, compute_scales(scene, right))
     assert local.scored == 0
     assert math.isnan(local.median("velocity"))
 
