@@ -212,14 +212,6 @@ def _rest_path(_: float) -> tuple[float, float]:
     return 0.0, 0.0
 
 
-def _leave_path(speed: float) -> Path:
-    return lambda since_s: free_fall(since_s, speed)
-
-
-def _sink_path(speed: float) -> Path:
-    return lambda since_s: (-speed * since_s, 0.0)
-
-
 #: What rests sinks by no more than this a second where it is held by its velocity alone: |g| h^2 / 2 a step.
 SAG_M_S = 0.5 * GRAVITY * DT
 
@@ -232,19 +224,23 @@ FALLS = (
     ),
     Fault(
         "bounces, and falls through it",
-        lambda size: build_run(THUD, drop_path_until(_leave_path(0.0)) if size else drop_path, lands=0),
+        lambda size: build_run(THUD, drop_path_until(free_fall) if size else drop_path, lands=0),
         parse_rungs("0 exact, 1 wrong passed_through"),
         "what rests is held: 0.65 s after it has come to rest it falls through what held it",
     ),
     Fault(
         "flung from rest, m/s",
-        lambda size: build_run(THUD, drop_path_until(_leave_path(size)) if size else drop_path, lands=0),
+        lambda size: build_run(
+            THUD, drop_path_until(lambda since_s: free_fall(since_s, size)) if size else drop_path, lands=0
+        ),
         parse_rungs("0 exact, 2 wrong, 50 wrong turned_alone"),
         "what rests leaves with no other body near, faster than a step of gravity explains",
     ),
     Fault(
         "sinks at rest, m/s",
-        lambda size: build_run(THUD, drop_path_until(_sink_path(size)) if size else drop_path, lands=0),
+        lambda size: build_run(
+            THUD, drop_path_until(lambda since_s: (-size * since_s, 0.0)) if size else drop_path, lands=0
+        ),
         parse_rungs(
             f"0 exact, 1e-10 1e-3 close-sampled, {0.9 * SAG_M_S} sampled, {1.5 * SAG_M_S} 0.2 inaccurate sinks, "
             "5 inaccurate-wrong"
@@ -283,7 +279,7 @@ def _hop_path(speed: float) -> Path:
 FROM_REST = (
     Fault(
         "falls from rest",
-        lambda size: build_run(RESTING, _leave_path(0.0) if size else _rest_path),
+        lambda size: build_run(RESTING, free_fall if size else _rest_path),
         parse_rungs("0 exact, 1 wrong passed_through"),
         "it lies on the floor at the start and falls 20 m through it",
     ),

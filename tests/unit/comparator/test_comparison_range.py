@@ -70,7 +70,9 @@ def test_invented_bounce_before_rest_is_spurious() -> None:
         staged(
             "up",
             *(disc_at(0, 0.5, 0, 3.0), wall_at(0, 1.449, 0, -1)),
-            wall_restitution=0.5, gravity_m_s2=(0, -10), duration_s=0.4,
+            wall_restitution=0.5,
+            gravity_m_s2=(0, -10),
+            duration_s=0.4,
         ),
         build_drop_scene(1.0, 0.5001),
         staged("slow", disc_at(0, 0.51, 0, -0.001), wall_at(0, 0, 0, 1), wall_restitution=0.5, duration_s=30),

@@ -11,21 +11,9 @@ from tests.planted.altered_runs import change_states, record_pic, score_run
 from tests.planted.faults import carried_off, faster, replay_impacts, replay_reference
 from tests.scene_builders import disc_at, require_value, staged
 
-from carom import Scene, Trace, Wall, compare, solve_pic, solve_pit
+from carom import Disc, Trace, Wall, compare, solve_pic, solve_pit
 from carom.comparator import Grade, Verdict
 from carom.comparator.scales import compute_median, compute_own_scales, compute_scales
-
-BESIDE = {
-    "a flyer": disc_at(0, 50, 0, 1e9),
-    "a far disc": disc_at(0, 1e13),
-    "a fast spinner": disc_at(0, 50, spin_rad_s=1e9),
-}
-
-
-def build_pair_beside(name: str) -> Scene:
-    """A disc at 1 m/s that strikes another, and a third that has nothing to do with them."""
-    friction = {"friction": 0.3} if name == "a fast spinner" else {}
-    return staged("beside", disc_at(0, 0, 1, 0), disc_at(3, 0.3), BESIDE[name], duration_s=5, **friction)
 
 
 def plant_spin_error(reference: Trace, size: float) -> Trace:
@@ -37,16 +25,18 @@ def plant_spin_error(reference: Trace, size: float) -> Trace:
 
 
 @each(
-    "name, plant, verdict",
+    "third, friction, plant, verdict",
     [
-        ("a flyer", faster, Verdict.WRONG_VELOCITY),
-        ("a far disc", carried_off, Verdict.MISPLACED),
-        ("a fast spinner", plant_spin_error, Verdict.WRONG_SPIN),
+        (disc_at(0, 50, 0, 1e9), 0.0, faster, Verdict.WRONG_VELOCITY),
+        (disc_at(0, 1e13), 0.0, carried_off, Verdict.MISPLACED),
+        (disc_at(0, 50, spin_rad_s=1e9), 0.3, plant_spin_error, Verdict.WRONG_SPIN),
     ],
 )
-def test_unrelated_body_hides_no_error(name: str, plant: Callable[[Trace, float], Trace], verdict: Verdict) -> None:
+def test_unrelated_body_hides_no_error(
+    third: Disc, friction: float, plant: Callable[[Trace, float], Trace], verdict: Verdict
+) -> None:
     """An error of two discs is reported also next to a fast, distant or spinning disc that they never meet."""
-    reference = solve_pic(build_pair_beside(name))
+    reference = solve_pic(staged("three", disc_at(0, 0, 1), disc_at(3, 0.3), third, duration_s=5, friction=friction))
     sampling = solve_pit(reference.scene)
     assert compare(reference, plant(reference, 0.0), sampling=sampling).grade is Grade.EXACT
     for size in (1e-9, 1e-6, 5e-4):

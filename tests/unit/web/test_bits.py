@@ -4,7 +4,6 @@ import json
 import random
 import re
 import shutil
-import subprocess
 from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
@@ -186,9 +185,7 @@ def test_joined_page_script_is_valid(tmp_path: Path) -> None:
     """The page's modules are joined to one script that Node accepts, so no name is declared twice."""
     script = tmp_path / "page.mjs"
     script.write_text(page.build_page_script(), encoding="utf-8")
-    node = shutil.which("node") or pytest.skip("there is no node here to read the script")
-    done = subprocess.run([node, "--check", script], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
+    run_command([_find_node(), "--check", script])
 
 
 def test_every_module_is_in_the_page() -> None:
