@@ -74,21 +74,21 @@ def assert_grade(score: Score, best: Grade, worst: Grade, says: Verdict | None, 
         rank = WORSENING.index(score.grade)
         assert rank >= WORSENING.index(best), f"better than it is: {found}"
         assert rank <= WORSENING.index(worst), f"worse than it is: {found}"
-    assert_verdicts_fit_grade(score, found)
     meant = PASSES if says in PASSES else {says}
-    assert says is None or meant & set(score.verdicts), found
-
-
-def assert_verdicts_fit_grade(score: Score, found: str) -> None:
-    """Require that what is said of a run is what its grade rests on."""
-    said = set(score.verdicts)
-    assert (Verdict.CONFORMS in said) == (score.grade is Grade.EXACT), found
-    assert score.grade is not Grade.EXACT or said <= OF_EXACT, found
-    assert score.grade is not Grade.WRONG or said & OF_WRONG, found
+    verdicts = set(score.verdicts)
+    assert says is None or meant & verdicts, found
+    # What is said of a run is what its grade rests on.
+    assert (Verdict.CONFORMS in verdicts) == (score.grade is Grade.EXACT), found
+    assert score.grade is not Grade.EXACT or verdicts <= OF_EXACT, found
+    assert score.grade is not Grade.WRONG or verdicts & OF_WRONG, found
     diverged = score.grade in {Grade.DIVERGED, Grade.DIVERGED_INACCURATE}
-    assert Verdict.DIVERGED in said or not diverged, found
-    assert Verdict.DIVERGED not in said or diverged or (score.grade is Grade.WRONG and said & WRONG_LATER), found
-    assert Verdict.WORSE_STEPS not in said or WORSENING.index(score.grade) >= WORSENING.index(Grade.INACCURATE), found
+    assert Verdict.DIVERGED in verdicts or not diverged, found
+    assert Verdict.DIVERGED not in verdicts or diverged or (score.grade is Grade.WRONG and verdicts & WRONG_LATER), (
+        found
+    )
+    assert Verdict.WORSE_STEPS not in verdicts or WORSENING.index(score.grade) >= WORSENING.index(Grade.INACCURATE), (
+        found
+    )
 
 
 def worst_allowed_grade(rung: Rung, begins: str) -> Grade:

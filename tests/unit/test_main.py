@@ -110,11 +110,8 @@ class Lost:
 
 def test_signal_lost_during_an_import_ends_the_command(monkeypatch: pytest.MonkeyPatch) -> None:
     """If Python ignored a Ctrl-C while Carom was imported, the command does not run and exits with 130."""
-    monkeypatch.setattr(cli, "run_command_line", lambda: 7)
     __main__.CAME.append(signal.SIGINT)
-    with pytest.raises(SystemExit) as end:
-        __main__.main()
-    assert end.value.code == 130
+    assert run_main(monkeypatch, lambda: 7) == 130
 
 
 def run_main(monkeypatch: pytest.MonkeyPatch, command: Callable[[], int]) -> object:

@@ -1,11 +1,8 @@
 """Runs with damping and on tables are compared by their law: correct runs are exact, and errors are found."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from functools import cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -14,15 +11,12 @@ from tests.scene_builders import disc_at, require_value, staged, wall_at
 
 from carom import Scene, Trace, compare, solve_pic
 from carom.catalogue import find_scenes
-from carom.comparator import Grade, Verdict
+from carom.comparator import Grade, Score, Verdict
 from carom.comparator.shifted_scenes import shift_start
+from carom.engines.api import Adapter, Setting, World
 from carom.engines.registry import load_adapter
 from carom.execution.observation.engine_run import observe_run
 from carom_adapters.pic import PicAdapter
-
-if TYPE_CHECKING:
-    from carom.comparator import Score
-    from carom.engines.api import Adapter, Setting, World
 
 #: Steps of damped scenes, and of those on tables.
 DT_S, TABLE_DT_S = 1 / 240, 1 / 60

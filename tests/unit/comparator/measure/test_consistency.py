@@ -77,6 +77,8 @@ def test_euler_error_of_a_fall_is_only_a_wrong_end() -> None:
     reference, euler = build_fall()
     score = compare(reference, euler, sampling=dataclasses.replace(reference, dt_s=DT))
     assert score.verdicts == (Verdict.MISPLACED,)
+    found = require_value(score.consistency)  # without impacts
+    assert (found.across, found.normal_rad, found.normal_length, found.momentum) == (0.0, 0.0, 0.0, 0.0)
     assert score.total.final_position * 0.5 == pytest.approx(10 * DT / 2, rel=1e-12)
     assert score.grade is Grade.INACCURATE
 
@@ -101,10 +103,3 @@ def test_resting_disc_has_no_turn() -> None:
     reference = solve_pic(scene)
     score = compare(reference, observe_run(load_adapter("pic"), scene, "tuned", DT), horizon=reference.end_time_s)
     assert score.verdicts == (Verdict.CONFORMS, Verdict.RESTED)
-
-
-def test_run_without_impacts_contradicts_nothing() -> None:
-    """A run of a disc that meets nothing has no errors of normals and velocities, and an angle of 0."""
-    free = solve_pic(staged("free", disc_at(0.0, 0.0, 1.0), duration_s=1.0))
-    found = measure_consistency(free, free)
-    assert (found.across, found.normal_rad, found.normal_length, found.momentum) == (0.0, 0.0, 0.0, 0.0)
