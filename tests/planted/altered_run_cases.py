@@ -88,9 +88,8 @@ CROWD = (
         parse_rungs(
             "0 exact, 1e-10 close-sampled, 1e-6 1e-4 close-inaccurate, 1e-2 sampled-inaccurate, 0.475 inaccurate"
         ),
-        "half of size times the closing speed is missing after an impact: 5e-11 of it is more than ten roundings; a "
-        "hundredth of what a step late costs (a tenth of the speed or more) is not reached up to 1e-4 but by what is "
-        "head-on, nor at .475 by anything that is not: a quarter of the closing speed is a step's worth of turn",
+        "half of size times the closing speed is missing after an impact: 5e-11 of it is more than ten roundings, and "
+        "only head-on is 1e-4 of it a hundredth of what a step late costs (a tenth of the speed or more)",
     ),
     Fault(
         "restitution of walls",

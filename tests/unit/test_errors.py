@@ -44,10 +44,8 @@ MISTYPED: dict[str, tuple[Callable[[], Any], str]] = {
     "replay": (lambda: carom.replay("paper/late", _ONE), "observed must be a Trace, got 1"),
     "plot_beside": (lambda: carom.plot_beside(carom.solve_pic("paper/late"), _ONE), "traces[1] must be a Trace, got 1"),
     "engines": (lambda: carom.engines("pit"), "names must be a list, even for a single item, got 'pit'"),
-    "tune": (lambda: carom.tune("pymunk", "paper/late"), "scenes must be a list, even for a single item, got str"),
     "cross_check": (lambda: carom.cross_check(_ONE), "scenes must be a list, even for a single item, got int"),
     "no option": (lambda: carom.tune("pymunk", trial=3), "tune has no option 'trial'"),
-    "no such": (lambda: carom.advise("paper/late", engines=["pit"]), "advise has no option 'engines'"),
     "advise": (lambda: carom.advise("paper/late", "pit"), "engines must be a list, even for a single item, got 'pit'"),
 }
 

@@ -66,6 +66,14 @@ def test_ignored_signal_stays_ignored(monkeypatch: pytest.MonkeyPatch) -> None:
     assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="a shell closes them")
+def test_command_works_with_closed_standard_streams(tmp_path: Path) -> None:
+    """With closed standard streams a command prints nothing and ends with its usual exit code."""
+    command = 'exec "$0" -m carom --version <&- >&- 2>&-'
+    done = subprocess.run(["sh", "-c", command, sys.executable], cwd=tmp_path, capture_output=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (0, b"", b"")
+
+
 #: What a command does in a process of its own, and the signal that must end it.
 ENDED = {
     "by a second Ctrl-C too, after all is tidied up": (

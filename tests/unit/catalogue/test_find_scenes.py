@@ -20,7 +20,6 @@ PAPER = ["paper/missed", "paper/late", "paper/wrong-direction", "paper/multiple"
 @each(
     "patterns, found",
     [
-        (["paper/missed"], ["paper/missed"]),
         (["paper"], PAPER),
         (["*/cradle-*"], ["classics/cradle-gaps", "classics/cradle-touching"]),
         (["tag:no-impact"], ["classics/miss", "classics/touching-apart", "gravity/free-fall"]),
@@ -37,7 +36,6 @@ def test_names_groups_patterns_and_tags_find_scenes(patterns: list[str], found: 
     [
         ("paper/mised", "paper/missed"),
         ("galperin", "classics/galperin-100"),
-        ("head-on", "classics/head-on"),
         ("classic", "classics"),
         ("tag:wall", "tag:walls"),
     ],

@@ -29,8 +29,6 @@ def build_changed_traces() -> list[Trace]:
         replace(one, final_position_m=one.final_position_m.astype(np.float32)),
         replace(one, final_position_m=one.final_position_m.reshape(1, -1)),
         replace(one, final_velocity_m_s=-one.final_velocity_m_s),  # of which two are 0 and become -0
-        replace(one, effective_time_s=None),
-        replace(one, samples=None),
         replace(one, samples=Samples(require_value(one.samples).time_s, require_value(one.samples).position_m + 1.0)),
         replace(one, settings={"contact_duration_s": 1.0}),
         replace(one, scene=SCENE.model_copy(update={"name": "other"})),
