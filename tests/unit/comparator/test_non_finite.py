@@ -21,7 +21,7 @@ from carom.model.trace import IMPACT_DTYPE, STATE_DTYPE, Samples
 REFERENCE = solve_pic(ROW)
 
 
-def break_field(trace: Trace, name: str, value: float) -> Trace:
+def break_field(trace: Trace, name: str, value: Any) -> Trace:
     """Return a trace with this value as the last number of a field; "impacts.normal" is a part of a field."""
     field, _, part = name.partition(".")
     whole: Any = getattr(trace, field)

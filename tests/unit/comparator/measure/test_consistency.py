@@ -53,8 +53,8 @@ def test_rounding_of_32_bit_floats_is_no_drift() -> None:
     place, velocity = np.zeros((1, 2), np.float32), np.array([[0.1, 0.3]], np.float32)
     for _ in range(60 * 100):
         place += velocity * np.float32(DT)
-    end = {"final_position_m": place.astype(np.float64), "final_velocity_m_s": velocity.astype(np.float64)}
-    narrow = dataclasses.replace(reference, **end, dt_s=DT, float_bits=32)
+    narrow = dataclasses.replace(reference, final_position_m=place.astype(np.float64), dt_s=DT, float_bits=32)
+    narrow = dataclasses.replace(narrow, final_velocity_m_s=velocity.astype(np.float64))
     assert measure_consistency(narrow, reference).position.size > 1e-5  # six thousand roundings show
     score = compare(reference, narrow, sampling=reference)
     assert not {Verdict.DRIFTS, Verdict.TURNS} & set(score.verdicts)
