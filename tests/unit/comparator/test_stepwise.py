@@ -79,6 +79,7 @@ def test_steps_of_pic_are_exact_and_steps_of_pit_pay_its_price(kind: str, number
         assert tied or exact.grade is Grade.EXACT, scene.name
         assert (sampled.invented, sampled.early, sampled.drifts) == (0, 0, 0), scene.name
         assert sampled.missed == sampled.missed_by_pit, scene.name
+        assert sampled.ratio[1] > 0.9 or scene.name != "paper/late"  # .9 of a frame late
         assert not sampled.ratio[1] > 1.0 + 1e-9, scene.name  # NaN where nothing stands alone
 
 
