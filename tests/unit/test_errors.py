@@ -30,17 +30,12 @@ def test_every_error_is_a_carom_error_and_a_builtin_error() -> None:
 
 _ONE: Any = 1
 _WORD: Any = "late"
-_ROWS: Any = [[0, 0]]
 
 #: Calls with an argument of a wrong type, and the message.
 MISTYPED: dict[str, tuple[Callable[[], Any], str]] = {
     "solve_pic": (lambda: carom.solve_pic(_ONE), "scene must be a Scene or the name of one in the catalogue, got 1"),
     "save_scene": (lambda: carom.save_scene(_WORD, "late.toml"), "scene must be a Scene, got 'late'"),
     "EventDrivenRun": (lambda: carom.EventDrivenRun(_WORD), "start must be a Scene or DiscArrays, got 'late'"),
-    "DiscArrays": (
-        lambda: carom.DiscArrays(_ROWS, _ROWS, _ROWS, _ROWS),
-        r"position_m must be a NumPy array, got [[0, 0]]",
-    ),
     "replay": (lambda: carom.replay("paper/late", _ONE), "observed must be a Trace, got 1"),
     "plot_beside": (lambda: carom.plot_beside(carom.solve_pic("paper/late"), _ONE), "traces[1] must be a Trace, got 1"),
     "engines": (lambda: carom.engines("pit"), "names must be a list, even for a single item, got 'pit'"),

@@ -160,6 +160,7 @@ def test_velocity_error_is_relative_to_the_disc_not_its_rim() -> None:
     velocity = truth.impacts["velocity_first_after"][0] + (1e-9, 0.0)
     result = compare(truth, alter_impact(truth, 0, velocity_first_after=velocity))
     assert result.total.velocity == pytest.approx(1e-9 / math.hypot(3, 2), rel=1e-6)
+    assert result.scales.energy_j == pytest.approx(0.25 * 1e12)  # with that of the spin
     assert result.grade is not Grade.EXACT
 
 
