@@ -1,25 +1,29 @@
 """Doctored runs: what a method shows of a scene, state by state, with a fault that begins at some time.
 
-A run is recorded from the impacts that a solver found, on free paths from impact to impact, without the code that
-scores a run. `Playback` is the adapter that shows it, so that a run goes the same way as any engine's.
+A run is recorded from PIC, without the code that scores a run. `Playback` is the adapter that shows it, so that a run
+goes the same way as any engine's.
 """
+
+from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from tests.scene_builders import require_value
 
-from carom import Scene, Trace, compare, load_scene, solve_pic, solve_pit
+from carom import Scene, compare, load_scene, solve_pic, solve_pit
 from carom.comparator import Score
 from carom.engines.api import Capabilities, Contact, ContactTimes, Engine, Observation, Profile, Setting
 from carom.execution.observation.engine_run import observe_run
 from carom.model.step_windows import States
 from carom.model.trace import SPIN_DTYPE
+from carom.solvers.pic import start_pic_run
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.void]
@@ -38,56 +42,53 @@ class Run:
 
     Attributes:
         scene: The scene that it is to run.
-        states: At time 0 and after each step.
+        states: At time 0 and after each step, with spins.
         impacts: What it reports, `carom.model.trace.IMPACT_DTYPE`.
-        spins: The spins of these, `carom.model.trace.SPIN_DTYPE`; None where no disc spins.
+        spins: The spins of these, `carom.model.trace.SPIN_DTYPE`.
         told: Whether it returns the velocities around an impact; else they are read from the states.
-        float_bits: Width of the floats that it declares.
         lasts: In how many steps it reports each impact, if it does not tell velocities.
     """
 
     scene: Scene
     states: States
     impacts: Rows
-    spins: Rows | None = None
+    spins: Rows
     told: bool = False
-    float_bits: int = 64
     lasts: int = 1
 
+    @property
+    def spin_rad_s(self) -> Array:
+        """The spins of the states."""
+        return require_value(self.states.spin_rad_s)
 
-def record_run(trace: Trace) -> Run:
-    """Return the run that has these impacts, on free paths between them, at steps of `DT`."""
-    scene, count = trace.scene, trace.scene.step_count(DT)
-    times = np.arange(count + 1, dtype=np.float64) * DT
-    position, velocity = np.zeros((count + 1, len(scene.discs), 2)), np.zeros((count + 1, len(scene.discs), 2))
-    spin = np.zeros((count + 1, len(scene.discs)))
-    for number, disc in enumerate(scene.discs):
-        pull = np.zeros(2) if disc.immovable else np.array(scene.gravity_m_s2)
-        since, place, speed, turn = 0.0, np.array(disc.position_m), np.array(disc.velocity_m_s), disc.spin_rad_s
-        own = [(k, side) for k, i in enumerate(trace.impacts) for side in ("first", "second") if i[side] == number]
-        for k, side in [*own, (-1, "")]:
-            until = math.inf if k < 0 else float(trace.impacts[k]["time_s"])
-            rows = (times >= since) & (times < until)
-            flown = (times[rows] - since)[:, None]
-            position[rows, number] = place + speed * flown + 0.5 * pull * flown**2
-            velocity[rows, number], spin[rows, number] = speed + pull * flown, turn
-            if k >= 0:
-                flown_s = until - since
-                since, place = until, place + speed * flown_s + 0.5 * pull * flown_s**2
-                speed = trace.impacts[k][f"velocity_{side}_after"].copy()
-                turn = turn if trace.spins is None else float(trace.spins[k][f"{side}_after"])
-    states = States(times, position, velocity, spin if scene.arrays.turns else None)
-    return Run(scene, states, trace.impacts, trace.spins)
+    def change_states_from(self, step: int, position: Array, velocity: Array, spin: Array) -> Run:
+        """Return the run with these states from a step on."""
+        old = self.states
+        states = States(
+            old.time_s,
+            np.concatenate([old.position_m[:step], position]),
+            np.concatenate([old.velocity_m_s[:step], velocity]),
+            np.concatenate([self.spin_rad_s[:step], spin]),
+        )
+        return dataclasses.replace(self, states=states)
+
+    def keep_impacts_until(self, time_s: float) -> Run:
+        """Return the run without the later impacts."""
+        kept = self.impacts["time_s"] <= time_s
+        return dataclasses.replace(self, impacts=self.impacts[kept], spins=self.spins[kept])
 
 
 def record_pic(scene: Scene) -> Run:
     """Return PIC's run."""
-    return record_run(solve_pic(scene))
-
-
-def record_pit(scene: Scene) -> Run:
-    """Return PIT's run: paths turn at step boundaries."""
-    return record_run(solve_pit(scene, frame_rate_hz=1 / DT))
+    trace, solver = solve_pic(scene), start_pic_run(scene)
+    times = np.arange(scene.step_count(DT) + 1, dtype=np.float64) * DT
+    rows = list[tuple[Array, Array, Array]]()
+    for time_s in times.tolist():
+        solver.advance_to(time_s)
+        spins = solver.spins()
+        rows.append((solver.positions(), solver.velocities(), np.zeros(len(scene.discs)) if spins is None else spins))
+    reported = np.zeros(len(trace.impacts), SPIN_DTYPE) if trace.spins is None else trace.spins
+    return Run(scene, States(times, *map(np.array, zip(*rows, strict=True))), trace.impacts, reported)
 
 
 def find_free_step(run: Run, time_s: float) -> int:
@@ -109,105 +110,56 @@ def _gap(run: Run, k: int) -> float:
 def change_law(run: Run, time_s: float, **law: Any) -> Run:
     """Return the run with other coefficients from a time on: true to its own law, and not to the scene's."""
     k = find_free_step(run, time_s)
-    begun_s, spins = k * DT, run.states.spin_rad_s
+    place, velocity, spin = run.states.position_m[k].tolist(), run.states.velocity_m_s[k].tolist(), run.spin_rad_s[k]
     discs = [
         disc.model_copy(
-            update={
-                "position_m": tuple(map(float, run.states.position_m[k, i])),
-                "velocity_m_s": tuple(map(float, run.states.velocity_m_s[k, i])),
-                "spin_rad_s": 0.0 if spins is None else float(spins[k, i]),
-            }
+            update={"position_m": tuple(place[i]), "velocity_m_s": tuple(velocity[i]), "spin_rad_s": float(spin[i])}
         )
         for i, disc in enumerate(run.scene.discs)
     ]
-    fields = {name: getattr(run.scene, name) for name in type(run.scene).model_fields}
-    left_s = (len(run.states) - 1 - k) * DT
-    later = solve_pic(Scene(**{**fields, "discs": discs, "duration_s": left_s, **law}))
-    then = record_run(later)
-    count = len(run.states) - k  # as many steps are left, whatever the rounding of `left_s` makes of them
-    states = States(
-        run.states.time_s,
-        np.concatenate([run.states.position_m[:k], then.states.position_m[:count]]),
-        np.concatenate([run.states.velocity_m_s[:k], then.states.velocity_m_s[:count]]),
-        None if spins is None else np.concatenate([spins[:k], _spins_of(then)[:count]]),
-    )
-    kept = run.impacts["time_s"] <= begun_s
+    left = len(run.states) - k
+    later = record_pic(Scene(**{**dict(run.scene), "discs": discs, "duration_s": (left - 1) * DT, **law}))
+    then = later.states  # as many steps as are left, or one more by rounding
+    changed = run.change_states_from(k, then.position_m[:left], then.velocity_m_s[:left], later.spin_rad_s[:left])
     impacts = later.impacts.copy()
-    impacts["time_s"] += begun_s
-    told = None
-    if run.spins is not None:
-        ours = np.zeros(len(impacts), SPIN_DTYPE) if later.spins is None else later.spins
-        told = np.concatenate([run.spins[kept], ours])
-    return dataclasses.replace(run, states=states, impacts=np.concatenate([run.impacts[kept], impacts]), spins=told)
-
-
-def _spins_of(run: Run) -> Array:
-    spins = run.states.spin_rad_s
-    return np.zeros(run.states.velocity_m_s.shape[:2]) if spins is None else spins
+    impacts["time_s"] += k * DT
+    kept = changed.keep_impacts_until(k * DT)
+    return dataclasses.replace(
+        kept, impacts=np.concatenate([kept.impacts, impacts]), spins=np.concatenate([kept.spins, later.spins])
+    )
 
 
 def remove_impacts(run: Run, time_s: float) -> Run:
     """Return the run with no impact at all from a time on: bodies pass through one another."""
-    k = find_free_step(run, time_s)
+    k, states = find_free_step(run, time_s), run.states
     pull = np.array([(0.0, 0.0) if disc.immovable else run.scene.gravity_m_s2 for disc in run.scene.discs])
-    flown = (run.states.time_s[k:] - run.states.time_s[k])[:, None, None]
-    position, velocity = run.states.position_m.copy(), run.states.velocity_m_s.copy()
-    position[k:] = position[k] + velocity[k] * flown + 0.5 * pull * flown**2
-    velocity[k:] = velocity[k] + pull * flown
-    spins = None if run.states.spin_rad_s is None else run.states.spin_rad_s.copy()
-    if spins is not None:
-        spins[k:] = spins[k]
-    kept = run.impacts["time_s"] <= k * DT
-    return dataclasses.replace(
-        run,
-        states=States(run.states.time_s, position, velocity, spins),
-        impacts=run.impacts[kept],
-        spins=None if run.spins is None else run.spins[kept],
-    )
+    flown = (states.time_s[k:] - states.time_s[k])[:, None, None]
+    position = states.position_m[k] + states.velocity_m_s[k] * flown + 0.5 * pull * flown**2
+    velocity = states.velocity_m_s[k] + pull * flown
+    spin = np.tile(run.spin_rad_s[k], (len(position), 1))
+    return run.change_states_from(k, position, velocity, spin).keep_impacts_until(k * DT)
 
 
-def change_states(run: Run, time_s: float, *, place: Any = None, speed: Any = None, spin: Any = None) -> Run:
+Change = Callable[[Array, Array], Array]
+
+
+def keep_rows(rows: Array, _: Array) -> Array:
+    return rows
+
+
+def change_states(
+    run: Run, time_s: float, *, place: Change = keep_rows, speed: Change = keep_rows, spin: Change = keep_rows
+) -> Run:
     """Return the run with its states changed from a step after a time on; what it reports stays as it is.
 
     Each of `place`, `speed` and `spin` takes the states' rows and the seconds since, shapes ``(k, n, ...)`` and
     ``(k, 1, 1)`` or ``(k, 1)``, and gives the rows shown.
     """
-    k = find_free_step(run, time_s)
-    since = run.states.time_s[k:] - run.states.time_s[k]
-    position, velocity = run.states.position_m.copy(), run.states.velocity_m_s.copy()
-    spins = None if run.states.spin_rad_s is None else run.states.spin_rad_s.copy()
-    if place is not None:
-        position[k:] = place(position[k:], since[:, None, None])
-    if speed is not None:
-        velocity[k:] = speed(velocity[k:], since[:, None, None])
-    if spin is not None and spins is not None:
-        spins[k:] = spin(spins[k:], since[:, None])
-    return dataclasses.replace(run, states=States(run.states.time_s, position, velocity, spins))
-
-
-def round_to_32_bits(run: Run) -> Run:
-    """Return the run in 32-bit floats, states and reports."""
-    seen = run.states
-    states = States(
-        seen.time_s,
-        _in_32_bits(seen.position_m),
-        _in_32_bits(seen.velocity_m_s),
-        None if seen.spin_rad_s is None else _in_32_bits(seen.spin_rad_s),
-    )
-    impacts = run.impacts.copy()
-    for name in impacts.dtype.names or ():
-        if name.startswith("velocity"):
-            impacts[name] = _in_32_bits(impacts[name])
-    spins = None
-    if run.spins is not None:
-        spins = run.spins.copy()
-        for name in spins.dtype.names or ():
-            spins[name] = _in_32_bits(spins[name])
-    return dataclasses.replace(run, states=states, impacts=impacts, spins=spins, float_bits=32)
-
-
-def _in_32_bits(numbers: Array) -> Array:
-    return numbers.astype(np.float32).astype(np.float64)
+    k, states = find_free_step(run, time_s), run.states
+    since = states.time_s[k:] - states.time_s[k]
+    position = place(states.position_m[k:], since[:, None, None])
+    velocity = speed(states.velocity_m_s[k:], since[:, None, None])
+    return run.change_states_from(k, position, velocity, spin(run.spin_rad_s[k:], since[:, None]))
 
 
 class _World:
@@ -225,12 +177,11 @@ class _World:
         times = run.impacts["time_s"]
         lasts = 1 if run.told else run.lasts
         mine = np.flatnonzero((times > (k - lasts) * DT) & (times <= k * DT) & (k > 0))
-        spins = run.states.spin_rad_s
         return Observation(
             run.states.position_m[k].copy(),
             run.states.velocity_m_s[k].copy(),
             tuple(_contact(run, int(row), k) for row in mine),
-            spin_rad_s=None if spins is None else spins[k].copy(),
+            spin_rad_s=run.spin_rad_s[k].copy() if run.scene.arrays.turns else None,
         )
 
     def close(self) -> None:
@@ -241,7 +192,7 @@ def _contact(run: Run, row: int, k: int) -> Contact:
     impact = run.impacts[row]
     time_s = float(impact["time_s"])
     told = tuple(_pair(impact[f"velocity_{b}_{w}"]) for w in ("before", "after") for b in ("first", "second"))
-    spins = None if run.spins is None or not run.told else tuple(map(float, run.spins[row]))
+    spins = tuple(map(float, run.spins[row])) if run.told and run.scene.arrays.turns else None
     return Contact(
         int(impact["first"]),
         int(impact["second"]),
@@ -275,7 +226,6 @@ class Playback:
             friction=(0.0, math.inf),
             tangential_restitution=True,
             contact_times=ContactTimes.SOLVED,
-            float_bits=self.run.float_bits,
         )
 
     @property

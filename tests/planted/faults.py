@@ -33,11 +33,8 @@ ROW = staged(
     "row", disc_at(0, 0, SPEED, 0, r=LENGTH), disc_at(3, 0, r=LENGTH), disc_at(7, 0, r=LENGTH), duration_s=END_S
 )
 
-#: How a run moves a disc's centre away from where its impacts put it: takes place and time, gives the place shown.
-Shift = Callable[[Array, float], Array]
 
-
-def replay_impacts(reference: Trace, impacts: Rows, shift: Shift = lambda place, _: place) -> Trace:
+def replay_impacts(reference: Trace, impacts: Rows) -> Trace:
     """Return the run that has these impacts, in steps of `DT`, each impact at the instant of its time stamp."""
     scene = reference.scene
     place = np.array([disc.position_m for disc in scene.discs])
@@ -52,7 +49,7 @@ def replay_impacts(reference: Trace, impacts: Rows, shift: Shift = lambda place,
             if disc < 0:
                 continue
             known = since[disc] <= begun  # else its path has turned in this very step
-            there = shift(place[disc] + velocity[disc] * (begun - since[disc]), begun)
+            there = place[disc] + velocity[disc] * (begun - since[disc])
             state[f"position_{body}"] = there if known else math.nan
             place[disc] += velocity[disc] * (time - since[disc])
             velocity[disc], since[disc] = impact[f"velocity_{body}_after"], time
@@ -63,7 +60,7 @@ def replay_impacts(reference: Trace, impacts: Rows, shift: Shift = lambda place,
         reference,
         method="planted",
         impacts=impacts,
-        final_position_m=np.array([shift(p, scene.duration_s) for p in place]),
+        final_position_m=place,
         final_velocity_m_s=velocity,
         dt_s=DT,
         effective_time_s=impacts["time_s"].copy(),
@@ -108,28 +105,26 @@ class Fault:
         plant: Takes the reference and a size, gives the run; its docstring says what the size is.
         table: What must be said in the scene `ROW`, from size 0 upwards.
         impacts: How many impacts a scene must have for it.
-        discs: How many discs.
     """
 
     name: str
     plant: Plant
     table: tuple[Expected, ...]
     impacts: int = 1
-    discs: int = 1
 
 
 FAULTS: list[Fault] = []
 
 
 def register_fault(
-    says: Callable[[float], Says], *, impacts: int = 1, discs: int = 1, **sizes: tuple[float, ...]
+    says: Callable[[float], Says], *, impacts: int = 1, **sizes: tuple[float, ...]
 ) -> Callable[[Plant], Plant]:
     """Enter a fault: what must be said of a size that is not exact, and the sizes of each grade, from the best on."""
     ladder = [(size, Grade[grade.upper()]) for grade, all_ in sizes.items() for size in all_]
     table = tuple(Expected(size, grade, {} if grade is Grade.EXACT else says(size)) for size, grade in ladder)
 
     def enter(plant: Plant) -> Plant:
-        FAULTS.append(Fault(plant.__name__.replace("_", " "), plant, table, impacts, discs))
+        FAULTS.append(Fault(plant.__name__.replace("_", " "), plant, table, impacts))
         return plant
 
     return enter
@@ -291,48 +286,6 @@ def swapped(reference: Trace, size: float) -> Trace:
     return dataclasses.replace(trace, impacts=impacts)
 
 
-# Disc 0 ends at 2 m, disc 2 at 10 m.
-@register_fault(
-    lambda _: {Verdict.MISPLACED: 16, Verdict.WRONG_END: 1, Verdict.DRIFTS: 16, Verdict.TURNS: 1},
-    exact=(0,), inaccurate=(1,), discs=2,
-)  # fmt: skip
-def exchanged(reference: Trace, size: float) -> Trace:
-    """The first and the last disc show each other's final state; size 0 or 1."""
-    trace = replay_reference(reference)
-    if not size:
-        return trace
-    order = [*range(len(reference.scene.discs))]
-    order[0], order[-1] = order[-1], order[0]
-    return dataclasses.replace(
-        trace, final_position_m=trace.final_position_m[order], final_velocity_m_s=trace.final_velocity_m_s[order]
-    )
-
-
-# Disc 0 drifts longest without an impact: from the first one on. PIT, a step late, ends up to `STEP` off.
-@register_fault(
-    lambda radii: {Verdict.MISPLACED: radii * END_S, Verdict.DRIFTS: radii * (END_S - FIRST_S)},
-    exact=(0, 1e-13), close=(1e-6,), inaccurate=(0.01, 10),
-)  # fmt: skip
-def drifting(reference: Trace, size: float) -> Trace:
-    """Every disc moves aside by the size, in radii a second, without a velocity."""
-    length = max(disc.radius_m for disc in reference.scene.discs)
-    return replay_impacts(
-        reference, reference.impacts.copy(), lambda place, time: place + np.array([0.0, size * length * time])
-    )
-
-
-@register_fault(
-    lambda part: {Verdict.MISPLACED: part * FLOWN, Verdict.DRIFTS: part * FLOWN},
-    exact=(0, 1e-13), close=(1e-6,), inaccurate=(0.01, 1),
-)  # fmt: skip
-def dragging(reference: Trace, size: float) -> Trace:
-    """After the last impact its disc moves by so large a part less than its velocity says."""
-    trace, row = replay_reference(reference), reference.impacts[-1]
-    disc, place = int(row[_faulty_body(reference)]), trace.final_position_m.copy()
-    place[disc] -= size * trace.final_velocity_m_s[disc] * (trace.end_time_s - row["time_s"])
-    return dataclasses.replace(trace, final_position_m=place)
-
-
 @register_fault(
     lambda degrees: {
         **dict.fromkeys((Verdict.MISPLACED, Verdict.DRIFTS), _chord(degrees) * FLOWN / 2),
@@ -347,24 +300,6 @@ def turning_later(reference: Trace, size: float) -> Trace:
     place, velocity = trace.final_position_m.copy(), trace.final_velocity_m_s.copy()
     velocity[disc] = rotate(velocity[disc], math.radians(size))
     place[disc] += (velocity[disc] - trace.final_velocity_m_s[disc]) * left
-    return dataclasses.replace(trace, final_position_m=place, final_velocity_m_s=velocity)
-
-
-@register_fault(
-    lambda part: {
-        **dict.fromkeys((Verdict.MISPLACED, Verdict.DRIFTS), part * FLOWN / 2),
-        **dict.fromkeys((Verdict.WRONG_END, Verdict.TURNS), part),
-        **_energy(-part),
-    },
-    exact=(0, 1e-13), inaccurate=(1e-9, 0.01, 0.9),
-)  # fmt: skip
-def damped(reference: Trace, size: float) -> Trace:
-    """From the last impact on its disc loses speed evenly, so large a part of it to the end."""
-    trace, row = replay_reference(reference), reference.impacts[-1]
-    disc, left = int(row[_faulty_body(reference)]), trace.end_time_s - row["time_s"]
-    place, velocity = trace.final_position_m.copy(), trace.final_velocity_m_s.copy()
-    place[disc] -= size * velocity[disc] * left / 2
-    velocity[disc] *= 1 - size
     return dataclasses.replace(trace, final_position_m=place, final_velocity_m_s=velocity)
 
 

@@ -76,15 +76,18 @@ def test_stored_results_are_read(number: int) -> None:
     assert compare_records(path, KEPT / f"results-{FORMATS['results']}.jsonl").changes == ()
 
 
-def test_parted_runs_of_format_2_are_read_as_diverged() -> None:
+def test_parted_runs_of_format_2_are_read_as_diverged(tmp_path: Path) -> None:
     r"""Words and fields of format 2 for diverged runs are read with the present names and unchanged values.
 
-    The file contains one run of each of the two renamed grades.
+    The file contains one run of each of the two renamed grades. A scene with the name "parted" keeps its name.
     """
-    path = KEPT / "diverged-2.jsonl"
-    stored_head, *stored_rows = (json.loads(line) for line in path.read_text(encoding="utf-8").splitlines())
+    path = tmp_path / "results.jsonl"
+    text = (KEPT / "diverged-2.jsonl").read_text(encoding="utf-8").replace('"classics/galperin-100"', '"parted"')
+    path.write_text(text, encoding="utf-8")
+    stored_head, *stored_rows = (json.loads(line) for line in text.splitlines())
     assert [row["grade"] for row in stored_rows] == ["parted", "parted_inaccurate"]
     summary, lines = read_records(path)
+    assert [*summary.scenes] == [lines[0].scene] == ["parted"]  # only words of Carom are renamed
     assert [line.grade for line in lines] == [Grade.DIVERGED, Grade.DIVERGED_INACCURATE]
     for line, row in zip(lines, stored_rows, strict=True):
         assert (line.diverged_s, line.pit_diverged_s) == (row["parted_s"], row["pit_parted_s"])
@@ -97,16 +100,6 @@ def test_parted_runs_of_format_2_are_read_as_diverged() -> None:
     assert [
         json.loads(format_line(line, spins="spin" in row["total"])) for line, row in zip(lines, rows, strict=True)
     ] == rows
-
-
-def test_only_words_of_carom_are_renamed(tmp_path: Path) -> None:
-    """A scene of format 2 whose name is "parted" keeps its name."""
-    path = tmp_path / "results.jsonl"
-    text = (KEPT / "diverged-2.jsonl").read_text(encoding="utf-8")
-    path.write_text(text.replace('"classics/galperin-100"', '"parted"'), encoding="utf-8")
-    summary, lines = read_records(path)
-    assert [*summary.scenes] == ["parted"]
-    assert [line.scene for line in lines] == ["parted"] * 2
 
 
 def test_invalid_row_of_format_2_is_refused(tmp_path: Path) -> None:

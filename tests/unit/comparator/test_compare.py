@@ -3,17 +3,13 @@
 Planted faults are in `tests/planted`.
 """
 
-import inspect
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from importlib import import_module
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import pytest
-from docs.figures.stages import ROOT, imported_names, package_of, stages
 from tests.cases import each
 from tests.planted.faults import DT, FIRST_S, LAST_S, ROW, drop_impact, replay_impacts
 from tests.scene_builders import alter_impact, disc_at, require_value, staged, wall_at
@@ -24,21 +20,9 @@ from carom.comparator import Grade, Score, Verdict
 from carom.errors import InputError
 from carom.model.trace import Outcome, Trace
 
-SPEED = 5.0
-
-
-@pytest.fixture
-def scene() -> Scene:
-    """Three discs in line: 0 strikes 1 at 0.2 s, 1 strikes 2 at 0.6 s, on different lines, so normals differ."""
-    return staged("three", disc_at(0, 0, SPEED, 0), disc_at(1.8, 0.6), disc_at(4.5, 2.4), duration_s=2.0)
-
-
-@pytest.fixture
-def reference(scene: Scene) -> Trace:
-    """The scene's PIC trace."""
-    trace = solve_pic(scene)
-    assert len(trace.impacts) == 2
-    return trace
+#: Three discs in line: 0 strikes 1 at 0.2 s, 1 strikes 2 at 0.6 s, on different lines, so normals differ.
+SCENE = staged("three", disc_at(0, 0, 5.0, 0), disc_at(1.8, 0.6), disc_at(4.5, 2.4), duration_s=2.0)
+REFERENCE = solve_pic(SCENE)
 
 
 def score_with_pit(reference: Trace, observed: Trace) -> Score:
@@ -46,59 +30,54 @@ def score_with_pit(reference: Trace, observed: Trace) -> Score:
     return compare(reference, observed, sampling=solve_pit(reference.scene))
 
 
-def test_impact_of_the_wrong_pair_is_missed_and_spurious(reference: Trace) -> None:
+def test_impact_of_the_wrong_pair_is_missed_and_spurious() -> None:
     """An impact reported for another pair is one missed and one spurious impact, not one with a large error."""
-    score = score_with_pit(reference, replace(alter_impact(reference, 0, second=2), dt_s=1 / 60))
+    score = score_with_pit(REFERENCE, replace(alter_impact(REFERENCE, 0, second=2), dt_s=1 / 60))
     assert (score.missed, score.spurious) == ((0,), (0,))
 
 
 @each("outcome, said", [(Outcome.WARNED, "bad state"), (Outcome.COMPLETED, "")])
-def test_run_that_stopped_early_is_cut_short_and_wrong(reference: Trace, outcome: Outcome, said: str) -> None:
+def test_run_that_stopped_early_is_cut_short_and_wrong(outcome: Outcome, said: str) -> None:
     """A trace that ends before the scene is CUT_SHORT and WRONG, whatever it reports, with the engine's message."""
-    cut = replace(solve_pic(reference.scene, until_s=0.3), outcome=outcome, notes=(said,), end_time_s=0.3)
-    score = score_with_pit(reference, cut)
+    cut = replace(solve_pic(SCENE, until_s=0.3), outcome=outcome, notes=(said,), end_time_s=0.3)
+    score = score_with_pit(REFERENCE, cut)
     assert score.verdicts == (Verdict.CUT_SHORT, Verdict.UNDECIDED)
     assert said in score.findings[0].reason
     assert score.undecided == (1,)
+    assert score.price_paid == math.inf
     assert score.grade is Grade.WRONG
     assert math.isnan(score.total.final_position)  # the two ends are not of one time
 
 
-def test_pit_compared_with_itself_is_sampled(scene: Scene, reference: Trace) -> None:
+def test_pit_compared_with_itself_is_sampled() -> None:
     """PIT compared with itself is graded SAMPLED; without a PIT run to compare with, it is UNGRADED."""
-    pit = solve_pit(scene)
-    assert compare(reference, pit, sampling=pit).grade is Grade.SAMPLED
-    alone = compare(reference, pit)
+    pit = solve_pit(SCENE)
+    assert compare(REFERENCE, pit, sampling=pit).grade is Grade.SAMPLED
+    alone = compare(REFERENCE, pit)
     assert alone.grade is Grade.UNGRADED
     assert Verdict.UNCOMPARED in alone.verdicts
 
 
-def test_traces_of_two_scenes_are_refused(reference: Trace, scene: Scene) -> None:
+def test_traces_of_two_scenes_are_refused() -> None:
     """Comparing traces of different scenes raises an InputError that names both scenes."""
-    other = solve_pic(Scene(name="other", discs=scene.discs, duration_s=1))
+    other = solve_pic(Scene(name="other", discs=SCENE.discs, duration_s=1))
     with pytest.raises(InputError, match=r"'three'.*'other'"):
-        compare(reference, other)
+        compare(REFERENCE, other)
 
 
 @each("horizon", [0, 0.1])
-def test_horizon_before_the_first_impact_gives_no_grade(scene: Scene, reference: Trace, horizon: float) -> None:
-    """With a horizon before the first impact every run is UNGRADED, and the reason says so."""
-    blind = replace(solve_pit(scene, frame_rate_hz=0.5), dt_s=1 / 60)
-    silent = replace(reference, impacts=reference.impacts[:0], dt_s=1 / 60)  # and so contradicts itself
-    for observed in (reference, solve_pit(scene), blind, silent):
-        score = compare(reference, observed, sampling=solve_pit(scene), horizon=horizon)
+def test_horizon_before_the_first_impact_gives_no_grade(horizon: float) -> None:
+    """With a horizon before the first impact a run is UNGRADED, with a reason, or WRONG if an impact is spurious."""
+    blind = replace(solve_pit(SCENE, frame_rate_hz=0.5), dt_s=1 / 60)
+    silent = replace(REFERENCE, impacts=REFERENCE.impacts[:0], dt_s=1 / 60)  # and so contradicts itself
+    for observed in (REFERENCE, solve_pit(SCENE), blind, silent):
+        score = compare(REFERENCE, observed, sampling=solve_pit(SCENE), horizon=horizon)
         assert score.grade is Grade.UNGRADED
         assert score.verdicts[-1] is Verdict.NOTHING_COMPARED
         assert "the first impact, at 0.2 s, is beyond the horizon" in score.findings[-1].reason
         assert Verdict.CONFORMS not in score.verdicts
-
-
-def test_spurious_impact_before_the_horizon_is_wrong(reference: Trace) -> None:
-    """A spurious impact before a horizon without reference impacts makes the run WRONG."""
-    spurious = drop_impact(alter_impact(reference, 0, time_s=0.05, second=2), 1)
-    score = compare(reference, replace(spurious, dt_s=1e-3), horizon=0.1)
-    assert score.grade is Grade.WRONG
-    assert Verdict.SPURIOUS in score.verdicts
+    spurious = drop_impact(alter_impact(REFERENCE, 0, time_s=0.05, second=2), 1)
+    assert compare(REFERENCE, replace(spurious, dt_s=1e-3), horizon=0.1).grade is Grade.WRONG
 
 
 def replay_at_times(reference: Trace, times: list[float]) -> Trace:
@@ -108,8 +87,8 @@ def replay_at_times(reference: Trace, times: list[float]) -> Trace:
     return replay_impacts(reference, impacts)
 
 
-def test_lateness_of_pit_does_not_excuse_earlier_lateness() -> None:
-    """If PIT is three steps late at the second impact only, two steps late at the first is INACCURATE."""
+def test_lateness_of_pit_excuses_only_later_lateness() -> None:
+    """If PIT is three steps late at the second impact only, a run may be so late there, and one step at the first."""
     reference = solve_pic(ROW)
     pit = replay_at_times(reference, [FIRST_S, LAST_S + 3 * DT])
     for times, grade in (
@@ -117,94 +96,40 @@ def test_lateness_of_pit_does_not_excuse_earlier_lateness() -> None:
         ([FIRST_S + DT, LAST_S + 2.5 * DT], Grade.SAMPLED),
         ([FIRST_S + 2 * DT, LAST_S], Grade.INACCURATE),
         ([FIRST_S, LAST_S + 3.5 * DT], Grade.INACCURATE),
+        ([FIRST_S, LAST_S - 0.5 * DT], Grade.INACCURATE),
     ):
         assert compare(reference, replay_at_times(reference, times), sampling=pit).grade is grade, times
 
 
-def test_early_impact_is_inaccurate() -> None:
-    """An impact found half a step early is EARLY and INACCURATE, however late PIT is."""
-    reference = solve_pic(ROW)
-    pit = replay_at_times(reference, [FIRST_S, LAST_S + 3 * DT])
-    score = compare(reference, replay_at_times(reference, [FIRST_S, LAST_S - 0.5 * DT]), sampling=pit)
-    assert Verdict.EARLY in score.verdicts
-    assert Verdict.LATE not in score.verdicts
-    assert score.grade is Grade.INACCURATE
-
-
 def test_impact_that_is_early_because_of_a_late_one_is_sampled() -> None:
     """An impact that is early only because an earlier one was late is graded SAMPLED."""
-    # A disc strikes an immovable one off centre. If an impact is found late, the disc leaves at another angle and meets
-    # the wall behind on another path. From frames that find the first impact .9 of a frame late, the second comes
-    # early.
-    for rate in (23.0, 29.0, 31.0, 37.0, 41.0, 43.0):
-        scene = staged(
-            "thrown",
-            disc_at(0, 0.3, 4, 0),
-            disc_at(3, 0, m=math.inf),
-            wall_at(0, 6, 0, -1),
-            duration_s=4.0,
-            frame_rate_hz=rate,
-        )
-        reference, pit = solve_pic(scene), solve_pit(scene)
-        score = compare(reference, pit, sampling=pit)
-        if Verdict.EARLY in score.verdicts:
-            assert score.grade is Grade.SAMPLED
-            lucky = replace(reference, dt_s=pit.dt_s)  # a PIT whose frame falls on the first impact
-            again = compare(reference, pit, sampling=lucky)
-            assert again.grade is Grade.SAMPLED  # at its own phase PIT pays as much
-            return
-    pytest.fail("no frame rate brings the second impact forward")
+    # A disc strikes an immovable one off centre. PIT finds this impact late, so the disc leaves at
+    # another angle and meets the wall behind early.
+    bodies = disc_at(0, 0.3, 4, 0), disc_at(3, 0, m=math.inf), wall_at(0, 6, 0, -1)
+    scene = staged("thrown", *bodies, duration_s=4.0, frame_rate_hz=23.0)
+    reference, pit = solve_pic(scene), solve_pit(scene)
+    lucky = replace(reference, dt_s=pit.dt_s)  # a PIT whose frame falls on the first impact
+    for sampling in (pit, lucky):
+        score = compare(reference, pit, sampling=sampling)
+        assert Verdict.EARLY in score.verdicts
+        assert score.grade is Grade.SAMPLED
 
 
-def test_score_attributes_of_carom_0_1_still_work(scene: Scene, reference: Trace) -> None:
+def test_score_attributes_of_carom_0_1_still_work() -> None:
     """The score attributes of Carom 0.1 return the values of the score's `total`."""
-    score = compare(reference, solve_pit(scene))
+    score = compare(REFERENCE, solve_pit(SCENE))
     for name, old in (("time_s", "time_error_s"), ("direction_rad", "direction_error_rad")):
         assert getattr(score, old) == getattr(score.total, name)
     for name in ("velocity", "final_position", "final_velocity", "energy", "momentum"):
         assert getattr(score, f"{name}_error") == getattr(score.total, name)
 
 
-# The stages of a comparison: each uses results of those before, and none of their functions ---------------------------
-
-
-PARTS = [package_of(module) for _, module, _ in stages()]
-
-
-@each("part", PARTS)
-def test_stages_import_only_types_and_constants_of_others(part: str) -> None:
-    """A stage of the comparison imports only types and constants of other stages, and no functions."""
-    files = (ROOT / "src" / "carom" / "comparator").rglob("*.py")
-    names = [".".join(file.relative_to(ROOT / "src").with_suffix("").parts) for file in files]
-    imported = [
-        (module, name)
-        for own in names
-        if package_of(own) == part
-        for name, module in imported_names(own).items()
-        if package_of(module) in set(PARTS) - {part}
-    ]
-    assert imported or part == PARTS[0]
-    called = [
-        name for module, name in imported if not (name.isupper() or inspect.isclass(vars(import_module(module))[name]))
-    ]
-    assert called == []
-
-
-def test_each_stage_extends_the_result_of_the_stage_before() -> None:
-    """The result type of each stage extends that of the stage before, and each stage takes that result."""
-    results = [
-        inspect.get_annotations(getattr(import_module(module), name), eval_str=True) for name, module, _ in stages()
-    ]
-    types = [annotations["return"] for annotations in results]
-    assert all(issubclass(later, earlier) for earlier, later in pairwise(types[:-1]))
-    assert types[-1] is Score
-    assert [next(iter(annotations.values())) for annotations in results[1:]] == types[:-1]
-
-
 # Traces that are refused ----------------------------------------------------------------------------------------------
 
 #: One disc that slides along a wall, and turns.
 SLIDING = solve_pic(find_scenes(["spin/slide"])[0].scene)
+#: A disc and a driven wall.
+PADDLE = staged("paddle", disc_at(3.5, 0, -2.0), wall_at(0, 0, 1, 0, velocity_m_s=(1.0, 0.0)), duration_s=2.0)
 
 
 def alter_first_impact(**fields: Any) -> Callable[[Trace], Trace]:
@@ -229,6 +154,10 @@ def add_wall_spin(trace: Trace) -> Trace:
             alter_first_impact(velocity_second_before=(0.0, -0.1)),
             "velocity_second_before of impact 0 .* is 0, -0.1, but its second body is wall 0",
         ),
+        (
+            lambda _: alter_impact(solve_pic(PADDLE), 0, velocity_second_before=(0.0, 0.0)),
+            "velocity_second_before of impact 0 .* this driven wall has 1, 0",
+        ),
         (lambda trace: replace(trace, end_time_s=2 * trace.end_time_s), "ends at .* a trace must end"),
         (lambda trace: replace(trace, spins=None), "has no spins"),
         (lambda trace: replace(trace, float_bits=16), r"float_bits of .* is 16, but must be one of \[32, 64\]"),
@@ -236,7 +165,9 @@ def add_wall_spin(trace: Trace) -> Trace:
 )
 def test_trace_that_contradicts_its_scene_is_refused(change: Callable[[Trace], Trace], words: str) -> None:
     """A trace with unknown bodies, a moving or spinning wall, or a wrong end time raises an InputError."""
-    for pair in ((SLIDING, change(SLIDING)), (change(SLIDING), SLIDING)):
+    changed = change(SLIDING)
+    right = solve_pic(changed.scene)
+    for pair in ((right, changed), (changed, right)):
         with pytest.raises(InputError, match=words):
             compare(*pair)
 

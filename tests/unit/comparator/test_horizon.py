@@ -60,11 +60,7 @@ def test_fully_certified_scene_is_covered_to_its_end() -> None:
     found = carom.horizon(staged("two", disc_at(0.0, 0.0, 1.0), disc_at(3.0, 0.3), duration_s=5.0))
     assert found.covers_the_scene
     assert (found.agreed, found.certified, found.end_s) == (1, 1, 5.0)
-
-
-def test_resting_discs_struck_by_a_driven_wall_are_covered() -> None:
-    """A scene whose discs rest until a driven wall strikes them is covered to its end."""
-    # Errors are relative to the speed that the wall gives.
+    # If all discs rest at the start, errors are relative to the speed that a driven wall gives.
     discs = disc_at(1.0, 0.0, r=0.1), disc_at(2.0, 0.05, r=0.1)
     press = wall_at(0.0, 0.0, 1.0, 0.0, velocity_m_s=(0.3, 0.0))
     assert carom.horizon(staged("swept", *discs, press, duration_s=10.0)).covers_the_scene
@@ -98,14 +94,6 @@ def test_nothing_is_scored_beyond_the_horizon(pic: Trace) -> None:
     assert compare(pic, gone).missed[0] == 45
 
 
-def test_horizon_at_the_end_of_the_scene_has_no_effect(pic: Trace) -> None:
-    """A horizon that covers the whole scene gives the errors, findings and grade of no horizon."""
-    whole, plain = compare(pic, pic, horizon=SCENE.duration_s), compare(pic, pic)
-    assert repr((whole.errors, whole.findings)) == repr((plain.errors, plain.findings))  # NaN equals nothing
-    assert whole.grade is plain.grade
-    assert whole.horizon_s is None
-
-
 def test_run_with_a_missing_or_extra_impact_is_not_covered() -> None:
     """A trace without the last certified impact, or with one more, differs from the certified run there."""
     scene = build_line_scene(0.0, 3.0, 6.0, velocities=(1.0, 0.0, 0.0))
@@ -125,20 +113,22 @@ def test_run_with_a_missing_or_extra_impact_is_not_covered() -> None:
 def test_impact_at_the_end_of_the_scene_ends_no_horizon(k: int) -> None:
     """A row of discs whose last impact is at exactly the scene's duration has no estimated horizon."""
     # One ulp later the impact would be outside of the scene.
-    long = build_line_scene(
-        -1.0 - 0.1 * k, -4.3 - 0.7 * k, -9.1 - 1.7 * k, velocities=(-0.7, 0.0, 0.0), duration_s=100.0
-    )
+    places = -1.0 - 0.1 * k, -4.3 - 0.7 * k, -9.1 - 1.7 * k
+    long = build_line_scene(*places, velocities=(-0.7, 0.0, 0.0), duration_s=100.0)
     scene = long.model_copy(update={"duration_s": float(solve_pic(long).impacts["time_s"][1])})
     assert len(solve_pic(scene).impacts) == 2
     assert estimate_horizon(solve_pic(scene)) is None
 
 
-def test_invalid_tolerance_or_scene_is_refused(certified: CertifiedTrace, pic: Trace) -> None:
-    """A tolerance of 0, or a trace of another scene, raises an InputError."""
+def test_invalid_tolerance_scene_or_horizon_is_refused(certified: CertifiedTrace, pic: Trace) -> None:
+    """A tolerance of 0, a trace of another scene, or a horizon that is not 0 or more raises an InputError."""
     with pytest.raises(InputError, match="tolerance must be above 0, got 0"):
         compute_horizon(certified, pic, tolerance=0)
     with pytest.raises(InputError, match="but the trace is not"):
         compute_horizon(certified, solve_pic(SCENE.model_copy(update={"name": "other"}), max_impacts=0))
+    for horizon in (-1, -0.5, math.nan, True):
+        with pytest.raises(InputError, match=rf"horizon must be a number of impacts .* got {horizon}"):
+            compare(pic, pic, horizon=horizon)
 
 
 def test_horizon_by_count_equals_horizon_by_time() -> None:
@@ -149,14 +139,6 @@ def test_horizon_by_count_equals_horizon_by_time() -> None:
     everything = compare(reference, reference, horizon=10**6)
     assert everything.horizon_s is None
     assert everything.beyond_horizon == 0
-
-
-@each("horizon", [-1, -0.5, float("nan"), True])
-def test_invalid_horizon_is_refused(horizon: float) -> None:
-    """A horizon that is negative, NaN or a boolean raises an InputError with its value."""
-    reference = solve_pic(catalogue()["paper/late"].scene)
-    with pytest.raises(InputError, match=rf"horizon must be a number of impacts .* got {horizon}"):
-        compare(reference, reference, horizon=horizon)
 
 
 def test_scenes_with_known_answers_have_no_estimated_horizon() -> None:

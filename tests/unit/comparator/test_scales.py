@@ -7,38 +7,13 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from tests.cases import each
-from tests.planted.faults import LENGTH, replay_impacts, replay_reference
+from tests.planted.altered_runs import change_states, record_pic, score_run
+from tests.planted.faults import carried_off, faster, replay_impacts, replay_reference
 from tests.scene_builders import disc_at, require_value, staged
 
-from carom import Scene, Trace, Wall, compare, solve_pic, solve_pit
+from carom import Disc, Trace, Wall, compare, solve_pic, solve_pit
 from carom.comparator import Grade, Verdict
 from carom.comparator.scales import compute_median, compute_own_scales, compute_scales
-from carom.engines.api import Contact, Observation
-from carom.execution.observation.impact_collector import ImpactCollector
-
-BESIDE = {
-    "a flyer": disc_at(0, 50, 0, 1e9),
-    "a far disc": disc_at(0, 1e13),
-    "a fast spinner": disc_at(0, 50, spin_rad_s=1e9),
-}
-
-
-def build_pair_beside(name: str) -> Scene:
-    """A disc at 1 m/s that strikes another, and a third that has nothing to do with them."""
-    friction = {"friction": 0.3} if name == "a fast spinner" else {}
-    return staged("beside", disc_at(0, 0, 1, 0), disc_at(3, 0.3), BESIDE[name], duration_s=5, **friction)
-
-
-def plant_velocity_error(reference: Trace, size: float) -> Trace:
-    impacts = reference.impacts.copy()
-    impacts["velocity_first_after"] += [0, size]
-    impacts["velocity_second_after"] -= [0, size]
-    return replay_impacts(reference, impacts)
-
-
-def plant_position_error(reference: Trace, size: float) -> Trace:
-    trace = replay_reference(reference)
-    return dataclasses.replace(trace, final_position_m=trace.final_position_m + np.array([[size, 0], [0, 0], [0, 0]]))
 
 
 def plant_spin_error(reference: Trace, size: float) -> Trace:
@@ -50,23 +25,25 @@ def plant_spin_error(reference: Trace, size: float) -> Trace:
 
 
 @each(
-    "name, plant, verdict",
+    "third, friction, plant, verdict",
     [
-        ("a flyer", plant_velocity_error, Verdict.WRONG_VELOCITY),
-        ("a far disc", plant_position_error, Verdict.MISPLACED),
-        ("a fast spinner", plant_spin_error, Verdict.WRONG_SPIN),
+        (disc_at(0, 50, 0, 1e9), 0.0, faster, Verdict.WRONG_VELOCITY),
+        (disc_at(0, 1e13), 0.0, carried_off, Verdict.MISPLACED),
+        (disc_at(0, 50, spin_rad_s=1e9), 0.3, plant_spin_error, Verdict.WRONG_SPIN),
     ],
 )
-def test_unrelated_body_hides_no_error(name: str, plant: Callable[[Trace, float], Trace], verdict: Verdict) -> None:
+def test_unrelated_body_hides_no_error(
+    third: Disc, friction: float, plant: Callable[[Trace, float], Trace], verdict: Verdict
+) -> None:
     """An error of two discs is reported also next to a fast, distant or spinning disc that they never meet."""
-    reference = solve_pic(build_pair_beside(name))
+    reference = solve_pic(staged("three", disc_at(0, 0, 1), disc_at(3, 0.3), third, duration_s=5, friction=friction))
     sampling = solve_pit(reference.scene)
     assert compare(reference, plant(reference, 0.0), sampling=sampling).grade is Grade.EXACT
     for size in (1e-9, 1e-6, 5e-4):
         score = compare(reference, plant(reference, size), sampling=sampling)
         assert score.grade is not Grade.EXACT
         assert verdict in score.verdicts
-    assert compare(reference, plant(reference, 6 * LENGTH), sampling=sampling).grade is Grade.INACCURATE
+    assert compare(reference, plant(reference, 3.0), sampling=sampling).grade is Grade.INACCURATE
 
 
 def test_speed_scale_is_the_largest_speed_that_led_to_an_impact() -> None:
@@ -123,56 +100,34 @@ def test_errors_before_a_tie_decide_the_grade() -> None:
         assert score.grade is grade
         (finding,) = [finding for finding in score.findings if finding.verdict is Verdict.CONVENTION]
         assert finding.reason.endswith(f"until then the run is {word}")
-
-
-def test_tie_at_the_first_impact_gives_no_grade_until_then() -> None:
-    """If the first impact is a tie, the run is UNGRADED, and the reason has no grade until then."""
-    reference = solve_pic(staged("first", *TIE.discs[2:], duration_s=12))
-    score = compare(reference, replay_reference(reference), sampling=solve_pit(reference.scene))
-    assert score.grade is Grade.UNGRADED
-    assert score.findings[0].verdict is Verdict.CONVENTION
+    # If the first impact is a tie, no grade until then is given.
+    first = solve_pic(staged("first", *TIE.discs[2:], duration_s=12))
+    score = compare(first, replay_reference(first), sampling=solve_pit(first.scene))
+    assert (score.grade, score.findings[0].verdict) == (Grade.UNGRADED, Verdict.CONVENTION)
     assert "until then" not in score.findings[0].reason
 
 
 def test_unknown_velocity_between_impacts_of_a_step_is_no_error() -> None:
     """If a disc meets two others in one step, only its last velocity is compared: PIC's states are EXACT."""
-    # A disc strikes the first of two at 1.01 s, and that the next at 1.015 s, both in the step that begins at 1 s. If
-    # the last velocity is too small, the verdict is WRONG_VELOCITY.
+    # A disc strikes the first of two at 1.01 s, and that the next at 1.015 s, both in the step that begins at 1 s.
     scene = staged("chain", disc_at(0, 0, 1, 0), disc_at(2.01, 0), disc_at(3.015, 0), disc_at(9, 9), duration_s=3)
-    reference, dt_s = solve_pic(scene), 1 / 30
-    ends = [solve_pic(scene, until_s=k * dt_s) for k in range(round(3 / dt_s) + 1)]
-    states = [(end.final_position_m, end.final_velocity_m_s) for end in ends]
-    collector = ImpactCollector(scene, Observation(*states[0]))
-    for k, (place, velocity) in enumerate(states[1:], start=1):
-        times = reference.impacts["time_s"]
-        struck = reference.impacts[(times > (k - 1) * dt_s) & (times <= k * dt_s)]
-        contacts = tuple(
-            Contact(int(i["first"]), int(i["second"]), float(i["time_s"]), tuple(i["normal"].tolist())) for i in struck
-        )
-        collector.add(k * dt_s, Observation(place, velocity, contacts))
-    impacts, effective, before, _ = collector.finish()
-    run = dataclasses.replace(reference, impacts=impacts, dt_s=dt_s, effective_time_s=effective, state_before=before)
-    assert len(impacts) == 2
-    score = compare(reference, run, sampling=solve_pit(scene, frame_rate_hz=30))
+    run = record_pic(scene)
+    score = score_run(run)
     assert score.grade is Grade.EXACT
     assert score.total.velocity == 0.0
     assert "1 of 2 impacts" in score.findings[0].reason
-    # The last velocity in the step is asked: a disc that comes out too slow is.
-    slow = impacts.copy()
-    slow["velocity_second_after"][-1] *= 0.9
-    slow_run = dataclasses.replace(run, impacts=slow)
-    assert Verdict.WRONG_VELOCITY in compare(reference, slow_run, sampling=solve_pit(scene, frame_rate_hz=30)).verdicts
+    slow = change_states(run, 1.016, speed=lambda velocity, _: 0.9 * velocity)
+    assert Verdict.WRONG_VELOCITY in score_run(slow).verdicts
 
 
-@each("late, price", [(0.25, 0.25), (0.75, 0.75), (0.0, 0.0)])
-def test_price_of_head_on_pit_is_its_lateness(late: float, price: float) -> None:
+def test_price_of_head_on_pit_is_its_lateness() -> None:
     """In a head-on impact, where PIT's velocities are right, the price is the part of a step that PIT is late."""
-    scene = staged("head-on", disc_at(0, 0, 1, 0), disc_at(2 - late / 60, 0), duration_s=3)
-    reference = solve_pic(scene)
-    pit = solve_pit(scene, frame_rate_hz=60)
-    score = compare(reference, pit, sampling=pit)
-    assert score.total.velocity <= 1e-12
-    assert score.price_paid == pytest.approx(price, abs=1e-9)
+    for late in (0.25, 0.75, 0.0):
+        scene = staged("head-on", disc_at(0, 0, 1, 0), disc_at(2 - late / 60, 0), duration_s=3)
+        pit = solve_pit(scene, frame_rate_hz=60)
+        score = compare(solve_pic(scene), pit, sampling=pit)
+        assert score.total.velocity <= 1e-12
+        assert score.price_paid == pytest.approx(late, abs=1e-9)
 
 
 def test_reason_names_a_lucky_phase_of_pit() -> None:
@@ -195,10 +150,10 @@ def test_speed_scale_includes_landings_and_the_end(duration_s: float, fastest: f
     assert compute_scales(scene, solve_pic(scene)).speed_m_s == fastest
 
 
-@each("count", [1, 2, 3, 10, 11])
-def test_median_equals_that_of_numpy(count: int) -> None:
+def test_median_equals_that_of_numpy() -> None:
     """The median equals NumPy's for odd and even numbers of values, also with infinities and NaN."""
-    values = np.random.default_rng(count).normal(size=count)
-    for strange in (values.max(), math.inf, -math.inf, math.nan):
-        several = np.where(values == values.max(), strange, values)
-        np.testing.assert_equal(compute_median(several), np.median(several))
+    for count in (1, 2, 3, 10, 11):
+        values = np.random.default_rng(count).normal(size=count)
+        for largest in (values.max(), math.inf, -math.inf, math.nan):
+            changed = np.where(values == values.max(), largest, values)
+            np.testing.assert_equal(compute_median(changed), np.median(changed))

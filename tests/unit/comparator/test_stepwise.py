@@ -1,15 +1,14 @@
 """Every step of a run compared with PIC from the run's own state: what must hold of the catalogue, and of blocks."""
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import replace
-from functools import partial
-from itertools import groupby
 from typing import Any
 
 import numpy as np
 import pytest
 from tests.cases import each
+from tests.planted.altered_runs import record_pic
 from tests.random_scenes import draw_scene, draw_table_friction_scene
 from tests.scene_builders import disc_at, drive_on_legs, require_value, staged, wall_at
 
@@ -19,94 +18,54 @@ from carom.comparator import Grade, compute_local_truth
 from carom.comparator.measure.stepwise_score import LocalScore, score_steps
 from carom.comparator.scales import compute_scales
 from carom.comparator.stepwise import step_watch
-from carom.comparator.stepwise.active_pairs import Activity, find_activity
-from carom.comparator.stepwise.resting_pairs import RestHistory
-from carom.comparator.stepwise.step_block import Block
 from carom.comparator.stepwise.step_watch import StepWatch
 from carom.engines.registry import load_adapter
 from carom.execution.observation.engine_run import observe_run
-from carom.model.scene import Need
 from carom.model.step_windows import LocalTruth, States
 from carom.model.trace import Outcome
-from carom.solvers.pic import solve_pic, start_pic_run
-from carom.studies.bench.gas import build_gas_scene
+from carom.solvers.pic import solve_pic
 
-#: Under gravity, on a table and by driven bodies nothing is damped.
-NOT_DAMPED = {Need.GRAVITY, Need.DAMPING, Need.TABLE_FRICTION, Need.DRIVEN_WALLS, Need.DRIVEN_DISCS, Need.BELTS}
+GROUPS = [*dict.fromkeys(entry.group for entry in all_scenes().values())]
 
 
-def damp_scenes(times: float, scenes: list[Scene]) -> list[Scene]:
-    """Return those that can be damped, of few enough discs and frames, damped to exp(-times) over their durations."""
-    return [
-        scene.model_copy(update={"damping_per_s": times / scene.duration_s})
-        for scene in scenes
-        if not scene.needs & NOT_DAMPED and len(scene.discs) <= 40 and scene.step_count(1 / scene.frame_rate_hz) <= 1500
-    ]
+def draw_damped_scene(number: int) -> Scene:
+    """Draw a scene, with friction if the number is odd, that is damped by up to a tenth a step."""
+    scene = draw_scene("anywhere", number, rough=number % 2 == 1)
+    return Scene(**{**dict(scene), "damping_per_s": (0.1, 1.0, 6.0)[number % 3], "duration_s": 3.0})
 
 
-def list_named_scenes() -> Iterator[Any]:
-    """Yield scenes that have a name, by group: as they are, and damped. Seven of eight of the classics are long."""
-    for group, found in groupby(all_scenes().values(), lambda entry: entry.group):
-        scenes = [entry.scene for entry in found]
-        short = {"paper": scenes, "classics": scenes[::8]}.get(group, [])
-        for some, marks in ((short, ()), ([scene for scene in scenes if scene not in short], pytest.mark.long)):
-            if some:
-                yield pytest.param(lambda some=some: some, id=f"{len(some)} of {group}", marks=marks)
-    every = [entry.scene for entry in all_scenes().values()]
-    some = [entry.scene for entry in all_scenes().values() if entry.group == "classics"]
-    yield pytest.param(partial(damp_scenes, 1.0, some[::6]), id="classics, damped")
-    for times in (1.0, 5.0):
-        yield pytest.param(partial(damp_scenes, times, every), id=f"damped {times}", marks=pytest.mark.long)
-
-
-def draw_scenes(law: str, numbers: Iterable[int]) -> list[Scene]:
-    """Return scenes drawn: rough ones and damped ones up to a tenth a step, or on tables that slow discs down."""
-    if law == "slowing":
+def collect_scenes(kind: str, numbers: Iterable[int]) -> list[Scene]:
+    """Return the scenes with these numbers of a group of the catalogue, or of a kind of random scenes."""
+    if kind == "damped":
+        return [draw_damped_scene(number) for number in numbers]
+    if kind == "slowing":
         return [draw_table_friction_scene(number) for number in numbers]
-    return [
-        Scene(
-            **{
-                **dict(draw_scene("anywhere", number, rough=number % 2 == 1)),
-                "damping_per_s": (0.1, 1.0, 6.0)[number % 3],
-                "duration_s": 3.0,
-            }
-        )
-        for number in numbers
-    ]
+    scenes = [entry.scene for entry in all_scenes().values() if entry.group == kind]
+    return [scenes[number] for number in numbers if number < len(scenes)]
 
 
-def list_random_scenes() -> Iterator[Any]:
-    """Yield what to draw of each law, in numbers: a few and, with `-m long`, many."""
-    # Two of 24 and 38 come deep into a wall in a last step of 1.4 s, or meet at what damping has left of their speed.
-    for law, short, more, most in (("damped", 3, (24, 38), 40), ("slowing", 2, (), 150)):
-        yield pytest.param(partial(draw_scenes, law, (*range(short), *more)), id=law)
-        yield pytest.param(partial(draw_scenes, law, range(short, most)), id=f"more {law}", marks=pytest.mark.long)
+#: Kinds and numbers of scenes. Two of the damped ones, 24 and 38, come deep into a wall in a last step of 1.4 s, or
+#: meet at what damping has left of their speed.
+SCENES = [
+    *(("paper", range(9)), ("classics", range(0, 99, 8)), ("damped", (0, 1, 2, 24, 38)), ("slowing", range(2))),
+    *(pytest.param(group, range(99), marks=pytest.mark.long) for group in GROUPS),
+    pytest.param("damped", range(40), marks=pytest.mark.long),
+    pytest.param("slowing", range(150), marks=pytest.mark.long),
+]
 
 
 def compute_steps(scene: Scene, name: str) -> LocalTruth:
     return require_value(observe_run(load_adapter(name), scene, "tuned", 1.0 / scene.frame_rate_hz).local_truth)
 
 
-def compute_states(scene: Scene, dt_s: float) -> States:
-    """PIC's states at every step boundary, by its solver."""
-    run, count = start_pic_run(scene), scene.step_count(dt_s)
-    times = np.arange(count + 1, dtype=np.float64) * dt_s
-    place, velocity = [scene.arrays.position_m], [scene.arrays.velocity_m_s]
-    for time_s in times[1:]:
-        run.advance_to(float(time_s))
-        place.append(run.positions().copy())
-        velocity.append(run.velocities().copy())
-    return States(times, np.array(place), np.array(velocity), None)
-
-
 def score_states(scene: Scene, states: States, dt_s: float) -> LocalScore:
     return score_steps(compute_local_truth(scene, states, dt_s=dt_s), compute_scales(scene, solve_pic(scene)), 64)
 
 
-@each("scenes_of", [*list_named_scenes(), *list_random_scenes()])
-def test_steps_of_pic_are_exact_and_steps_of_pit_pay_its_price(scenes_of: Callable[[], list[Scene]]) -> None:
+@each("kind, numbers", SCENES)
+def test_steps_of_pic_are_exact_and_steps_of_pit_pay_its_price(kind: str, numbers: Iterable[int]) -> None:
     """Every step of PIC is exact; steps of PIT miss only what PIT misses there, with errors of at most PIT's."""
-    for scene in scenes_of():
+    for scene in collect_scenes(kind, numbers):
         reference = solve_pic(scene, max_impacts=2000)
         if reference.outcome is Outcome.GLIDES:  # of infinitely many hops
             continue
@@ -120,13 +79,14 @@ def test_steps_of_pic_are_exact_and_steps_of_pit_pay_its_price(scenes_of: Callab
         assert tied or exact.grade is Grade.EXACT, scene.name
         assert (sampled.invented, sampled.early, sampled.drifts) == (0, 0, 0), scene.name
         assert sampled.missed == sampled.missed_by_pit, scene.name
+        assert sampled.ratio[1] > 0.9 or scene.name != "paper/late"  # .9 of a frame late
         assert not sampled.ratio[1] > 1.0 + 1e-9, scene.name  # NaN where nothing stands alone
 
 
 def test_stepwise_results_do_not_depend_on_the_block_size(monkeypatch: pytest.MonkeyPatch) -> None:
     """Windows, meetings and slips of a run are the same, whether it is processed in one block or in many."""
     scene = all_scenes()["classics/gas"].scene
-    states = compute_states(scene, 1 / 60)
+    states = record_pic(scene).states
     whole = compute_local_truth(scene, states, dt_s=1 / 60)
     pieces = compute_in_small_blocks(monkeypatch, scene, states, 1 / 60)
     assert len(whole.windows) > 20
@@ -136,26 +96,6 @@ def test_stepwise_results_do_not_depend_on_the_block_size(monkeypatch: pytest.Mo
             field for field in one.dtype.names if not np.array_equal(one[field], other[field], equal_nan=True)
         ] == []
     assert (pieces.steps, pieces.until_s) == (whole.steps, whole.until_s)
-
-
-@pytest.mark.long
-def test_states_of_a_crowd_are_processed_less_than_twice(monkeypatch: pytest.MonkeyPatch) -> None:
-    """In a dense gas, where a window is almost always open, states are processed less than twice on average."""
-    scene = build_gas_scene(100, packing=0.5, duration_s=400 / 60)
-    sizes: list[int] = []
-
-    def counted(block: Block, rest: RestHistory) -> Activity:
-        sizes.append(len(block))
-        return find_activity(block, rest)
-
-    monkeypatch.setattr(step_watch, "_NUMBERS", 1)
-    monkeypatch.setattr(step_watch, "find_activity", counted)
-    found = compute_steps(scene.model_copy(update={"frame_rate_hz": 60.0}), "pit")
-    begins, ends = found.windows["begin_s"], found.windows["end_s"]
-    middle_s = np.arange(10, 390) / 60
-    assert np.mean([np.any((begins < t) & (ends > t)) for t in middle_s]) > 0.9
-    assert found.steps == 400
-    assert sum(sizes) < 2 * 400
 
 
 def compute_in_small_blocks(monkeypatch: pytest.MonkeyPatch, scene: Scene, states: States, dt_s: float) -> LocalTruth:
@@ -180,12 +120,6 @@ def test_sinking_depth_does_not_depend_on_the_block_size(monkeypatch: pytest.Mon
     assert (pieces.sunk_radii, pieces.resting_steps) == (whole.sunk_radii, whole.resting_steps)
 
 
-def test_steps_of_pit_with_a_late_impact_are_sampled() -> None:
-    """The stepwise grade of PIT with one late impact is SAMPLED."""
-    scene = all_scenes()["paper/late"].scene
-    assert score_steps(compute_steps(scene, "pit"), compute_scales(scene, solve_pic(scene)), 64).grade is Grade.SAMPLED
-
-
 def test_slow_fall_onto_a_fixed_disc_is_due_at_contact() -> None:
     """A disc that falls 1 m from rest at 0.5 m/s^2 onto a fixed disc is due after exactly 2 s."""
     # On a straight path it would never arrive.
@@ -207,19 +141,6 @@ def test_push_on_leaving_a_floor_is_an_invented_impact() -> None:
     place, velocity = (np.stack([0.0 * times, part], axis=1)[:, None] for part in (heights, speeds))
     found = score_states(scene, States(times, place, velocity), dt_s)
     assert (found.invented, found.missed, found.early) == (1, 0, 0)
-
-
-def test_fall_through_the_floor_is_one_missed_impact() -> None:
-    """A ball that falls through the floor and on for a hundred steps has missed one impact, and is WRONG."""
-    scene, dt_s = all_scenes()["gravity/bouncing-ball"].scene, 1 / 60
-    times = np.arange(scene.step_count(dt_s) + 1, dtype=np.float64) * dt_s
-    start, gravity = scene.arrays, np.array(scene.gravity_m_s2)
-    place = start.position_m + start.velocity_m_s * times[:, None, None] + gravity * (times**2 / 2)[:, None, None]
-    velocity = start.velocity_m_s + gravity * times[:, None, None]
-    score = score_states(scene, States(times, place, velocity), dt_s)
-    assert score.missed == 1
-    assert score.grade is Grade.WRONG
-    assert not math.isnan(score.first_missed_s)
 
 
 def test_state_at_an_unchanged_time_adds_no_step() -> None:
@@ -276,22 +197,21 @@ def test_every_invented_change_is_counted_once() -> None:
     assert (before.invented, before.first_inventor) == (0, -1)
 
 
-CEILINGS: dict[str, list[Any]] = {
-    "half-plane": [wall_at(0.0, 0.5, 0.0, -1.0)],
-    "chain": [Chain(points_m=[(-3.0, 0.5), (3.0, 0.5)])],
-    "vertical wall": [wall_at(0.5, 0.0, -1.0, 0.0)],
-    "immovable disc": [disc_at(0.3, 0.98, r=0.5247856705360713, m=math.inf)],
-}
-
-
-@each("bodies", CEILINGS)
-def test_disc_that_hangs_on_a_body_above_or_beside_it_is_wrong(bodies: str) -> None:
+@each(
+    "body",
+    [
+        wall_at(0.0, 0.5, 0.0, -1.0),
+        Chain(points_m=[(-3.0, 0.5), (3.0, 0.5)]),
+        wall_at(0.5, 0.0, -1.0, 0.0),
+        disc_at(0.3, 0.98, r=0.5247856705360713, m=math.inf),
+    ],
+)
+def test_disc_that_hangs_on_a_body_above_or_beside_it_is_wrong(body: Any) -> None:
     """A disc that stays under a ceiling or next to a wall does not rest: PIC falls, so its steps are wrong."""
-    scene = staged("hangs", disc_at(0.0, 0.0), *CEILINGS[bodies], gravity_m_s2=(0.0, -10.0), duration_s=1.0)
+    scene = staged("hangs", disc_at(0.0, 0.0), body, gravity_m_s2=(0.0, -10.0), duration_s=1.0)
     times = np.arange(101) / 100
     place, velocity = (np.tile(array, (101, 1, 1)) for array in (scene.arrays.position_m, scene.arrays.velocity_m_s))
-    found = compute_local_truth(scene, States(times, place, velocity), dt_s=0.01)
-    score = score_steps(found, compute_scales(scene, solve_pic(scene)), 64)
+    score = score_states(scene, States(times, place, velocity), 0.01)
     assert score.resting_steps == 0
     assert score.grade is Grade.WRONG
 
@@ -304,5 +224,4 @@ def test_disc_in_a_corner_rests_on_both_walls() -> None:
     times = np.arange(101) / 100
     place, velocity = (np.tile(array, (101, 1, 1)) for array in (scene.arrays.position_m, scene.arrays.velocity_m_s))
     velocity[1::2, 0, 0] = 0.01  # the engine's contact solver moves it against the wall
-    found = compute_local_truth(scene, States(times, place, velocity), dt_s=0.01)
-    assert score_steps(found, compute_scales(scene, solve_pic(scene)), 64).invented == 0
+    assert score_states(scene, States(times, place, velocity), 0.01).invented == 0

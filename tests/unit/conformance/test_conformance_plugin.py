@@ -39,16 +39,6 @@ def test_plugin_without_its_option_imports_no_dependencies(project: Path, run_py
 
 
 @pytest.mark.long
-def test_suite_runs_in_repository_without_tests(run_pytest: Pytest) -> None:
-    """In a folder without tests the suite runs alone; the case of a missing engine is skipped with the command."""
-    done = run_pytest("--carom-engine", "carom-toys", "-rs", "-k", "(sound and declares) or available")
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert "2 passed, 1 skipped" in done.stdout
-    assert "sound: Carom 1.0 (Carom_Toys): 2 passed" in done.stdout
-    assert "surely_not_installed is not installed; pip install surely-not-installed" in done.stdout
-
-
-@pytest.mark.long
 def test_suite_runs_together_with_own_tests(project: Path, run_pytest: Pytest) -> None:
     """The suite runs with a project's own strict tests in two processes; its marker selects it alone."""
     (project / "pyproject.toml").write_text(
@@ -79,18 +69,6 @@ def test_known_failure_that_passes_or_is_skipped_fails(project: Path, run_pytest
     assert "XPASS(strict): sound::declares-profiles passes, but " in done.stdout
     assert "XPASS(strict): sound::refuses[walls] does not apply, but " in done.stdout
     assert "carom-known-failures.toml lists it (it used to): remove it" in done.stdout
-
-
-@pytest.mark.long
-def test_hanging_case_fails_and_known_failure_is_counted(project: Path, run_pytest: Pytest) -> None:
-    """A case without an answer within the time limit fails, unless it is listed: then it is a known failure."""
-    (project / "known.toml").write_text('[[known_failure]]\nreason = "it sleeps"\ncases = ["hangs::start[tuned]"]\n')
-    chosen = ("--carom-engine", "hangs", "--carom-time-limit", "1", "--carom-known-failures=known.toml", "-k")
-    done = run_pytest(*chosen, "start or immovable-discs-alone")
-    assert done.returncode == 1, done.stdout + done.stderr
-    assert "the engine hangs" in done.stdout
-    assert "no answer within 1 s" in done.stdout
-    assert ": 0 passed, 1 failed, 0 skipped, 1 known failures" in done.stdout
 
 
 @pytest.mark.long

@@ -20,6 +20,7 @@ from carom.errors import InputError
 
 SOUND = '[[known_failure]]\nreason = "it {}"\ncases = ["a::energy[tuned]", "a::hits[default-x]"]\n'
 ENTRY = "[[known_failure]]\nreason = 'x'\ncases = ['a']\n"
+PLATFORMS = ("linux-x86_64", "linux-aarch64", "darwin-arm64")
 NAMES = ["a::energy[tuned]", "a::hits[default-x]", "a::times[default-x]"]
 
 
@@ -27,11 +28,8 @@ def test_known_failure_has_the_reason_of_its_entry(tmp_path: Path) -> None:
     """Each case of an entry is a known failure with the entry's reason; an empty file has no entries."""
     file = tmp_path / "known.toml"
     file.write_text(SOUND.format("leaks") + '[[known_failure]]\nreason = " slow "\ncases = ["b::start[tuned]"]\n')
-    assert list_known_reasons(load_known_failures(file), {"a": "1", "b": ""}, "linux-x86_64", file) == {
-        "a::energy[tuned]": "it leaks",
-        "a::hits[default-x]": "it leaks",
-        "b::start[tuned]": "slow",
-    }
+    reasons = {"a::energy[tuned]": "it leaks", "a::hits[default-x]": "it leaks", "b::start[tuned]": "slow"}
+    assert list_known_reasons(load_known_failures(file), {"a": "1", "b": ""}, "linux-x86_64", file) == reasons
     file.write_text("")
     assert load_known_failures(file) == ()
 
@@ -44,19 +42,13 @@ def test_known_failure_has_the_reason_of_its_entry(tmp_path: Path) -> None:
         ("known_failure = 3", "must be a list of tables"),
         ("known_failure = [3]", "known_failure 1: must be a table"),
         ("[[known_failure]]\ncases = ['a']", "known_failure 1: reason must be a sentence, got None"),
-        ("[[known_failure]]\nreason = ' '\ncases = ['a']", "reason must be a sentence"),
         ("[[known_failure]]\nreason = 'x'\ncases = []", r"cases must be a list of names .* got \[\]"),
-        ("[[known_failure]]\nreason = 'x'\ncases = [1]", "cases must be a list of names"),
         (
             ENTRY + "platform = 'linux-aarch46'",
             "known_failure 1: platform must be .* got 'linux-aarch46'; did you mean 'aarch64'",
         ),
         (ENTRY + "platform = 'Linux'", "got 'Linux'; .*there are: linux, darwin, freebsd; this is "),
-        (ENTRY + "platform = ''", "platform must be a system"),
-        (ENTRY + "platform = 3", "platform must be a system"),
-        (ENTRY + "versions = ''", "versions: a version must begin"),
         (ENTRY + "versions = '>=7,'", "versions: a version must begin"),
-        (ENTRY + "versions = '~=7'", "versions: a version must begin"),
         (ENTRY + "versions = 7", "versions must be a range such as"),
         (ENTRY + "version = '7'", "known_failure 1: 'version' is unknown; there are: reason"),
         (SOUND + SOUND, "known_failure 2: 'a::energy.tuned.' is listed twice"),
@@ -71,22 +63,21 @@ def test_malformed_known_failures_file_is_refused(tmp_path: Path, text: str, mes
     assert "known.toml" in str(error.value)
 
 
-def test_unknown_or_skipped_case_in_file_is_refused() -> None:
+@each(
+    "case, message",
+    [
+        ("a::enrgy[tuned]", r"there is no case 'a::enrgy\[tuned\]'; did you mean 'a::energy\[tuned\]'"),
+        ("c::start", "there is no case 'c::start'"),
+        ("a::times[default-x]", "can't fail, because it is skipped: no walls declared; remove it"),
+    ],
+)
+def test_unknown_or_skipped_case_in_file_is_refused(case: str, message: str) -> None:
     """A listed case that does not exist or is skipped is refused; cases of engines that are not run are ignored."""
-
-    def check(name: str) -> None:
-        entries = [KnownFailure("x", (name,))]
-        names = {**dict.fromkeys(NAMES, ""), "a::times[default-x]": "no walls declared"}
-        check_names(entries, {name}, names, {"a", "b"}, Path("known.toml"))
-
-    check("a::energy[tuned]")
-    check("b::whatever")
-    with pytest.raises(InputError, match=r"there is no case 'a::enrgy\[tuned\]'; did you mean 'a::energy\[tuned\]'"):
-        check("a::enrgy[tuned]")
-    with pytest.raises(InputError, match="there is no case 'c::start'"):
-        check("c::start")
-    with pytest.raises(InputError, match="can't fail, because it is skipped: no walls declared; remove it"):
-        check("a::times[default-x]")
+    names = {**dict.fromkeys(NAMES, ""), "a::times[default-x]": "no walls declared"}
+    for listed in ("a::energy[tuned]", "b::whatever"):
+        check_names([KnownFailure("x", (listed,))], {listed}, names, {"a", "b"}, Path("known.toml"))
+    with pytest.raises(InputError, match=message):
+        check_names([KnownFailure("x", (case,))], {case}, names, {"a", "b"}, Path("known.toml"))
 
 
 @each(
@@ -104,12 +95,14 @@ def test_entry_applies_only_to_its_releases(versions: str, holds: set[str]) -> N
     assert {one for one in ("6.9", "7.0", "7.3.1", "8", "7.0.0rc1") if entry.is_valid_for(one, "linux-x86_64")} == holds
 
 
-def test_entry_applies_only_to_its_platform() -> None:
+@each(
+    "platform, holds",
+    [("linux", ["linux-x86_64", "linux-aarch64"]), ("linux-aarch64", ["linux-aarch64"]), ("", [*PLATFORMS])],
+)
+def test_entry_applies_only_to_its_platform(platform: str, holds: list[str]) -> None:
     """An entry for a system applies to all its machines, one for a system and machine only to that machine."""
-    places = ("linux-x86_64", "linux-aarch64", "darwin-arm64")
-    for asked, holds in (("linux", places[:2]), ("linux-aarch64", places[1:2]), ("", places)):
-        entry = KnownFailure("x", ("a::b",), platform=asked)
-        assert tuple(one for one in places if entry.is_valid_for("1", one)) == holds
+    entry = KnownFailure("x", ("a::b",), platform=platform)
+    assert [one for one in PLATFORMS if entry.is_valid_for("1", one)] == holds
 
 
 def test_case_in_two_entries_needs_disjoint_releases(tmp_path: Path) -> None:
@@ -156,25 +149,18 @@ def update_file(file: Path, failed: dict[str, str], passed: set[str]) -> list[st
     return write_known_failures(file, entries, failed, passed, VERSIONS, HERE)
 
 
-def test_unchanged_results_leave_the_file_unchanged(tmp_path: Path) -> None:
-    """If no new case failed and no listed case passed, the file keeps its exact text."""
+def test_passing_case_is_removed_and_other_entries_stay(tmp_path: Path) -> None:
+    """A case that passes is removed, and its entry if empty; without changes the file keeps its exact text."""
     file = tmp_path / "known.toml"
     file.write_text(FILE)
     assert update_file(file, {}, set()) == []
     assert file.read_text() == FILE
-
-
-def test_passing_case_is_removed_and_other_entries_stay(tmp_path: Path) -> None:
-    """A case that passes is removed, and its entry if empty; comments and other cases stay."""
-    file = tmp_path / "known.toml"
-    file.write_text(FILE)
     update_file(file, {}, {"a::energy[tuned]"})
     text = file.read_text()
-    written = load_known_failures(file)
     assert text.startswith("# What the engine can't do.\n\n# Issue 12.\n[[known_failure]]\n")
     assert FILE[FILE.index("# Slow") :] in text
-    assert [one.cases for one in written] == [("a::energy[default]",), ("a::times[default-x]",)]
-    assert [one.reason for one in written] == ["it leaks", "slow"]
+    entries = [(one.reason, one.cases) for one in load_known_failures(file)]
+    assert entries == [("it leaks", ("a::energy[default]",)), ("slow", ("a::times[default-x]",))]
     update_file(file, {}, {"a::energy[default]"})
     assert [one.reason for one in load_known_failures(file)] == ["slow"]
 
@@ -222,14 +208,16 @@ def test_any_toml_spelling_of_entries_is_rewritten(text: str, tmp_path: Path) ->
 @pytest.mark.long
 @pytest.mark.parametrize("workers", [(), ("-n", "2")])
 def test_run_after_writing_known_failures_passes(project: Path, run_pytest: Pytest, workers: tuple[str, ...]) -> None:
-    """After `--write-known-failures` has reported and written the failures, the next run passes."""
+    """An engine that hangs fails; after `--write-known-failures` has written this failure, the next run passes."""
     file = project / "known.toml"
     file.write_text('[[known_failure]]\nreason = "it used to"\ncases = ["hangs::declares-profiles"]\n')
     chosen = ("--carom-engine", "hangs", "--carom-time-limit", "1", "--carom-known-failures=known.toml")
     these = ("-k", "start or declares", *workers)
     done = run_pytest(*chosen, "--write-known-failures", *these)
     assert done.returncode == 1, done.stdout + done.stderr
+    assert "no answer within 1 s" in done.stdout
     assert "known.toml: 1 known failures added, 1 dropped; cases that need a reason: 1" in done.stdout
     assert {name for one in load_known_failures(file) for name in one.cases} == {"hangs::start[tuned]"}
     done = run_pytest(*chosen, *these)
     assert done.returncode == 0, done.stdout + done.stderr
+    assert " 0 failed, 0 skipped, 1 known failures" in done.stdout

@@ -31,12 +31,9 @@ def test_escaped_json_has_the_same_value(text: str) -> None:
     assert len(line.splitlines()) == 1
 
 
-@each("length, shown", [(60, 60), (61, 60), (10**6, 60)])
-def test_long_message_is_shortened_to_60_characters(length: int, shown: int) -> None:
+def test_long_message_is_shortened_to_60_characters() -> None:
     """A message of more than 60 characters is cut to 60 and ends in three full stops."""
-    text = shorten("a" * length)
-    assert len(text) == shown
-    assert text.endswith("...") == (length > 60)
+    assert [shorten("a" * length) for length in (60, 61, 10**6)] == ["a" * 60, *["a" * 57 + "..."] * 2]
 
 
 @each(

@@ -1,16 +1,13 @@
 """Self-consistency of a run: sampling, gravity and narrow floats explain some contradictions, and no others."""
 
 import dataclasses
-import math
 
 import numpy as np
 import pytest
-from tests.cases import each
 from tests.planted.faults import DT, ROW, SPEED, replay_reference
 from tests.scene_builders import disc_at, require_value, staged, wall_at
 
 from carom import Trace, compare, solve_pic
-from carom.catalogue import catalogue
 from carom.comparator import Grade, Verdict
 from carom.comparator.measure.consistency import Consistency
 from carom.engines.registry import load_adapter
@@ -21,21 +18,6 @@ REFERENCE = solve_pic(ROW)
 
 def measure_consistency(trace: Trace, reference: Trace = REFERENCE) -> Consistency:
     return require_value(compare(reference, trace).consistency)
-
-
-@pytest.mark.long
-@each("engine", ["pic", "pit"])
-def test_pic_and_pit_runs_are_self_consistent(engine: str) -> None:
-    """Runs of PIC and PIT through their adapters contradict themselves by less than 1e-12, also under gravity."""
-    adapter = load_adapter(engine)
-    for name in ("paper/multiple", "classics/gas", "classics/box", "classics/deflection", "gravity/box"):
-        scene = catalogue()[name].scene
-        trace = observe_run(adapter, scene, "tuned", 1 / scene.frame_rate_hz)
-        found = measure_consistency(trace, solve_pic(scene))
-        largest = [found.velocity.size, found.position.size, found.across, found.normal_length, found.momentum]
-        assert max(largest) < 1e-12, name
-        assert found.stamp_s < 1e-12
-        assert found.unchecked == 0
 
 
 def build_pushed_run(part: float) -> Trace:
@@ -67,24 +49,16 @@ def test_push_within_the_overlap_of_a_step_keeps_the_grade() -> None:
 def test_rounding_of_32_bit_floats_is_no_drift() -> None:
     """Rounding of positions to 32 bits at each step is no DRIFTS or TURNS of a 32-bit run; it is of a 64-bit run."""
     scene = staged("long", disc_at(0, 0, 0.1, 0.3), duration_s=100.0)
-    reference, steps = solve_pic(scene), 60 * 100
-    place, velocity = np.zeros(2, np.float32), np.array([0.1, 0.3], np.float32)
-    for _ in range(steps):
+    reference = solve_pic(scene)
+    place, velocity = np.zeros((1, 2), np.float32), np.array([[0.1, 0.3]], np.float32)
+    for _ in range(60 * 100):
         place += velocity * np.float32(DT)
-    narrow = dataclasses.replace(
-        reference,
-        final_position_m=np.array([place], np.float64),
-        final_velocity_m_s=np.array([velocity], np.float64),
-        dt_s=DT,
-        float_bits=32,
-    )
+    narrow = dataclasses.replace(reference, final_position_m=place.astype(np.float64), dt_s=DT, float_bits=32)
+    narrow = dataclasses.replace(narrow, final_velocity_m_s=velocity.astype(np.float64))
     assert measure_consistency(narrow, reference).position.size > 1e-5  # six thousand roundings show
-    assert not {Verdict.DRIFTS, Verdict.TURNS} & set(compare(reference, narrow).verdicts)
-    # It is rounding, and further off than a hundredth of a step's travel: close, and exact no more.
-    assert narrow.final_position_m[0] == pytest.approx(
-        reference.final_position_m[0], abs=0.5 * math.hypot(0.1, 0.3) * DT
-    )
-    assert compare(reference, narrow, sampling=reference).grade is Grade.CLOSE
+    score = compare(reference, narrow, sampling=reference)
+    assert not {Verdict.DRIFTS, Verdict.TURNS} & set(score.verdicts)
+    assert score.grade is Grade.CLOSE  # further off than a hundredth of a step's travel
     wide = dataclasses.replace(narrow, float_bits=64)
     assert {Verdict.DRIFTS, Verdict.TURNS} <= set(compare(reference, wide).verdicts)
     drifted = dataclasses.replace(narrow, final_position_m=narrow.final_position_m + 0.1)
@@ -103,6 +77,8 @@ def test_euler_error_of_a_fall_is_only_a_wrong_end() -> None:
     reference, euler = build_fall()
     score = compare(reference, euler, sampling=dataclasses.replace(reference, dt_s=DT))
     assert score.verdicts == (Verdict.MISPLACED,)
+    found = require_value(score.consistency)  # without impacts
+    assert (found.across, found.normal_rad, found.normal_length, found.momentum) == (0.0, 0.0, 0.0, 0.0)
     assert score.total.final_position * 0.5 == pytest.approx(10 * DT / 2, rel=1e-12)
     assert score.grade is Grade.INACCURATE
 
@@ -127,20 +103,3 @@ def test_resting_disc_has_no_turn() -> None:
     reference = solve_pic(scene)
     score = compare(reference, observe_run(load_adapter("pic"), scene, "tuned", DT), horizon=reference.end_time_s)
     assert score.verdicts == (Verdict.CONFORMS, Verdict.RESTED)
-
-
-def test_flights_around_an_unknown_impact_are_unchecked() -> None:
-    """Flights before and after an impact of unknown state are counted as unchecked, and the run is EXACT."""
-    trace = replay_reference(REFERENCE)
-    states, effective = require_value(trace.state_before).copy(), require_value(trace.effective_time_s).copy()
-    states["position_first"][1] = states["position_second"][1] = effective[1] = math.nan
-    unknown = dataclasses.replace(trace, state_before=states, effective_time_s=effective)
-    assert measure_consistency(unknown).unchecked == 4  # of discs 1 and 2, before and after
-    assert compare(REFERENCE, unknown, sampling=dataclasses.replace(REFERENCE, dt_s=DT)).grade is Grade.EXACT
-
-
-def test_run_without_impacts_contradicts_nothing() -> None:
-    """A run of a disc that meets nothing has no errors of normals and velocities, and an angle of 0."""
-    free = solve_pic(staged("free", disc_at(0.0, 0.0, 1.0), duration_s=1.0))
-    found = measure_consistency(free, free)
-    assert (found.across, found.normal_rad, found.normal_length, found.momentum) == (0.0, 0.0, 0.0, 0.0)

@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from tests.scene_builders import disc_at, require_value, staged, wall_at
 from carom import Trace, compare, solve_pic, solve_pit
 from carom.catalogue import find_scenes
 from carom.comparator import Grade, Score, Verdict
-from carom.comparator.measure.contact import compute_states_at
+from carom.comparator.measure.contact import ContactScore
 from carom.comparator.measure.contact_intervals import measure_contact_quality
 from carom.engines.registry import load_adapter
 from carom.execution.observation.engine_run import observe_run
@@ -83,72 +84,90 @@ def test_hops_of_two_frames_are_not_hidden_by_skipped_states() -> None:
     assert require_value(score.contact).errors.velocity_m_s == pytest.approx(9.8 * 0.01)
 
 
-@each("name", [*list(CONTACT)[::2], *release_after(0, CONTACT)])
-def test_states_computed_from_a_trace_equal_those_of_the_run(name: str) -> None:
-    """Positions, velocities and spins computed from a trace at any time equal those of a run that ends then."""
-    trace = run_reference(name)
-    times = np.sort(np.random.default_rng(3).uniform(0.0, trace.end_time_s, 12))
-    motion = compute_states_at(trace, times)
-    for row, time_s in enumerate(times.tolist()):
-        there = solve_pic(CONTACT[name], until_s=time_s)
-        assert motion.position_m[row] == pytest.approx(there.final_position_m, abs=1e-13)
-        assert motion.velocity_m_s[row] == pytest.approx(there.final_velocity_m_s, abs=1e-12)
-        if there.final_spin_rad_s is not None and motion.spin_rad_s is not None:
-            assert motion.spin_rad_s[row] == pytest.approx(there.final_spin_rad_s, abs=1e-12)
-
-
-def test_position_error_above_that_of_pit_is_inaccurate() -> None:
-    """A position error of 0.2 m in contact, above PIT's 1/6 m, is INACCURATE with the verdict CONTACT."""
-    aside = np.array([0.2, 0.0])
-    score = score_altered_states(
-        lambda states: replace(states, position_m=states.position_m + aside), "contact/slide-to-roll"
-    )
-    assert require_value(require_value(score.contact).pit).place_m == pytest.approx(1 / 6, rel=0.01)
-    assert score.grade is Grade.INACCURATE
-    assert Verdict.CONTACT in score.verdicts
-
-
-def test_disc_that_is_frozen_in_contact_is_wrong() -> None:
-    """A run in which a sliding disc has no velocity is WRONG, and the reason says that it stands still."""
-    score = score_altered_states(
-        lambda states: replace(states, velocity_m_s=np.zeros_like(states.velocity_m_s)), "contact/slide-to-roll"
-    )
-    assert require_value(score.contact).frozen
-    assert score.grade is Grade.WRONG
-    assert any("a disc that should move stands still" in finding.reason for finding in score.findings)
-
-
-@each("steps, grade", [(2.0, Grade.INACCURATE), (3.0, Grade.WRONG)])
-def test_jitter_of_a_resting_disc_is_inaccurate_or_wrong(steps: float, grade: Grade) -> None:
-    """Jitter of a disc that should rest is INACCURATE at two steps' fall, and WRONG at three."""
-    score = score_altered_states(
-        lambda states: replace(states, velocity_m_s=states.velocity_m_s + shake_upwards(states, steps)), "contact/stops"
-    )
-    assert score.grade is grade
-    assert any("that should rest" in finding.reason for finding in score.findings)
-
-
-def test_reduced_spin_is_an_error_of_the_angular_momentum() -> None:
-    """A rim that is a tenth too slow is half as much off in the angular momentum u - k R w, for k = 1/2."""
-    score = score_altered_states(
-        lambda states: replace(states, spin_rad_s=0.9 * require_value(states.spin_rad_s)), "contact/incline-slips"
-    )
-    assert require_value(score.contact).momentum_m_s == pytest.approx(0.5 * 0.1 * 3.2, rel=1e-9)
-    assert any("angular momentum about the wall" in finding.reason for finding in score.findings)
-
-
 def join_reasons(score: Score) -> str:
     """Return what is said of contact."""
     return "".join(finding.reason for finding in score.findings if finding.verdict is Verdict.CONTACT)
 
 
-def move_states(states: States, where: NDArray[np.bool_], place: float = 0.0, speed: float | None = None) -> States:
-    """Return states on a floor, some of them higher up by a length, or at another speed off the floor."""
-    position, velocity = states.position_m.copy(), states.velocity_m_s.copy()
-    position[where, :, 1] += place
-    if speed is not None:
-        velocity[where, :, 1] = speed
-    return replace(states, position_m=position, velocity_m_s=velocity)
+def add(**fields: Any) -> Callable[[States], States]:
+    """Return a function that adds a number or vector to fields of all states."""
+    return lambda states: replace(states, **{name: getattr(states, name) + value for name, value in fields.items()})
+
+
+def scale(**fields: float) -> Callable[[States], States]:
+    """Return a function that multiplies fields of all states."""
+    return lambda states: replace(states, **{name: getattr(states, name) * factor for name, factor in fields.items()})
+
+
+def stop_bounces(states: States, begin_s: float) -> States:
+    """Return states of a disc that has no vertical velocity from a time until 1.342 s."""
+    velocity = states.velocity_m_s.copy()
+    velocity[(states.time_s > begin_s) & (states.time_s < 1.342), :, 1] = 0.0
+    return replace(states, velocity_m_s=velocity)
+
+
+def slip_until_1_s(states: States) -> States:
+    """Return states of a disc that has no spin from 0.4 s until 1 s."""
+    late = (states.time_s > 0.4) & (states.time_s < 1.0)
+    return replace(states, spin_rad_s=np.where(late[:, None], 0.0, require_value(states.spin_rad_s)))
+
+
+def move_half_a_step_late(states: States) -> States:
+    """Return states with the position errors of an integrator: v dt / 2, since the first state."""
+    return replace(states, position_m=states.position_m + 0.5 / 60.0 * (states.velocity_m_s - states.velocity_m_s[0]))
+
+
+@each(
+    "name, change, grade, said",
+    [
+        # PIT's error is 1/6 m here.
+        ("slide-to-roll", add(position_m=(0.2, 0.0)), Grade.INACCURATE, ""),
+        ("slide-to-roll", scale(velocity_m_s=0.0), Grade.WRONG, "a disc that should move stands still"),
+        (
+            "stops",
+            lambda states: add(velocity_m_s=shake_upwards(states, 2.0))(states),
+            Grade.INACCURATE,
+            "should rest",
+        ),
+        ("stops", lambda states: add(velocity_m_s=shake_upwards(states, 3.0))(states), Grade.WRONG, "should rest"),
+        ("incline-slips", scale(spin_rad_s=0.9), None, "angular momentum about the wall"),
+        ("slide-to-roll", add(position_m=(0.0, 0.005)), None, "held 0.005 m off its wall"),
+        ("slide-to-roll", add(position_m=(0.0, -0.005)), None, "held 0.005 m inside its wall"),
+        ("drop", lambda states: stop_bounces(states, 0.5), None, "bounces end"),
+        ("drop", lambda states: stop_bounces(states, 1.25), Grade.EXACT, ""),
+        ("slide-to-roll", slip_until_1_s, None, "slips end"),
+        ("stops", move_half_a_step_late, None, "moving a disc at one speed in each step explains"),
+        ("holds", add(velocity_m_s=(0.008, -0.006)), None, "a disc that should rest moves at 0.01 m/s on average"),
+        ("stops", scale(position_m=math.nan), Grade.WRONG, ""),
+    ],
+)
+def test_error_in_contact_has_its_grade_and_reason(
+    name: str, change: Callable[[States], States], grade: Grade | None, said: str
+) -> None:
+    """Each error of position, velocity or spin in contact has the listed grade, and its reason names the error."""
+    score = score_altered_states(change, f"contact/{name}")
+    assert grade is None or score.grade is grade
+    assert said in join_reasons(score)
+    assert ("bounces end" in join_reasons(score)) == (said == "bounces end")
+
+
+def test_error_in_contact_is_measured() -> None:
+    """The sizes of errors in contact are those that were planted."""
+
+    def measure(name: str, change: Callable[[States], States]) -> ContactScore:
+        return require_value(score_altered_states(change, f"contact/{name}").contact)
+
+    assert require_value(measure("slide-to-roll", scale()).pit).place_m == pytest.approx(1 / 6, rel=0.01)
+    # A rim that is a tenth too slow is half as much off in the angular momentum u - k R w, for k = 1/2.
+    assert measure("incline-slips", scale(spin_rad_s=0.9)).momentum_m_s == pytest.approx(0.5 * 0.1 * 3.2, rel=1e-9)
+    quality = measure("slide-to-roll", add(position_m=(0.0, 0.005))).quality
+    assert (quality.gap_m, quality.overlap_m) == pytest.approx((0.005, -0.005))
+    assert not measure("drop", lambda states: stop_bounces(states, 0.5)).ends_in_time
+    assert measure("slide-to-roll", slip_until_1_s).late.slips_s == pytest.approx(0.5, abs=0.1)
+    late = measure("stops", move_half_a_step_late)  # the disc is first seen at 2.9 m/s
+    assert late.errors.place_m == pytest.approx(0.5 / 60.0 * 2.9, rel=1e-9)
+    assert late.beyond_m < 1e-12
+    assert late.grade is Grade.SAMPLED
 
 
 @each("steps, grade", [(1.0, Grade.SAMPLED), (3.0, Grade.WRONG)])
@@ -157,98 +176,13 @@ def test_hopping_of_a_sliding_disc_is_sampled_or_wrong(steps: float, grade: Grad
     trace = run_engine("contact/drop", "pic")
     states = require_value(trace.observed_states)
     hops = shake_upwards(states, steps) * (states.time_s > 1.4)[:, None, None]
-    changed = replace(trace, observed_states=replace(states, velocity_m_s=states.velocity_m_s + hops))
+    changed = replace(trace, observed_states=add(velocity_m_s=hops)(states))
     score = compare(solve_pic(trace.scene), changed, sampling=solve_pit(trace.scene, frame_rate_hz=60.0))
-    assert require_value(score.contact).grade is grade
-    assert require_value(score.contact).quality.hop_m_s == pytest.approx(steps / 6.0)
-    assert require_value(score.contact).quality.take_offs == pytest.approx(0.5, abs=0.05)
+    contact = require_value(score.contact)
+    assert contact.grade is grade
+    assert contact.quality.hop_m_s == pytest.approx(steps / 6.0)
+    assert contact.quality.take_offs == pytest.approx(0.5, abs=0.05)
     assert "hops at" in join_reasons(score)
-
-
-@each("off, said", [(0.005, "held 0.005 m off its wall"), (-0.005, "held 0.005 m inside its wall")])
-def test_constant_gap_or_overlap_in_contact_is_reported(off: float, said: str) -> None:
-    """If an engine keeps a disc 5 mm away from its wall, or 5 mm inside the wall, this distance is reported."""
-    score = score_altered_states(
-        lambda states: move_states(states, states.time_s >= 0.0, place=off), "contact/slide-to-roll"
-    )
-    assert require_value(score.contact).quality.gap_m == pytest.approx(off)
-    assert require_value(score.contact).quality.overlap_m == pytest.approx(-off)
-    assert said in join_reasons(score)
-
-
-@each("until_s, in_time", [(0.5, False), (1.25, True)])
-def test_bounces_that_end_too_early_are_reported(until_s: float, in_time: bool) -> None:
-    """Bounces that should end at 1.342 s are reported if they end at 0.5 s, and not if they end at 1.25 s."""
-    score = score_altered_states(
-        lambda states: move_states(states, (states.time_s > until_s) & (states.time_s < 1.342), speed=0.0),
-        "contact/drop",
-    )
-    assert require_value(score.contact).ends_in_time is in_time
-    assert (require_value(score.contact).grade is Grade.EXACT) is in_time
-    assert ("bounces end" in join_reasons(score)) is not in_time
-
-
-def test_slip_that_ends_late_is_reported() -> None:
-    """A disc that should roll from 0.5 s on, but slips until 1 s, is reported with slip ending 0.5 s late."""
-
-    def slipping(states: States) -> States:
-        late = (states.time_s > 0.4) & (states.time_s < 1.0)
-        return replace(states, spin_rad_s=np.where(late[:, None], 0.0, require_value(states.spin_rad_s)))
-
-    score = score_altered_states(slipping, "contact/slide-to-roll")
-    assert require_value(score.contact).late.slips_s == pytest.approx(0.5, abs=0.1)
-    assert "slips end" in join_reasons(score)
-
-
-def test_half_step_of_an_integrator_is_explained() -> None:
-    """A position error of v dt / 2 is reported as an integrator's half step, and is SAMPLED."""
-    velocity = require_value(run_engine("contact/stops", "pic").observed_states).velocity_m_s
-    late = 0.5 / 60.0 * (velocity - velocity[0])  # the disc is first seen at 2.9 m/s
-    score = score_altered_states(lambda states: replace(states, position_m=states.position_m + late), "contact/stops")
-    assert require_value(score.contact).errors.place_m == pytest.approx(0.5 / 60.0 * 2.9, rel=1e-9)
-    assert require_value(score.contact).beyond_m < 1e-12
-    assert require_value(score.contact).grade is Grade.SAMPLED
-    assert "moving a disc at one speed in each step explains" in join_reasons(score)
-
-
-def test_creeping_of_a_resting_disc_is_reported() -> None:
-    """A disc that creeps at 0.01 m/s where friction holds it is reported with that speed."""
-    creep = np.array([0.008, -0.006])
-    score = score_altered_states(
-        lambda states: replace(states, velocity_m_s=states.velocity_m_s + creep), "contact/holds"
-    )
-    assert "a disc that should rest moves at 0.01 m/s on average" in join_reasons(score)
-
-
-@each("restitution", release_after(1, [0.2, 0.8, 0.95]))
-def test_pit_of_a_ball_coming_to_rest_is_no_worse_than_sampled(restitution: float) -> None:
-    """PIT of a ball that should come to rest is SAMPLED, CLOSE or EXACT for any restitution of the floor."""
-    for height in (1.0, 1.013):
-        scene = CONTACT["contact/drop"]
-        disc = scene.discs[0].model_copy(update={"position_m": (0.0, 0.5 + height), "velocity_m_s": (0.0, 0.0)})
-        lasts = math.sqrt(height / 5.0) * (1.0 + restitution) / (1.0 - restitution) + 2.0
-        scene = scene.model_copy(update={"discs": (disc,), "wall_restitution": restitution, "duration_s": lasts})
-        trace = observe_run(load_adapter("pit"), scene, "tuned", 1 / 60)
-        score = compare(solve_pic(scene), trace, sampling=solve_pit(scene, frame_rate_hz=60.0))
-        assert require_value(score.contact).grade in {Grade.SAMPLED, Grade.CLOSE, Grade.EXACT}, score.findings
-        assert score.grade in {Grade.SAMPLED, Grade.CLOSE, Grade.EXACT}, score.findings
-
-
-def test_nan_position_in_contact_is_wrong() -> None:
-    """NaN as positions in contact makes the run WRONG."""
-    score = score_altered_states(
-        lambda states: replace(states, position_m=np.full_like(states.position_m, math.nan)), "contact/stops"
-    )
-    assert score.grade is Grade.WRONG
-
-
-def test_no_contact_score_without_contact_or_states() -> None:
-    """There is no contact score if the reference has no contact, or the trace no states."""
-    (entry,) = find_scenes(["gravity/bouncing-ball"])
-    trace = observe_run(load_adapter("pic"), entry.scene, "tuned", 1 / 60)
-    assert compare(solve_pic(entry.scene), trace).contact is None
-    scene = CONTACT["contact/drop"]
-    assert compare(solve_pic(scene), solve_pic(scene)).contact is None
 
 
 def test_impact_reported_where_contact_begins_is_not_spurious() -> None:

@@ -10,24 +10,18 @@ from carom.comparator.measure import errors
 from carom.comparator.measure.errors import MatchedRun, measure_errors
 from carom.comparator.scales import compute_scales
 
-RATES_HZ = (24.0, 60.0, 240.0)
-
 
 @each("name", ["classics/gas", "contact/struck", "gravity/box"])
 def test_runs_measured_together_have_the_errors_of_each_run_alone(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Errors of runs do not depend on the runs that are measured with them, and on the size of a group."""
     reference = carom.solve_pic(name)
     scales = compute_scales(reference.scene, reference)
-    runs = [
-        MatchedRun(reference, run, match_impacts(reference, run))
-        for run in (carom.solve_pit(name, frame_rate_hz=rate_hz) for rate_hz in RATES_HZ)
-    ]
+    pits = [carom.solve_pit(name, frame_rate_hz=rate_hz) for rate_hz in (24.0, 60.0, 240.0)]
+    runs = [MatchedRun(reference, pit, match_impacts(reference, pit)) for pit in pits]
     alone = [found for run in runs for found in measure_errors([run], scales)]
     for most_joined in (1, 10**9):
         monkeypatch.setattr(errors, "MOST_JOINED", most_joined)
-        for one, other in zip(alone, measure_errors(runs, scales), strict=True):
-            assert all(
-                np.array_equal(one.of_impacts[key], other.of_impacts[key], equal_nan=True) for key in one.of_impacts
-            )
-            assert np.array_equal(one.ends, other.ends, equal_nan=True)
-            assert repr(one.largest) == repr(other.largest)
+        together = list(measure_errors(runs, scales))
+        np.testing.assert_equal([one.of_impacts for one in together], [one.of_impacts for one in alone])
+        np.testing.assert_equal([one.ends for one in together], [one.ends for one in alone])
+        assert repr([one.largest for one in together]) == repr([one.largest for one in alone])

@@ -5,31 +5,42 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from tests.planted.altered_runs import DT, GAS, Run, record_pit, score_run
+from tests.planted.altered_runs import DT, GAS
 from tests.planted.faults import find_reason
 from tests.scene_builders import disc_at, staged, wall_at
 
+from carom import Scene, Trace, compare, solve_pic, solve_pit
 from carom.comparator import Grade, Score, Verdict
 from carom.comparator.measure.reported_impacts import compare_reports_with_states
+from carom.engines.registry import load_adapter
+from carom.execution.observation.engine_run import observe_run
 from carom.model.step_windows import MEETING_DTYPE, REST_DTYPE, SLIP_DTYPE, WINDOW_DTYPE, LocalTruth
-from carom.model.trace import IMPACT_DTYPE, pair_name
-from carom.solvers.pic import solve_pic
+from carom.model.trace import IMPACT_DTYPE, SPIN_DTYPE, pair_name
+
+
+def run_pit(scene: Scene) -> Trace:
+    """Return PIT's run, as an engine's."""
+    return observe_run(load_adapter("pit"), scene, "tuned", DT)
+
 
 #: PIT in a gas of twelve: its trajectory leaves PIC's, and each of its steps is PIT's own.
-PIT = record_pit(GAS)
-TRACE = replace(solve_pic(GAS), dt_s=DT)
+PIT, REFERENCE = run_pit(GAS), solve_pic(GAS)
+TRACE = replace(REFERENCE, dt_s=DT)
 
 
-def score_reports(run: Run, impacts: np.ndarray) -> Score:
-    return score_run(replace(run, impacts=impacts[np.argsort(impacts["time_s"], kind="stable")]))
+def score_reports(trace: Trace, impacts: np.ndarray) -> Score:
+    """Return the score of a run with the same states that reports these impacts."""
+    ordered = impacts[np.argsort(impacts["time_s"], kind="stable")]
+    spins = None if trace.spins is None else np.zeros(len(impacts), SPIN_DTYPE)
+    told = replace(trace, impacts=ordered, spins=spins, effective_time_s=None, state_before=None)
+    return compare(solve_pic(trace.scene), told, sampling=solve_pit(trace.scene, frame_rate_hz=1 / DT))
 
 
-def find_isolated_impact(run: Run) -> int:
+def find_isolated_impact(impacts: np.ndarray) -> int:
     """Return an impact before the horizon whose bodies meet nothing else within four steps."""
-    rows = run.impacts
-    for k in range(len(rows) // 3, len(rows)):
-        bodies = {int(rows[k]["first"]), int(rows[k]["second"])}
-        near = rows[np.abs(rows["time_s"] - rows[k]["time_s"]) <= 4 * DT]
+    for k in range(len(impacts) // 3, len(impacts)):
+        bodies = {int(impacts[k]["first"]), int(impacts[k]["second"])}
+        near = impacts[np.abs(impacts["time_s"] - impacts[k]["time_s"]) <= 4 * DT]
         if len([row for row in near if bodies & {int(row["first"]), int(row["second"])}]) == 1:
             return k
     raise AssertionError("no impact is alone")
@@ -37,14 +48,14 @@ def find_isolated_impact(run: Run) -> int:
 
 def test_diverged_run_with_correct_reports_is_not_wrong() -> None:
     """PIT in a crowd leaves PIC's trajectory and is DIVERGED, without the verdict MISREPORTED."""
-    score = score_run(PIT)
+    score = score_reports(PIT, PIT.impacts)
     assert score.grade is Grade.DIVERGED
     assert Verdict.MISREPORTED not in score.verdicts
 
 
 def test_unreported_impact_makes_a_diverged_run_wrong() -> None:
     """A diverged run that does not report one of its impacts is WRONG and MISREPORTED, with no missed impact."""
-    k = find_isolated_impact(PIT)
+    k = find_isolated_impact(PIT.impacts)
     score = score_reports(PIT, np.delete(PIT.impacts, k))
     assert score.grade is Grade.WRONG
     assert find_reason(score, Verdict.MISREPORTED).startswith("1 only in the states, the first at ")
@@ -53,12 +64,12 @@ def test_unreported_impact_makes_a_diverged_run_wrong() -> None:
 
 def test_reported_impact_that_no_state_shows_is_wrong() -> None:
     """A report of two distant bodies makes a diverged run WRONG; the reason names the time and the bodies."""
-    k = find_isolated_impact(PIT)
+    k = find_isolated_impact(PIT.impacts)
     invented = PIT.impacts[[k]].copy()
     busy = PIT.impacts[np.abs(PIT.impacts["time_s"] - invented[0]["time_s"]) <= 4 * DT]
     met = {frozenset((int(row["first"]), int(row["second"]))) for row in busy}
     invented["first"], invented["second"] = next((a, b) for b in range(12) for a in range(b) if {a, b} not in met)
-    score = score_reports(replace(PIT, told=True), np.concatenate([PIT.impacts, invented]))
+    score = score_reports(PIT, np.concatenate([PIT.impacts, invented]))
     assert score.grade is Grade.WRONG
     assert find_reason(score, Verdict.MISREPORTED) == (
         f"1 only in the reports, the first at {invented[0]['time_s']:.6g} s between {pair_name(invented[0])}"
@@ -135,10 +146,10 @@ NARROW = staged(
 
 def test_pit_that_hops_on_a_slope_reports_what_it_shows() -> None:
     """PIT that hops on a slope at each frame is DIVERGED, not MISREPORTED; a false floor report is WRONG."""
-    run = record_pit(NARROW)
+    run = run_pit(NARROW)
     hops = run.impacts[run.impacts["second"] == -2]
     assert len(hops) > 50
-    score = score_run(run)
+    score = score_reports(run, run.impacts)
     assert score.grade is Grade.DIVERGED
     assert Verdict.MISREPORTED not in score.verdicts
     lie = hops[[2]].copy()

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from tests.cases import each, release_after
 from tests.planted.faults import DT, ROW, carried_off, delayed, faster, replay_impacts, replay_reference, tunnelling
-from tests.scene_builders import disc_at, require_value, staged
+from tests.scene_builders import alter_impact, disc_at, require_value, staged
 
-from carom import Disc, Outcome, Score, Trace, compare, solve_pic, solve_pit
+from carom import Disc, Score, Trace, compare, solve_pic, solve_pit
 from carom.catalogue import catalogue
 from carom.comparator import Grade
 from carom.comparator.thresholds import THRESHOLDS
@@ -63,14 +63,12 @@ def test_price_is_the_velocity_error_over_pits_worst_phase(part: float) -> None:
     assert score.price_paid == pytest.approx(off / max(off, compute_worst_pit_error()), rel=1e-9, abs=1e-12)
 
 
-def test_pic_pays_0_and_pit_at_most_1() -> None:
-    """PIC pays 0; PIT pays at most 1 at eight phases, 1 at one of them, and less than 0.2 at another."""
-    assert score_run(replay_reference(REFERENCE)).price_paid == 0.0
+def test_price_of_pit_is_1_at_its_worst_phase() -> None:
+    """PIT pays at most 1 at eight phases of a step, 1 at one of them, and less than 0.2 at another."""
     paid = []
     for k in range(8):
-        ahead = SPEED * k * DT / 8
-        one = OBLIQUE.discs[0].model_copy(update={"position_m": (ahead, 0.0)})
-        scene = OBLIQUE.model_copy(update={"discs": (one, OBLIQUE.discs[1])})
+        ahead = disc_at(SPEED * k * DT / 8, 0, SPEED, 0, r=RADII / 2)
+        scene = OBLIQUE.model_copy(update={"discs": (ahead, OBLIQUE.discs[1])})
         paid.append(score_run(solve_pit(scene, frame_rate_hz=1 / DT)).price_paid)
     assert max(paid) == pytest.approx(1.0, abs=1e-9)
     assert min(paid) < 0.2
@@ -82,14 +80,6 @@ def test_grade_never_improves_with_lateness() -> None:
     parts = [0.0, 1e-13, 1e-9, 1e-3, 0.0075, 0.02, 0.4, 0.51, 0.97, 1.0, 1.000001, 1.1, 3.0]
     grades = [score_run(delay_impact(REFERENCE, part * DT), pit).grade for part in parts]
     assert grades == [Grade.EXACT] * 2 + [Grade.CLOSE] * 3 + [Grade.SAMPLED] * 5 + [Grade.INACCURATE] * 3
-
-
-def test_runs_are_graded_where_pit_has_a_lucky_phase() -> None:
-    """If PIT has a frame at the very instant of the impact, runs are compared with PIT's other phases."""
-    lucky = dataclasses.replace(replay_reference(REFERENCE), method="pit")
-    close, late, later = (score_run(delay_impact(REFERENCE, part * DT), lucky) for part in (0.001, 0.3, 1.1))
-    assert (close.grade, late.grade, later.grade) == (Grade.CLOSE, Grade.SAMPLED, Grade.INACCURATE)
-    assert 0 < close.price_paid < 0.01 < late.price_paid < 1 < later.price_paid
 
 
 def test_price_is_relative_to_the_whole_change_if_pit_misses() -> None:
@@ -125,24 +115,14 @@ def test_missed_impact_costs_its_whole_velocity_change() -> None:
 
 @each("value", [math.nan, math.inf])
 def test_non_finite_run_has_an_infinite_price(value: float) -> None:
-    """NaN or infinity anywhere in a run makes it WRONG, with an infinite price."""
-    velocity = replay_reference(REFERENCE).impacts.copy()
-    velocity["velocity_first_after"][0, 0] = value
-    elsewhere = replay_reference(REFERENCE).final_position_m.copy()
-    elsewhere[1, 1] = value
-    for broken in (
-        dataclasses.replace(replay_reference(REFERENCE), impacts=velocity),
-        dataclasses.replace(replay_reference(REFERENCE), final_position_m=elsewhere),
-    ):
-        assert (score_run(broken).price_paid, score_run(broken).grade) == (math.inf, Grade.WRONG)
-
-
-def test_nan_final_velocity_is_an_infinite_momentum_error() -> None:
-    """NaN in a final velocity gives infinite errors of momentum and of final velocity, and not NaN."""
-    velocity = replay_reference(REFERENCE).final_velocity_m_s.copy()
-    velocity[1, 0] = math.nan
-    score = score_run(dataclasses.replace(replay_reference(REFERENCE), final_velocity_m_s=velocity))
+    """NaN or infinity in a velocity makes a run WRONG, with an infinite price and infinite errors."""
+    run = replay_reference(REFERENCE)
+    final = run.final_velocity_m_s.copy()
+    final[1, 0] = value
+    score = score_run(dataclasses.replace(run, final_velocity_m_s=final))
     assert score.momentum_error == score.total.final_velocity == math.inf
+    for broken in (score, score_run(alter_impact(run, 0, velocity_first_after=(value, 0.0)))):
+        assert (broken.price_paid, broken.grade) == (math.inf, Grade.WRONG)
 
 
 def test_pit_that_ended_early_excuses_no_wrong_end() -> None:
@@ -154,16 +134,6 @@ def test_pit_that_ended_early_excuses_no_wrong_end() -> None:
     assert score_run(carried_off(reference, 0.1), early).grade is Grade.INACCURATE
 
 
-@each("outcome", [Outcome.NON_FINITE, Outcome.WARNED, Outcome.COMPLETED])
-def test_run_that_ends_before_an_impact_has_an_infinite_price(outcome: Outcome) -> None:
-    """A run that ends before the impact is WRONG with an infinite price, whatever outcome it reports."""
-    whole = replay_reference(REFERENCE)
-    none = {name: getattr(whole, name)[:0] for name in ("impacts", "effective_time_s", "state_before")}
-    start = np.array([disc.position_m for disc in OBLIQUE.discs])
-    score = score_run(dataclasses.replace(whole, **none, final_position_m=start, end_time_s=0.0, outcome=outcome))
-    assert (score.price_paid, score.grade) == (math.inf, Grade.WRONG)
-
-
 def test_price_is_nan_without_an_impact_or_pit() -> None:
     """The price is NaN if the scene has no impact, or if there is no PIT run to compare with."""
     apart = OBLIQUE.model_copy(update={"discs": (OBLIQUE.discs[0], Disc(position_m=(3, 3), radius_m=0.5))})
@@ -173,32 +143,17 @@ def test_price_is_nan_without_an_impact_or_pit() -> None:
     assert math.isnan(compare(REFERENCE, delay_impact(REFERENCE, 1e-3)).price_paid)
 
 
-def test_scene_that_cannot_be_shifted_has_one_phase() -> None:
-    """If discs touch at the start, PIT is compared with its only phase: its price is 0 or 1."""
-    # They were in contact before, so the scene cannot start earlier.
-    scene = OBLIQUE.model_copy(
-        update={"discs": (OBLIQUE.discs[0].model_copy(update={"position_m": (START - 0.8, 0.0)}), OBLIQUE.discs[1])}
-    )
-    reference, pit = solve_pic(scene), solve_pit(scene, frame_rate_hz=60)
-    score = compare(reference, pit, sampling=pit)
-    assert score.price_paid in {0.0, 1.0}
-    assert score.grade in {Grade.EXACT, Grade.SAMPLED}
-
-
 def test_exact_depends_on_the_declared_width_of_floats() -> None:
     """An error of 32-bit rounding is EXACT for a run that declares 32 bits, and CLOSE for one with 64."""
     narrow = dataclasses.replace(delay_impact(REFERENCE, 1e-6), float_bits=32)
-    assert (score_run(narrow).grade, score_run(narrow).float_bits) == (Grade.EXACT, 32)
-    assert "32-bit floats" in score_run(narrow).findings[0].reason
+    score = score_run(narrow)
+    assert (score.grade, score.float_bits) == (Grade.EXACT, 32)
+    assert "32-bit floats" in score.findings[0].reason
     assert score_run(dataclasses.replace(narrow, float_bits=64)).grade is Grade.CLOSE
-
-
-def test_32_bit_floats_excuse_no_lateness_beyond_close() -> None:
-    """In a long 32-bit run a lateness of 0.04 steps is SAMPLED, although rounding could explain it."""
+    # In a long run rounding could explain a lateness of 0.04 steps, and does not excuse it.
     scene = ROW.model_copy(update={"duration_s": 100.0})
-    late = dataclasses.replace(delayed(solve_pic(scene), 0.04), float_bits=32)
     assert THRESHOLDS.rounding_32 * scene.duration_s > 0.04 * DT
-    assert score_run(late).grade is Grade.SAMPLED
+    assert score_run(dataclasses.replace(delayed(solve_pic(scene), 0.04), float_bits=32)).grade is Grade.SAMPLED
 
 
 def test_own_velocity_error_excludes_what_sampling_costs() -> None:
@@ -209,19 +164,6 @@ def test_own_velocity_error_excludes_what_sampling_costs() -> None:
     assert require_value(fine.against_pit).velocity > 0.01
     assert fine.own_velocity == fine.total.velocity < 1e-6
     assert compare(REFERENCE, pit).own_velocity is None
-
-
-def test_score_repeats_no_number_of_its_largest_errors() -> None:
-    """No number in the total, sampling and against-PIT errors is also a plain field of the score."""
-    reference = solve_pic(catalogue()["classics/inelastic-oblique"].scene)
-    pit = solve_pit(reference.scene, frame_rate_hz=50)
-    coarse = dataclasses.replace(solve_pit(reference.scene, frame_rate_hz=17), dt_s=pit.dt_s)
-    score = compare(reference, coarse, sampling=pit)
-    plain = [getattr(score, field.name) for field in dataclasses.fields(score)]
-    numbers = [value for value in plain if isinstance(value, float) and math.isfinite(value)]
-    for errors in (score.total, score.sampling, score.against_pit):
-        found = {name: v for name, v in dataclasses.asdict(require_value(errors)).items() if math.isfinite(v) and v}
-        assert not set(found.values()) & set(numbers)
 
 
 @each("name", release_after(len(NAMES[::4]), [*NAMES[::4], *(name for k, name in enumerate(NAMES) if k % 4)]))
