@@ -26,6 +26,8 @@ from carom.core.wall_features import Arc, Face, Feature, Mover, Point
 from carom.core.wall_parts import Pair
 from carom.model.chain_geometry import Edge, ExactCircle, compute_circle
 
+core = pytest.importorskip("tests.core_fall_functions")
+
 DIGITS = 80
 #: At this number of halvings of the largest length away from contact, pairs still give the last digit of a time.
 NEAREST = 50
@@ -232,6 +234,9 @@ def measure_accuracy(seed: int, rounds: int, *, falling: bool) -> dict[str, Foun
                 if falling:
                     time = compute_feature_fall_time(disc, geometry.feature, gravity)
                     true = compute_exact_fall_time(geometry, gravity, *numbers)
+                    # A feature that is met is not ruled out for the time up to then.
+                    row = build_feature_row(geometry.feature, 0)
+                    assert time == NEVER or not core.misses_feature(row, disc, gravity, time * (1 + 2.0**-40))
                 else:
                     time, true = compute_feature_time(disc, geometry.feature)[0], compute_exact_time(geometry, *numbers)
                 found.setdefault(geometry.name, Found()).add(time, true)
