@@ -404,18 +404,3 @@ def test_first_listed_feature_wins_at_one_instant() -> None:
         wall = primitives.WallFeatures([build_feature_row(feature, 0) for feature in order])
         assert wall.first_touch(disc, -1) == (1.0, first, False)
         assert wall.first_fall(disc, 0.0, 0.0, -1, 0.0) == (1.0, first)
-
-
-def test_unmet_wall_has_no_first_feature() -> None:
-    """A wall without features, or one that a disc moves away from, returns feature -1 and an infinite time."""
-    for wall in (primitives.WallFeatures([]), build_wall_features(FLOOR)):
-        assert wall.first_touch(Mover.at((1.0, 3.0), (0.0, 1.0), 0.25), -1) == (NEVER, -1, False)
-        assert wall.first_fall(Mover.at((1.0, 3.0), (0.0, 1.0), 0.25), 0.0, 1.0, -1, 0.0) == (NEVER, -1)
-
-
-def test_feature_number_out_of_range_raises_index_error() -> None:
-    """A feature number below 0 or beyond the last feature raises an IndexError."""
-    disc = Mover.at((1.0, 3.0), (0.0, 1.0), 0.25)
-    for number in (-1, 1):
-        with pytest.raises(IndexError):
-            build_wall_features(FLOOR).normal(number, disc)

@@ -12,7 +12,6 @@ from tests.scene_builders import disc_at, require_value, staged, wall_at, with_d
 from carom import Scene, solve_pic
 from carom.engines.api import Capabilities, unsupported_reason
 from carom.model.energy import kinetic_energy
-from carom.model.trace import Outcome
 from carom.solvers.pit.solve import solve_pit
 
 
@@ -41,13 +40,6 @@ def test_spin_without_friction_changes_no_impact() -> None:
         assert require_value(one.spins).tolist() == [(3.0, 0.0, 3.0, 0.0)]
         assert other.spins is None
         assert other.final_spin_rad_s is None
-
-
-def test_scene_without_impacts_keeps_its_spins() -> None:
-    """Without an impact the final spins are those at the start, and no impact spins are recorded."""
-    trace = solve_pic(build_pair(duration_s=0.01, friction=0.5))
-    assert len(require_value(trace.spins)) == len(trace.impacts) == 0
-    assert require_value(trace.final_spin_rad_s).tolist() == [3.0, 0.0]
 
 
 def test_recording_options_change_no_spin() -> None:
@@ -88,18 +80,6 @@ def test_pit_velocities_on_rough_walls_equal_those_of_pic() -> None:
     for name in ("velocity_first_before", "velocity_first_after"):
         assert late.impacts[name][:most].tolist() == right.impacts[name][:most].tolist()
     assert require_value(late.spins)[:most].tolist() == require_value(right.spins)[:most].tolist()
-
-
-def test_friction_causes_collapse_that_the_tc_model_prevents() -> None:
-    """A gas with restitution 0.3 completes without friction, and with friction only in the TC model."""
-    velocity = np.random.default_rng(1).normal(size=(16, 2)).tolist()
-    discs = [disc_at(k // 4 + 0.5, k % 4 + 0.5, *v, r=0.35) for k, v in enumerate(velocity)]
-    walls = wall_at(0, 0, 1, 0), wall_at(4, 0, -1, 0), wall_at(0, 0, 0, 1), wall_at(0, 4, 0, -1)
-    smooth = staged("gas", *discs, *walls, restitution=0.3, duration_s=1e4)
-    rough = Scene(**{**smooth.model_dump(), "friction": 0.5, "wall_friction": 0.5})
-    assert solve_pic(smooth).outcome is Outcome.COMPLETED
-    assert solve_pic(rough).outcome is Outcome.STANDSTILL
-    assert solve_pic(rough, contact_duration_s=1e-3).outcome is Outcome.COMPLETED
 
 
 def test_repeated_impact_in_the_tc_model_loses_no_energy() -> None:
