@@ -95,11 +95,6 @@ def test_standstill_limit_allows_all_finite_sequences() -> None:
 # Resolution -----------------------------------------------------------------------------------------------------------
 
 
-def pair_resolution(sizes: float, reach: float, ux: float, uy: float, speed: float) -> float:
-    found: float = core_functions.resolutions(sizes, reach, ux, uy, speed, 0.0)[0]
-    return found
-
-
 sizes = st.floats(1e-150, 1e150)
 speeds = st.one_of(st.just(0.0), st.floats(-1e100, 1e100), st.floats(1e-30, 1e-10))
 
@@ -120,7 +115,8 @@ def test_resolution_of_a_graze_is_half_its_overlap_time() -> None:
     for reach, speed in ((2.0, 3.0), (2.0**-300, 2.0**300), (2.0**300, 2.0**-300)):
         h = 5 * 2.0**-52 * (4 * reach)
         expected = math.sqrt(2.0) * math.sqrt(h / reach) * (reach / speed)
-        assert pair_resolution(4 * reach, reach, 0.0, speed, 0.0) == pytest.approx(expected, rel=1e-15)
+        found, _, _ = core_functions.resolutions(4 * reach, reach, 0.0, speed, 0.0, 0.0)
+        assert found == pytest.approx(expected, rel=1e-15)
 
 
 def test_order_that_one_unit_of_a_thick_wall_reverses_is_ambiguous() -> None:
