@@ -96,7 +96,8 @@ def _set_state(
         rest, spread = (math.ulp(value) * sign * 0.4999, abs(value) * 2.0**power) if value else (0.0, 0.0)
         balls[i] = arb(arb(value) + rest, spread) * unit
         true.append((Fraction(value) + Fraction(rest) + sign * Fraction(spread)) * Fraction(unit))
-    return State(bodies.time[i], *true, bodies.scene.discs[i].radius_m)
+    x, y, vx, vy = true
+    return State(bodies.time[i], x, y, vx, vy, bodies.scene.discs[i].radius_m)
 
 
 def is_after_impact_of_pair(bound: float, first: State, second: State) -> bool:
