@@ -1,4 +1,4 @@
-"""Times of fall of the core are those of exact rational arithmetic, and lower bounds are below them."""
+"""Times of fall of the core, compared with exact rational arithmetic, and their lower bounds."""
 
 import math
 import random

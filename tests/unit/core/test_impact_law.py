@@ -1,4 +1,4 @@
-"""The law of impact in rational numbers: restitution along the normal, and friction."""
+"""The law of impact in rational numbers: restitution along the normal."""
 
 import math
 from fractions import Fraction
@@ -155,9 +155,6 @@ def test_invalid_argument_is_refused_with_name_and_value(name: str, value: objec
     with pytest.raises(InputError) as caught:
         resolve_impact(**{**GOOD, name: value})
     assert str(caught.value) == says
-
-
-# Impulses of an impact: restitution along the normal, and which branch of friction holds ------------------------------
 
 
 def test_two_immovable_bodies_are_refused() -> None:

@@ -1,4 +1,4 @@
-"""Faces, vertices and arcs: their numbers as rational arithmetic has them, merged edges, and corners of one answer."""
+"""Faces, vertices and arcs: their numbers, compared with rational arithmetic, and merged edges."""
 
 import math
 from fractions import Fraction

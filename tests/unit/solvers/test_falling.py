@@ -1,4 +1,4 @@
-"""Runs under gravity: what rests, and what rounding may make of many bounces."""
+"""Runs under gravity: hops that are about as low as the accuracy of a gap, and rest."""
 
 import math
 

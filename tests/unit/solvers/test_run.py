@@ -1,4 +1,4 @@
-"""Every run of a solver, whatever its method, offers what `carom.solvers.run.Run` promises."""
+"""Every kind of run fulfils the protocol `carom.solvers.run.Run`."""
 
 import math
 from collections.abc import Callable
@@ -80,7 +80,7 @@ def test_every_run_stops_at_an_impact_limit_and_continues(run_factory: Callable[
     assert not math.isnan(float(run.velocities().sum()))
 
 
-# Rows that grow while what was given out of them stays ----------------------------------------------------------------
+# Rows grow, and arrays that were returned earlier do not change -------------------------------------------------------
 
 
 @given(st.lists(st.integers(0, 9), max_size=30))

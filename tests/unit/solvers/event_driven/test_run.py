@@ -167,7 +167,7 @@ def test_discs_that_touch_across_a_cell_meet_in_order_of_time(cells: int) -> Non
     assert impacts["time_s"] == pytest.approx([0.75, 0.75015, 0.7503], rel=1e-14)
 
 
-# Rows of the kernel -------------------------------------------------------------------------------------------------
+# Rows of the kernel --------------------------------------------------------------------------------------------------
 
 
 @each("name, dtype", [("Impact", IMPACT_DTYPE), ("Spins", SPIN_DTYPE), ("Contact", CONTACT_DTYPE)])
