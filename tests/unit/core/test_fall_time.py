@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.cases import each, release_after
 from tests.unit.core import fall_oracle as oracle
-from tests.unit.core.fall_cases import ENCOUNTERS, Encounter, draw_free, draw_graze, draw_near_miss
+from tests.unit.core.fall_cases import ENCOUNTERS, Encounter
 
 from carom.core.exact_quartic import find_closings
 from carom.core.input_rows import build_feature_row
@@ -107,31 +107,7 @@ def test_descent_time_is_exact_in_degenerate_cases(gap: float, speed: float, pul
     assert core_functions.descent_time((gap, 0.0), (speed, 0.0), (pull, 0.0)) == time
 
 
-# The stages -----------------------------------------------------------------------------------------------------------
-
-
-def count_decisions(make: Callable[[random.Random], Encounter], count: int) -> tuple[int, int, int]:
-    rnd = random.Random(6)
-    core.decided()
-    for _ in range(count):
-        compute_disc_time(make(rnd))
-    counts: tuple[int, int, int] = core.decided()
-    return counts
-
-
-def test_floats_decide_most_random_misses() -> None:
-    """Floats decide over 80% of randomly moving discs; pairs decide the rest, and the exact solver none."""
-    floats, pairs, exact = count_decisions(draw_free, 1000)
-    assert floats > 800
-    assert floats + pairs == 1000
-    assert exact == 0
-
-
-@each("make", [draw_near_miss, draw_graze])
-def test_near_grazes_rarely_need_the_exact_solver(make: Callable[[random.Random], Encounter]) -> None:
-    """No near miss, and less than 40% of the grazes, need the exact solver."""
-    _, _, exact = count_decisions(make, 1000)
-    assert exact < 400 if make is draw_graze else exact == 0
+# Closings of a polynomial ---------------------------------------------------------------------------------------------
 
 
 def multiply_polynomials(*factors: list[Fraction]) -> list[Fraction]:

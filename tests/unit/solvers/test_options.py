@@ -1,6 +1,5 @@
 """All functions refuse invalid options with the same message, and a state continues only its own scene."""
 
-import dataclasses
 import math
 from collections.abc import Callable
 from typing import Any
@@ -116,15 +115,6 @@ def test_resuming_with_other_wall_materials_is_refused() -> None:
     )
     with pytest.raises(InputError, match="must be the state of a run of the same wall_materials"):
         EventDrivenRun(one, resume=EventDrivenRun(other).state())
-
-
-def test_every_disc_arrays_field_is_compared_or_excluded() -> None:
-    """Every field of DiscArrays is compared when resuming, is part of the state, or is refused by the kernel."""
-    compared = {"radius_m", "mass_kg", "inertia_factor", "walls", "restitution", "wall_restitution", "friction"}
-    compared |= {"wall_friction", "tangential_restitution", "wall_tangential_restitution"}
-    of_the_state = {"position_m", "velocity_m_s", "spin_rad_s"}
-    refused = {"wall_materials", "wall_drives", "belts_m_s", "driven_discs", "disc_drives"}  # by the kernel
-    assert {field.name for field in dataclasses.fields(DiscArrays)} == compared | of_the_state | refused
 
 
 def test_resuming_from_an_incompatible_state_is_refused() -> None:

@@ -11,7 +11,6 @@ from tests.scene_builders import disc_at, require_value, staged, wall_at, with_d
 
 from carom import Scene, solve_pic
 from carom.engines.api import Capabilities, unsupported_reason
-from carom.model.energy import kinetic_energy
 from carom.solvers.pit.solve import solve_pit
 
 
@@ -98,16 +97,6 @@ def test_repeated_impact_in_the_tc_model_loses_no_energy() -> None:
         else:
             assert lost > 0.1
         seen |= bodies
-
-
-def test_kinetic_energy_includes_rotation_if_spins_are_given() -> None:
-    """Kinetic energy includes k m R^2 w^2 / 2 of each disc if spins are given, and 0 for discs that cannot turn."""
-    scene = build_pair()
-    speeds = np.array([disc.velocity_m_s for disc in scene.discs])
-    assert kinetic_energy(scene, speeds) == 8.0
-    assert kinetic_energy(scene, speeds, np.array([3.0, 0.0])) == 8.0 + 0.5 * 0.5 * 0.25 * 9.0
-    rigid = build_pair(discs=[scene.discs[0], scene.discs[1].model_copy(update={"inertia_factor": math.inf})])
-    assert kinetic_energy(rigid, speeds, np.array([0.0, 0.0])) == 8.0
 
 
 #: A method that rubs and turns discs, and discs that rub and don't spin, some of which can't turn.
