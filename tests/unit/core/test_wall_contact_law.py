@@ -1,11 +1,13 @@
-"""The law of two frictions at a wall has one solution, which the core finds."""
+"""The law of two frictions at a wall, and the slip after infinitely many bounces, compared with exact numbers."""
 
 import itertools
 import random
 from collections.abc import Iterator
 from fractions import Fraction
+from typing import NamedTuple
 
 import pytest
+from mpmath import mp, mpf
 from tests.cases import each, release_after
 
 core_functions = pytest.importorskip("tests.core_functions")
@@ -62,3 +64,45 @@ def test_share_frictions_returns_the_unique_exact_solution(count: int) -> None:
         assert found == pytest.approx((float(slip), float(rim)), rel=1e-14, abs=1e-14), (s1, q1, most, y, signs)
         assert not by["sticks"] or slip == 0
         assert not by["blocks"] or rim == 0
+
+
+class Press(NamedTuple):
+    """`Press` of wall_contact_law.h."""
+
+    normal: float
+    along: float
+    friction: float
+    inverse_inertia_ratio: float
+    rolling_resistance: float = 0.0
+
+
+def compute_slip_by_stepping(press: Press, slip: float, approach: float, restitution: float) -> mpf:
+    """Bounce until nothing is left at 50 digits; return the slip then."""
+    with mp.workdps(50):
+        s, w, e = mpf(slip), mpf(approach), mpf(restitution)
+        give = 1 + mpf(press.inverse_inertia_ratio)
+        while w > mpf(10) ** -45:
+            most = mpf(press.friction) * (1 + e) * w * give
+            s = mpf(0) if abs(s) <= most else s - mp.sign(s) * most
+            w *= e
+            s += mpf(press.along) * 2 * w / mpf(press.normal)
+        return s
+
+
+@each("landings", release_after(1, [20, 150]))
+def test_slip_after_bounces_matches_stepping_at_50_digits(landings: int) -> None:
+    """The slip after infinitely many bounces equals that of stepping through them at 50 digits, to 1e-13."""
+    # Where the result is 0, the exact slip is at most what the tangential acceleration adds during the bounces.
+    rng, slid = random.Random(2), 0
+    for _ in range(landings):
+        press = Press(rng.uniform(1, 10), rng.uniform(-5, 5), rng.uniform(0, 0.8), rng.choice([0.0, 1.0, 2.0, 2.5]))
+        slip, approach, e = rng.uniform(-4, 4), 10 ** rng.uniform(-3, 0.5), rng.uniform(0.05, 0.9)
+        exact = compute_slip_by_stepping(press, slip, approach, e)
+        found = core_functions.slip_after_bounces(press, slip, approach, e)
+        if found:
+            slid += 1
+            assert found == pytest.approx(float(exact), rel=1e-13, abs=1e-14)
+        else:
+            hop = 2.0 * abs(press.along) * e / press.normal
+            assert abs(float(exact)) <= hop * approach / (1.0 - e)
+    assert landings / 5 < slid < landings - 2

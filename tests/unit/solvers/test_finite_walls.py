@@ -9,11 +9,9 @@ import numpy as np
 import pytest
 from tests.cases import each, release_after
 from tests.scene_builders import disc_at, require_value, staged, wall_at
-from tests.unit.core.feature_times import build_vertex, build_wall_features
 from tests.unit.solvers.run_kinds import all_pairs
 
 from carom import Chain, Disc, Outcome, Ring, Scene, solve_pic, solve_pic_framewise, solve_pit
-from carom.core.wall_features import Arc, Face, Mover
 from carom.errors import CaromError
 from carom.model.chain_geometry import Outline
 from carom.model.trace import EdgeKind, Trace
@@ -58,18 +56,6 @@ def test_impact_on_a_merged_face_names_the_edge_below_the_disc() -> None:
         plain.advance_to(10.0)
         assert (trace.impacts["time_s"].tolist(), list_edges(trace)) == ([1.5], [(edge, FACE)])
         assert require_value(plain.log.edges()).tolist() == [(edge, FACE)]
-
-
-@each(
-    "feature, x, since_s",
-    [
-        pytest.param(Face.between((0.0, 1.0), (0.0, -1.0)), 0.25, -0.125, id="face"),
-        pytest.param(build_vertex((0.0, 0.0), 0.0), 0.375, -0.0625, id="vertex"),
-    ],
-)
-def test_overlap_began_depth_over_speed_ago(feature: Face | Arc, x: float, since_s: float) -> None:
-    """The overlap of a disc at 2 m/s with a face or a vertex began depth over speed ago."""
-    assert build_wall_features(feature).overlap_start(0, Mover.at((x, 0.0), (-2.0, 0.0), 0.5)) == since_s
 
 
 def test_simultaneous_wall_impacts_are_ordered_by_edge() -> None:

@@ -14,7 +14,7 @@ from carom.errors import InputError
 from carom.model.scene import Disc
 from carom.model.trace import Outcome
 from carom.solvers.event_driven.run import compute_standstill_limit
-from carom.solvers.pic import solve_pic, start_pic_run
+from carom.solvers.pic import solve_pic
 from carom.solvers.reference.algorithm_2 import solve_pic_framewise
 
 
@@ -37,14 +37,6 @@ def test_graze_far_from_the_origin_never_pulls(offset: float, depth: float) -> N
     change = trace.impacts["velocity_first_after"][0] - trace.impacts["velocity_first_before"][0]
     assert change @ trace.impacts["normal"][0] <= 0.0
     assert solve_pic_framewise(scene, frame_rate_hz=1.0).impacts.tobytes() == trace.impacts.tobytes()
-
-
-def test_advancing_to_an_earlier_time_changes_nothing() -> None:
-    """A run that is advanced to a time before its present one stays at its present time."""
-    run = start_pic_run(build_line_scene(0.0, 9.0, velocities=(1.0, 0.0)))
-    run.advance_to(2.0)
-    run.advance_to(1.0)
-    assert run.time_s == 2.0
 
 
 @each("limit, seen, end", [(0, 0, 0.0), (1, 1, 1.0), (2, 2, 2.0), (3, 3, 10.0), (99, 3, 10.0)])

@@ -105,15 +105,6 @@ def test_disc_is_crushed_when_no_space_is_left_or_escapes(scene: Scene, between:
         assert run.time_s < time_s
 
 
-@each("across", [0.0, -0.5])
-def test_gravity_along_closing_edges_prevents_a_crush(across: float) -> None:
-    """Gravity along two short closing edges pulls a disc out in time; gravity along their normal does not."""
-    scene = build_pinched_disc(0.5).model_copy(update={"gravity_m_s2": (across, -0.5 - across)})
-    scene = scene.model_copy(update={"discs": [disc_at(0.0, 1.0, 0.0, 0.5, r=0.25)]})
-    expected = Outcome.COMPLETED if across else Outcome.CRUSHED
-    assert EventDrivenRun(scene).advance_to(20.0) is expected
-
-
 def test_crush_after_the_requested_end_does_not_end_the_run() -> None:
     """A run to 7.99 s completes, and one to 8.01 s ends with CRUSHED, for a crush at 8 s."""
     # The rule decides after 400 impacts, at 7.96 s.
