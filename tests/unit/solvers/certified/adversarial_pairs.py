@@ -23,7 +23,7 @@ class State(NamedTuple):
     radius: float
 
 
-def draw_adversarial_pairs(seed: int) -> tuple[BallBodies, list[State]]:
+def draw_adversarial_pairs(seed: int, length: float = 1.0, speed: float = 1.0) -> tuple[BallBodies, list[State]]:
     """Return eight discs, each even one of which meets, grazes or misses the next, and their true states."""
     rng = random.Random(seed)
     is_fixed = rng.random() < 0.2  # the second disc of each pair
@@ -31,18 +31,18 @@ def draw_adversarial_pairs(seed: int) -> tuple[BallBodies, list[State]]:
     discs = [
         # In a row at the start, because a scene's discs must not overlap. The states that count are set below.
         Disc(
-            position_m=(3 * sum(radii[:k], radius / 2), 0.0),
-            radius_m=radius,
+            position_m=(3 * sum(radii[:k], radius / 2) * length, 0.0),
+            radius_m=radius * length,
             mass_kg=math.inf if is_fixed and k % 2 else 1.0,
         )
         for k, radius in enumerate(radii)
     ]
-    walls = [_draw_wall(rng, 40 * max(radii)) for _ in range(3)]
-    bodies = BallBodies(Scene(name="pairs", discs=discs, walls=walls, duration_s=1.0))
+    walls = [_draw_wall(rng, 40 * max(radii), length) for _ in range(3)]
+    bodies = BallBodies(Scene(name="pairs", discs=discs, walls=walls, duration_s=length / speed))
     states: list[State] = []
     for k in range(0, 8, 2):
         # Some pairs are far too large, small, fast or slow for the others.
-        units = [2.0 ** rng.choice([0] * 9 + [rng.randint(-540, 520)]) for _ in range(2)]
+        units = [unit * 2.0 ** rng.choice([0] * 9 + [rng.randint(-540, 520)]) for unit in (length, speed)]
         first, second = _draw_pair(rng, radii[k] + radii[k + 1], is_fixed=is_fixed)
         ahead = [1 if second[c] > first[c] else -1 for c in (1, 2)]
         states.append(_set_state(bodies, k, first, rng, units, ahead))
@@ -50,12 +50,13 @@ def draw_adversarial_pairs(seed: int) -> tuple[BallBodies, list[State]]:
     return bodies, states
 
 
-def _draw_wall(rng: random.Random, distance: float) -> Wall:
+def _draw_wall(rng: random.Random, distance: float, length: float) -> Wall:
     """Return a wall in front of which all discs are, given by a point that can be very far along it."""
     turn = rng.choice([0.0, math.pi / 2, rng.uniform(0.0, 6.3)])
     nx, ny = math.cos(turn), math.sin(turn)
     along = rng.choice([rng.uniform(-9, 9), 10.0 ** rng.uniform(0, 15)])
-    return Wall(point_m=(-distance * nx - along * ny, -distance * ny + along * nx), normal=(nx, ny))
+    x, y = -distance * nx - along * ny, -distance * ny + along * nx
+    return Wall(point_m=(x * length, y * length), normal=(nx, ny))
 
 
 def _draw_pair(rng: random.Random, reach: float, *, is_fixed: bool) -> list[tuple[float, ...]]:

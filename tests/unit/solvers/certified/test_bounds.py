@@ -35,7 +35,7 @@ def compute_bounds(bodies: BallBodies) -> dict[tuple[int, int], float]:
 @each("seeds", release_after(1, [range(20), range(20, 400)]))
 def test_no_lower_bound_exceeds_the_time_of_impact(seeds: range) -> None:
     """No lower bound exceeds the exact impact time of true states within their balls."""
-    meetings = 0
+    meetings = useful = 0
     for seed in seeds:
         with ctx.workprec(400):
             bodies, states = draw_adversarial_pairs(seed)
@@ -44,10 +44,21 @@ def test_no_lower_bound_exceeds_the_time_of_impact(seeds: range) -> None:
             if body >= 0:
                 assert not is_after_impact_of_pair(bound, states[i], states[body]), (seed, i, body)
                 meetings += is_after_impact_of_pair(math.inf, states[i], states[body])
+                useful += bound > max(states[i].time, states[body].time)
             elif bodies.movable[i]:
                 wall = bodies.scene.half_planes()[wall_index(body)]
                 assert not is_after_impact_on_wall(bound, states[i], wall), (seed, i, body)
-    assert meetings > len(seeds)
+    assert useful > meetings > len(seeds)
+
+
+@each("power", [-300, 256])
+def test_units_change_no_bit_of_a_lower_bound(power: int) -> None:
+    """Lower bounds in any unit of length and speed are those in metres, scaled exactly by the unit of time."""
+    for seed in range(4):
+        plain, _ = draw_adversarial_pairs(seed)
+        scaled, _ = draw_adversarial_pairs(seed, length=2.0**power, speed=2.0 ** (power // 2))
+        expected = {pair: math.ldexp(bound, power - power // 2) for pair, bound in compute_bounds(plain).items()}
+        assert compute_bounds(scaled) == expected
 
 
 def build_two_discs() -> BallBodies:
