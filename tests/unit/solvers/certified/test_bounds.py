@@ -44,11 +44,12 @@ def test_no_lower_bound_exceeds_the_time_of_impact(seeds: range) -> None:
             if body >= 0:
                 assert not is_after_impact_of_pair(bound, states[i], states[body]), (seed, i, body)
                 meetings += is_after_impact_of_pair(math.inf, states[i], states[body])
-                useful += bound > max(states[i].time, states[body].time)
+                useful += max(states[i].time, states[body].time) < bound < math.inf
             elif bodies.movable[i]:
                 wall = bodies.scene.half_planes()[wall_index(body)]
                 assert not is_after_impact_on_wall(bound, states[i], wall), (seed, i, body)
-    assert useful > meetings > len(seeds)
+    assert meetings > len(seeds)
+    assert useful > meetings / 4
 
 
 @each("power", [-300, 256])
