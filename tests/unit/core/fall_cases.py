@@ -1,16 +1,11 @@
-"""Random discs on parabolas, and what they may meet: far and close misses, grazes, contact, and extreme sizes."""
+"""Random discs on parabolas, and fixed discs: far and close misses, grazes, contact, and extreme sizes."""
 
 import math
 import random
 from collections.abc import Callable
-from fractions import Fraction
 from typing import NamedTuple
 
-from tests.unit.core.feature_times import build_arc, build_side, build_vertex
-
-from carom.core.wall_features import Arc, Face, Feature, Mover, Point
-from carom.core.wall_parts import build_stop, subtract, to_exact
-from carom.model.chain_geometry import Edge, ExactCircle, compute_circle
+from carom.core.wall_features import Point
 
 
 class Encounter(NamedTuple):
@@ -18,15 +13,6 @@ class Encounter(NamedTuple):
 
     disc: tuple[float, float, float, float, float]
     fixed: tuple[float, float, float]
-    acceleration: Point
-    leaving: float | None = None
-
-
-class Fall(NamedTuple):
-    """A disc and a feature of a wall."""
-
-    disc: Mover
-    feature: Feature
     acceleration: Point
     leaving: float | None = None
 
@@ -161,118 +147,3 @@ ENCOUNTERS: tuple[Callable[[random.Random], Encounter], ...] = (
     draw_on_table,
     draw_any_size,
 )
-
-
-# Features -------------------------------------------------------------------------------------------------------------
-
-FEATURES = ("face", "vertex", "outer arc", "inner arc", "outer circle", "inner circle", "stop")
-
-
-def _feature(rnd: random.Random, kind: str, size: float, thick: float, middle: Point) -> Feature:
-    a, b = ((middle[0] + rnd.gauss(0, size), middle[1] + rnd.gauss(0, size)) for _ in range(2))
-    half_width = rnd.choice([0.0, thick / 4, thick * rnd.random()])
-    if kind == "face":
-        return Face.between(a, b, half_width)
-    if kind == "vertex":
-        return build_vertex(a, half_width)
-    inside = kind.startswith("inner") or kind == "stop"
-    if "circle" in kind:
-        radius = Fraction(size * 10 ** rnd.uniform(-1, 0.5))
-        return build_arc(ExactCircle(Fraction(a[0]), Fraction(a[1]), radius**2), None, half_width, inside=inside)
-    circle = compute_circle(Edge(a, b, rnd.choice([1.0, 0.5, 10 ** rnd.uniform(-2, 1)])))
-    side = build_side(circle, (a, b), inside=inside)
-    shape = build_stop(side, subtract(to_exact(b), side.centre)) if kind == "stop" else side
-    return Arc.of(shape, half_width)
-
-
-def draw_fall(rnd: random.Random, kind: str) -> Fall:
-    """Return a disc and a feature of a kind: often almost in contact, aimed at an end, or past it."""
-    size = 10 ** rnd.uniform(-3, 3)
-    far = rnd.choice([0.0, 0.0, 1e2, 1e5]) * size
-    feature = _feature(rnd, kind, size, size * 10 ** rnd.uniform(-3, 0), (rnd.uniform(-far, far), far))
-    radius = size * 10 ** rnd.uniform(-3, 0)
-    if isinstance(feature, Arc) and kind == "stop":
-        radius = feature.fits_below * rnd.uniform(1, 1.5) if feature.fits_below > 0 else radius
-    gx, gy = _gravity(rnd, size)
-    acceleration = rnd.choice([(gx, gy), (gx, gy), (gx, 0.0), (0.0, 0.0)])
-    speed = size * 10 ** rnd.uniform(-1, 1)
-    (x, y), (nx, ny), away = _place(rnd, feature, radius, size)
-    velocity = rnd.choice([(rnd.gauss(0, speed), rnd.gauss(0, speed)), (-ny * speed, nx * speed), (0.0, 0.0)])
-    if rnd.random() < 0.5:
-        (tx, ty), _, _ = _place(rnd, feature, radius, size)
-        time = rnd.uniform(0.05, 2) * math.sqrt(size / (math.hypot(*acceleration) or size))
-        velocity = _aimed((x, y), (tx, ty), acceleration, time)
-    leaving = None
-    if abs(away) < 1e-10 * size and rnd.random() < 0.6:
-        leaving, along = rnd.choice([0.0, abs(rnd.gauss(0, speed))]), rnd.choice([0.0, rnd.gauss(0, speed)])
-        velocity = nx * leaving - ny * along, ny * leaving + nx * along
-    wall = rnd.choice([(0.0, 0.0), (0.0, 0.0), (rnd.gauss(0, speed), rnd.gauss(0, speed))])
-    disc = Mover.at((x, y), (velocity[0] + wall[0], velocity[1] + wall[1]), radius, wall)
-    if wall != (0.0, 0.0):  # seen from a driven wall its place is a pair
-        disc = disc._replace(x=(x, x * 2.0**-54 * rnd.random()), y=(y, y * 2.0**-54 * rnd.random()))
-    return Fall(disc, feature, acceleration, leaving)
-
-
-def _reach(radius: float, arc: Arc) -> float:
-    """Return the distance from an arc's centre at which a disc touches it, to rounding."""
-    thick = radius + arc.half_width
-    return arc.radius[0] + (-thick if arc.inside else thick)
-
-
-def _place(rnd: random.Random, feature: Feature, radius: float, size: float) -> tuple[Point, Point, float]:
-    """Return a place, the normal there, and how far along that it is from contact."""
-    if isinstance(feature, Face):
-        (ax, ay), (bx, by), (nx, ny), part = feature.a, feature.b, feature.normal, rnd.uniform(-0.2, 1.2)
-        away = rnd.choice([rnd.uniform(-3, 3) * size, rnd.choice([-1, 0, 1]) * 10 ** rnd.uniform(-16, 0) * size])
-        height = radius + feature.half_width + away
-        return (ax + part * (bx - ax) + nx * height, ay + part * (by - ay) + ny * height), (nx, ny), away
-    reach = _reach(radius, feature)
-    away = rnd.choice([rnd.uniform(-1, 3) * size, rnd.choice([-1, 0, 1]) * 10 ** rnd.uniform(-16, 0) * abs(reach)])
-    angle = rnd.uniform(0, 2 * math.pi)
-    if feature.sector is not None and rnd.random() < 0.6:
-        (ex, _), (ey, _) = rnd.choice([feature.sector.first, feature.sector.last])
-        angle = math.atan2(ey, ex) + rnd.gauss(0, 1) * 10 ** rnd.uniform(-8, 0)
-    (nx, ny), sign = _direction(angle), -1 if feature.inside else 1
-    distance = reach + sign * away
-    x, y = feature.centre[0][0] + nx * distance, feature.centre[1][0] + ny * distance
-    return (x, y), (sign * nx, sign * ny), away
-
-
-def draw_past_an_end(rnd: random.Random) -> Fall:
-    """Return a disc that is in contact with the inner side of an arc's circle next to one of its ends."""
-    a, b = (0.0, 0.0), rnd.choice([(4.0, 0.0), (4.0, 1.0), (rnd.gauss(3, 1), rnd.gauss(0, 1))])
-    arc = build_arc(
-        compute_circle(Edge(a, b, rnd.choice([0.2, 0.5, 1.0, 1.5]))), (a, b), rnd.choice([0.0, 0.1]), inside=True
-    )
-    assert arc.sector is not None
-    radius = rnd.choice([0.1, 0.25])
-    reach = _reach(radius, arc)
-    (ex, _), (ey, _) = end = rnd.choice([arc.sector.first, arc.sector.last])
-    sense = 1 if end == arc.sector.first else -1
-    nx, ny = _direction(math.atan2(ey, ex) - sense * rnd.choice([0.0, 10 ** rnd.uniform(-9, -0.3)]))
-    distance = reach + rnd.choice([0.0, 10 ** rnd.uniform(-16, -1), rnd.uniform(0, 1)]) * radius
-    along, out = sense * rnd.uniform(0.1, 5), rnd.choice([0.0, 0.0, rnd.gauss(0, 0.1), rnd.gauss(0, 1)])
-    place = arc.centre[0][0] + nx * distance, arc.centre[1][0] + ny * distance
-    velocity = nx * out - ny * along, ny * out + nx * along
-    pull = rnd.choice([(0.0, -9.81), (9.81 * nx, 9.81 * ny), (-9.81 * nx, -9.81 * ny), (rnd.gauss(0, 5), 0.0)])
-    return Fall(Mover.at(place, velocity, radius), arc, pull, rnd.choice([None, None, 0.0]))
-
-
-def draw_whole_number_arc(rnd: random.Random) -> Fall:
-    """Return a disc and an arc whose places, ends and sizes are whole numbers over 1, 2, 4 or 8."""
-    inside, half_width = rnd.choice([True, False]), rnd.choice([0.0, 0.25])
-    a, b, bulge = rnd.choice(
-        [
-            ((2.0, 0.0), (-2.0, 0.0), 1.0),
-            ((0.0, 2.0), (0.0, -2.0), 1.0),
-            ((0.0, -2.0), (0.0, 2.0), 1.0),
-            ((3.0, 1.0), (1.0, 3.0), 0.5),
-        ]
-    )
-    unit = rnd.choice([1, 2, 4, 8])
-    x, y = (rnd.randint(-4 * unit, 4 * unit) / unit for _ in range(2))
-    vx, vy = (rnd.choice([0.0, rnd.randint(-8, 8) / unit]) for _ in range(2))
-    disc = Mover.at((x, y), (vx, vy), rnd.choice([0.25, 0.5, 1.0, 1.5, 2.0]))
-    pull = rnd.choice([(0.0, -8.0), (8.0, 0.0), (4.0, -8.0), (1.0, 1.0), (0.0, 0.0)])
-    leaving = rnd.choice([None, None, None, 0.0, 1.0, 4.0])
-    return Fall(disc, build_arc(compute_circle(Edge(a, b, bulge)), (a, b), half_width, inside=inside), pull, leaving)

@@ -1,4 +1,4 @@
-"""Constants of the core: each has a reason and a use, and equals that of plain Python where there is one."""
+"""Constants of the core that Python code also defines."""
 
 import importlib
 import re
@@ -8,9 +8,7 @@ from tests.cases import each
 
 import carom
 
-PACKAGE = Path(carom.__file__).parent
-CORE = PACKAGE / "core"
-HEADER = (CORE / "constants.h").read_text(encoding="utf-8")
+CORE = Path(carom.__file__).parent / "core"
 
 #: Constants of plain Python, by their names in the header.
 PLAIN = {
@@ -49,23 +47,19 @@ def parse_constant(text: str) -> float:
     return float.fromhex(text) if text.startswith("0x") else float(text.replace("HUGE_VAL", "inf"))
 
 
-def read_header_constants() -> dict[str, float]:
-    """Return the header's constants, which are numbers and sums of numbers."""
-    found = re.findall(r"^#define CAROM_(\w+) +([-(\dH].*)$", HEADER, re.MULTILINE)
-    return {name: sum(map(parse_constant, text.strip("()").split(" + "))) for name, text in found}
+def load_python_constant(where: str) -> float:
+    """Return the value in Python of a constant, whose module and name are given."""
+    module, attribute = where.rsplit(".", 1)
+    value: float = getattr(importlib.import_module(module), attribute)
+    return value
 
 
 @each("name", PLAIN)
 def test_constants_equal_those_in_python(name: str) -> None:
     """Each constant of constants.h that Python code also defines has the same value there."""
-    assert read_header_constants()[name] == load_python_constant(PLAIN[name])
-
-
-def load_python_constant(where: str) -> float:
-    """Return the value that plain Python has."""
-    module, attribute = where.rsplit(".", 1)
-    value: float = getattr(importlib.import_module(module), attribute)
-    return value
+    header = (CORE / "constants.h").read_text(encoding="utf-8")
+    ((text,),) = [re.findall(rf"^#define CAROM_{name} +(.*)$", header, re.MULTILINE)]
+    assert sum(map(parse_constant, text.strip("()").split(" + "))) == load_python_constant(PLAIN[name])
 
 
 @each("source", NUMBERED)
@@ -76,34 +70,3 @@ def test_enum_values_equal_those_in_python(source: str) -> None:
         assert [parse_constant(value) for value in re.findall(rf"\b{name} = (-?\w+)", text)] == [
             load_python_constant(where)
         ]
-
-
-def test_every_constant_is_commented_and_used() -> None:
-    """In constants.h a comment precedes every block of constants, and another source uses each constant."""
-    assert len(read_header_constants()) > 40
-    for block in re.findall(r"((?:^#define CAROM_\w+ +[-(\dH].*\n)+)", HEADER, re.MULTILINE):
-        above = HEADER[: HEADER.index(block)].rstrip("\n").splitlines()[-1]
-        assert above.endswith("*/"), block
-    used = {
-        name
-        for path in list_sources()
-        if path.name != "constants.h"
-        for name in re.findall(r"CAROM_(\w+)", read_text(path))
-    }
-    assert set(read_header_constants()) <= used
-
-
-def test_numeric_macros_are_only_in_the_constants_header() -> None:
-    """No source of the extension except constants.h defines a macro that is a number."""
-    for path in list_sources():
-        if path.name != "constants.h":
-            assert not re.search(r"#define \w+ +[-(]?\d", read_text(path)), path
-
-
-def list_sources() -> list[Path]:
-    """Return all sources of the extension."""
-    return [path for kind in ("pyx", "pxd", "h", "c") for path in PACKAGE.rglob(f"*.{kind}")]
-
-
-def read_text(path: Path) -> str:
-    return path.read_text(encoding="utf-8")

@@ -1,6 +1,5 @@
 """The compiled extension: its sources, its build and its rounding."""
 
-import importlib
 import os
 import re
 import shutil
@@ -15,15 +14,6 @@ import carom
 from carom.core import built, extension
 
 PACKAGE = Path(carom.__file__).parent
-
-
-def test_every_source_of_the_extension_is_built() -> None:
-    """The module of each .pyx file of the package can be imported and is compiled."""
-    sources = sorted(PACKAGE.rglob("*.pyx"))
-    assert sources
-    for path in sources:
-        name = ".".join(("carom", *path.relative_to(PACKAGE).with_suffix("").parts))
-        assert Path(str(importlib.import_module(name).__file__)).suffix != ".py"
 
 
 def test_missing_extension_error_names_the_build_command(tmp_path: Path) -> None:

@@ -1,7 +1,6 @@
-"""The motion of a disc in contact: the law has a unique answer, and gives the slip after infinitely many bounces."""
+"""The law of two frictions at a wall, and the slip after infinitely many bounces, compared with exact numbers."""
 
 import itertools
-import math
 import random
 from collections.abc import Iterator
 from fractions import Fraction
@@ -12,21 +11,6 @@ from mpmath import mp, mpf
 from tests.cases import each, release_after
 
 core_functions = pytest.importorskip("tests.core_functions")
-
-
-class Press(NamedTuple):
-    """`Press` of wall_contact_law.h."""
-
-    normal: float
-    along: float
-    friction: float
-    inverse_inertia_ratio: float
-    rolling_resistance: float = 0.0
-
-
-def compute_rates(press: Press, slip: float, rim: float = 0.0) -> tuple[float, float, bool, bool]:
-    found = core_functions.contact_rates(press, slip, rim)
-    return found["along"], found["rim"], bool(found["sticks"]), bool(found["blocks"])
 
 
 def find_admitted_solutions(
@@ -82,35 +66,14 @@ def test_share_frictions_returns_the_unique_exact_solution(count: int) -> None:
         assert not by["blocks"] or rim == 0
 
 
-@each("count", release_after(1, [150, 20_000]))
-def test_contact_rates_match_the_exact_friction_laws(count: int) -> None:
-    """Contact rates equal the exact solution of both friction laws to 1e-14."""
-    # Sticking or blocking is reported only if the speed and its exact rate are 0.
-    for a, _, most, y, signs in draw_problems(count):
-        ((slip, rim),) = find_admitted_solutions(a, Fraction(0), most, y, signs if most[1] else (signs[0], 0))
-        press = Press(1.0, float(a), float(most[0]), float(y), float(most[1]))
-        along, turning, sticks, blocks = compute_rates(press, float(signs[0]), float(signs[1]))
-        assert (along + turning, turning) == pytest.approx((float(slip), float(rim)), rel=1e-14, abs=1e-14)
-        assert not sticks or (signs[0] == 0 and slip == 0)
-        assert not blocks or (signs[1] == 0 and rim == 0)
+class Press(NamedTuple):
+    """`Press` of wall_contact_law.h."""
 
-
-def test_non_rotating_disc_sticks_up_to_the_friction_limit() -> None:
-    """A disc that cannot rotate (1/k = 0) sticks up to the friction limit; rolling resistance has no effect."""
-    assert compute_rates(Press(10.0, 3.0, 0.3, 0.0, 5.0), 0.0) == (0.0, 0.0, True, False)
-    assert compute_rates(Press(10.0, 4.0, 0.3, 0.0, 5.0), 0.0) == (1.0, 0.0, False, False)
-
-
-def test_rolling_and_slipping_agree_at_the_steepest_rolling_slope() -> None:
-    """At the limit a = f P (1 + 1/k), rolling and slipping have the same rates."""
-    press = Press(8.0, 6.0, 0.25, 2.0)
-    assert compute_rates(press, 0.0)[:2] == compute_rates(press, 1e-300)[:2] == (4.0, -4.0)
-
-
-def test_time_to_zero_is_speed_over_deceleration() -> None:
-    """The time to zero is 0.5 s for 3 m/s at 6 m/s^2; it is infinite for a zero, constant or growing speed."""
-    assert core_functions.time_to_zero(3.0, -6.0) == core_functions.time_to_zero(-3.0, 6.0) == 0.5
-    assert {core_functions.time_to_zero(*row) for row in ((3.0, 6.0), (0.0, -6.0), (3.0, 0.0))} == {math.inf}
+    normal: float
+    along: float
+    friction: float
+    inverse_inertia_ratio: float
+    rolling_resistance: float = 0.0
 
 
 def compute_slip_by_stepping(press: Press, slip: float, approach: float, restitution: float) -> mpf:
@@ -143,8 +106,3 @@ def test_slip_after_bounces_matches_stepping_at_50_digits(landings: int) -> None
             hop = 2.0 * abs(press.along) * e / press.normal
             assert abs(float(exact)) <= hop * approach / (1.0 - e)
     assert landings / 5 < slid < landings - 2
-
-
-def test_bounces_leave_a_rolling_disc_without_slip() -> None:
-    """A disc without slip has none after its bounces."""
-    assert core_functions.slip_after_bounces(Press(10.0, 0.0, 0.3, 2.0), 0.0, 1.0, 0.5) == 0.0

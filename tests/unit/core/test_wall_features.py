@@ -1,17 +1,14 @@
-"""Faces, vertices and arcs: their numbers as rational arithmetic has them, merged edges, and corners of one answer."""
+"""Faces, vertices and arcs: their numbers, compared with rational arithmetic, and merged edges."""
 
 import math
 from fractions import Fraction
 
-import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from tests.cases import each
-from tests.unit.core.feature_times import build_arc
 
 from carom.core.wall_features import Face
-from carom.core.wall_parts import Pair, Plane, Round, are_decidable, build_parts, compute_root, to_pair
-from carom.model.chain_geometry import Edge, ExactCircle, Outline, compute_circle
+from carom.core.wall_parts import Pair, build_parts, compute_root, to_pair
+from carom.model.chain_geometry import Edge, Outline, compute_circle
 from carom.model.trace import EdgeKind
 
 
@@ -39,12 +36,6 @@ def test_collinear_edges_are_merged_into_one_face() -> None:
     assert len(build_parts(bent)) == 7
 
 
-def test_smooth_joint_has_no_vertex() -> None:
-    """A stadium has two straight sides, two half circles and no vertex."""
-    stadium = build_chain((-2.0, -2.0), (2.0, -2.0), (2.0, 2.0), (-2.0, 2.0), bulges=(0.0, 1.0, 0.0, 1.0), closed=True)
-    assert list_edges_by_kind(stadium) == {EdgeKind.FACE: [(0,), (2,)], EdgeKind.ARC: [(1,), (3,)]}
-
-
 def test_arcs_of_the_same_circle_are_merged() -> None:
     """Consecutive arcs of exactly the same circle become one arc; a bulge that differs by 1 ulp prevents it."""
     assert list_edges_by_kind(build_chain((-1.0, 0.0), (1.0, 0.0), bulges=(1.0, 1.0), closed=True)) == {
@@ -59,44 +50,6 @@ def test_arcs_of_the_same_circle_are_merged() -> None:
     ]
 
 
-def test_first_and_last_edge_of_a_closed_chain_are_merged() -> None:
-    """A square that starts in the middle of a side has four faces and four vertices."""
-    square = build_chain((2.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0), (0.0, 0.0), closed=True)
-    found = list_edges_by_kind(square)
-    assert found[EdgeKind.FACE] == [(4, 0), (1,), (2,), (3,)]
-    assert found[EdgeKind.VERTEX] == [(0,), (1,), (2,), (3,)]
-
-
-def test_features_are_ordered_faces_arcs_vertices() -> None:
-    """Features are ordered so that a face comes before the vertex at its end, which is met at the same instant."""
-    order = [part.kind for part in build_parts(build_chain((0.0, 0.0), (1.0, 0.0), (1.0, 1.0)))]
-    assert order == sorted(order, key=[EdgeKind.FACE, EdgeKind.ARC, EdgeKind.VERTEX].index)
-
-
-def build_side(a: tuple[float, float], b: tuple[float, float]) -> Plane | Round:
-    """Return the left side of an edge."""
-    return build_parts(build_chain(a, b))[0].shape
-
-
-@each(
-    "second, smooth, elastic",
-    [
-        pytest.param((0.0, 3.0), True, True, id="90 degrees"),
-        pytest.param((-4.0, 3.0), False, False, id="an obtuse corner"),
-        pytest.param((5.0, 5.0), False, True, id="45 degrees"),
-        pytest.param((-5.0, 5.0), False, False, id="135 degrees, of the same cosine except for its sign"),
-        pytest.param((-0.0625, 0.0625), False, False, id="135 degrees at a short face"),
-        pytest.param((5.0, 4.0), False, False, id="an angle that divides no half turn"),
-    ],
-)
-def test_decidable_corners_are_recognised(second: tuple[float, float], smooth: bool, elastic: bool) -> None:
-    """A right angle is decidable, 45 degrees only without energy loss, and the other corners are not."""
-    floor, slope = build_side((0.0, 0.0), (9.0, 0.0)), build_side(second, (0.0, 0.0))
-    assert are_decidable(floor, slope, elastic=False) is smooth
-    assert are_decidable(floor, slope, elastic=True) is (smooth or elastic)
-    assert are_decidable(floor, floor, elastic=False)
-
-
 # Numbers of a feature -------------------------------------------------------------------------------------------------
 
 coordinates = st.floats(-1e6, 1e6).filter(lambda value: value == 0.0 or abs(value) > 1e-12)
@@ -106,21 +59,6 @@ bulges = st.floats(1e-6, 1e6).flatmap(lambda value: st.sampled_from((value, -val
 
 def to_exact(pair: Pair) -> Fraction:
     return Fraction(pair[0]) + Fraction(pair[1])
-
-
-def test_half_circle_has_its_centre_at_the_midpoint() -> None:
-    """A bulge of 1 is half a circle: its centre is the midpoint of the edge's ends."""
-    circle = compute_circle(Edge((-3.0, 0.0), (3.0, 0.0), 1.0))
-    assert circle == ExactCircle(Fraction(0), Fraction(0), Fraction(9))
-
-
-def test_sign_of_a_bulge_is_its_direction_of_rotation() -> None:
-    """A bulge of tan(22.5 degrees) from (1, 0) to (0, 1) is centred at the origin, its negative at (1, 1)."""
-    k = math.tan(math.pi / 8)
-    there, back = compute_circle(Edge((1.0, 0.0), (0.0, 1.0), k)), compute_circle(Edge((1.0, 0.0), (0.0, 1.0), -k))
-    assert (float(there.x), float(there.y)) == pytest.approx((0.0, 0.0), abs=1e-15)
-    assert (float(back.x), float(back.y)) == pytest.approx((1.0, 1.0), abs=1e-15)
-    assert float(there.radius2) == pytest.approx(1.0, abs=1e-15)
 
 
 @given(points, points, bulges)
@@ -149,15 +87,6 @@ def test_face_normal_points_to_the_left(a: tuple[float, float], b: tuple[float, 
             math.ulp(component)
         )
         assert component * part >= 0
-
-
-@given(points, points, st.floats(1e-3, 1e3))
-def test_arc_sector_is_reflex_for_bulges_above_1(a: tuple[float, float], b: tuple[float, float], k: float) -> None:
-    """The sector of an arc is reflex, more than half a circle, exactly if its bulge is above 1."""
-    assume(a != b)
-    sector = build_arc(compute_circle(Edge(a, b, k)), (a, b), inside=True).sector
-    assert sector is not None
-    assert sector.reflex == (k > 1.0)
 
 
 @given(st.fractions(Fraction(1, 10**9), 10**9))

@@ -1,7 +1,6 @@
 """Discs that slide, roll and rest: what begins a contact, what changes it, what ends it, and what is not solved."""
 
 import dataclasses
-import itertools
 import math
 import random
 
@@ -12,7 +11,7 @@ from tests.random_scenes import draw_table_friction_scene
 from tests.scene_builders import disc_at, require_value, staged, wall_at
 from tests.unit.solvers.run_kinds import assert_same
 
-from carom import Chain, Disc, Mode, Outcome, Ring, Scene, solve_pic
+from carom import Chain, Mode, Outcome, Ring, Scene, solve_pic
 from carom.model.flights import free_flights
 from carom.model.trace import Trace, build_spin_array
 from carom.report.tracks import build_reference_tracks, compute_turnings
@@ -103,25 +102,10 @@ def test_disc_wedged_between_floor_and_side_wall_ends_the_run() -> None:
     assert trace.notes == ("disc 0 is wedged between wall 0 and wall 1",)
 
 
-def test_resting_disc_does_not_end_the_run_of_others() -> None:
-    """One disc rests on the floor from the start while another bounces seven times until the scene's end."""
-    trace = solve_pic(staged("two", disc_at(0.0, 0.5), disc_at(5.0, 3.0), FLOOR, duration_s=10.0, **DOWN))
-    assert trace.outcome is Outcome.COMPLETED
-    assert list_modes(trace) == [Mode.REST]
-    assert len(trace.impacts) == 7
-
-
 def test_window_keeps_only_the_modes_within_it() -> None:
     """A trace of the window from 0.25 s to 1 s has only the mode that begins at 0.5 s."""
     modes = require_value(solve_pic(build_sliding_scene(), window_s=(0.25, 1.0)).modes)
     assert modes["time_s"].tolist() == [0.5]
-
-
-def test_disc_balanced_on_an_immovable_disc_ends_at_rest() -> None:
-    """A disc balanced on top of an immovable one ends the run with AT_REST."""
-    # Contact is followed on straight walls only.
-    trace = solve_pic(staged("top", disc_at(0.0, 0.0, m=math.inf), disc_at(0.0, 1.0), duration_s=1.0, **DOWN))
-    assert trace.outcome is Outcome.AT_REST
 
 
 def test_event_loop_with_contact_matches_all_pairs_to_the_bit() -> None:
@@ -202,29 +186,6 @@ def test_disc_flies_over_a_bend_and_lands_on_the_slope() -> None:
     g, u, n = 10.0, 3.0, (0.6, 0.8)
     lasts = (u * n[0] + math.sqrt((u * n[0]) ** 2 - 2.0 * g * n[1] * 0.5 * (1.0 - n[1]))) / (g * n[1])
     assert impact["time_s"] == pytest.approx(1 / 3 + lasts)
-
-
-def test_slow_disc_comes_to_rest_before_the_end_of_an_edge() -> None:
-    """A disc slowed by rolling resistance rests at 0.15 m; the end of the edge at 0.3 m has no effect."""
-    trace = run_over_edge(1.0, (0.3, 0.0), wall_rolling_resistance=0.5, duration_s=3.0)
-    assert trace.outcome is Outcome.COMPLETED
-    assert list_modes(trace) == [Mode.ROLL, Mode.REST]
-    assert trace.final_position_m[0, 0] == pytest.approx(1.5 / (2 * 0.5 * 10.0))
-
-
-def test_landing_conserves_angular_momentum_about_the_floor() -> None:
-    """From a first touch at 1e-9 to 2e-8 m/s until rolling, v - k R w of a disc is constant to 4e-14."""
-    # Friction removes slip from the disc and from its rim in the same ratio, in each bounce and in the landing.
-    for resistance, ratio, w, e, spin in itertools.product(
-        (0.0, 1e-15), (0.5, 1.0), (1e-9, 2e-8), (0.1, 0.5, 0.999999), (0.5, -1.0 + 1e-10, -1.0 + 1e-7, -3.0)
-    ):
-        disc = Disc(position_m=(0, 1), velocity_m_s=(1, -w), radius_m=1, spin_rad_s=spin, inertia_factor=ratio)
-        fields = {"wall_restitution": e, "wall_friction": 0.5, "wall_rolling_resistance": resistance, "duration_s": 1.0}
-        trace = solve_pic(staged("lands", disc, FLOOR, **DOWN, **fields))
-        assert list_modes(trace)[-1] is Mode.ROLL
-        assert spin != -1.0 + 1e-10 or list_modes(trace) == [Mode.ROLL]  # the first of them takes it
-        found = trace.final_velocity_m_s[0, 0] - ratio * require_value(trace.final_spin_rad_s)[0]
-        assert found == pytest.approx(1.0 - ratio * spin, abs=4e-14)
 
 
 @each("radius", [0.5, 2.0])

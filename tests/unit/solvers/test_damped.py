@@ -1,6 +1,5 @@
 """Runs with damping: comparison with runs without it, and refusals."""
 
-import copy
 import math
 import sys
 from dataclasses import replace
@@ -9,14 +8,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.cases import each
 from tests.random_scenes import draw_scene
 from tests.scene_builders import disc_at, require_value, staged, wall_at
 
 from carom import EventDrivenRun, Outcome, Scene, SceneError, solve_pic, solve_pit
-from carom.engines.api import Capabilities, Need, unsupported_reason
+from carom.engines.api import Capabilities, unsupported_reason
 from carom.errors import InputError
-from carom.model.flights import free_flights
 from carom.solvers.pic import start_pic_run
 
 RATES = st.sampled_from([0.01, 0.4, 1.0])
@@ -49,24 +46,6 @@ def test_damped_run_is_the_undamped_run_at_later_times(scene: Scene, rate: float
     assert trace.impacts["normal"].tobytes() == plain.impacts["normal"][:count].tobytes()
 
 
-@given(SCENES, RATES)
-def test_velocities_decay_exponentially_between_impacts(scene: Scene, rate: float) -> None:
-    """Between impacts a disc's velocity decays as exp(-c t), and its flights lead to its final position."""
-    trace = solve_pic(scene.model_copy(update={"damping_per_s": rate}))
-    if trace.outcome is not Outcome.COMPLETED:
-        return
-    for flight in free_flights(trace):
-        kept = math.exp(-rate * (flight.end_s - flight.begin_s))
-        expected = flight.velocity_m_s * kept
-        if flight.impact == len(trace.impacts):
-            found = trace.final_velocity_m_s[flight.disc]
-            assert flight.position_at(flight.end_s) == pytest.approx(trace.final_position_m[flight.disc], abs=1e-11)
-        else:
-            impact = trace.impacts[flight.impact]
-            found = impact["velocity_first_before" if impact["first"] == flight.disc else "velocity_second_before"]
-        assert found == pytest.approx(expected, rel=1e-11, abs=1e-13)
-
-
 def test_spin_decays_like_velocity() -> None:
     """A free disc ends with exp(-c T) of its velocity and spin, in PIC and in PIT."""
     scene = staged("alone", disc_at(0, 0, 2, r=1, spin_rad_s=3), duration_s=2.0, damping_per_s=0.7)
@@ -82,18 +61,6 @@ def test_damped_pit_reports_exact_frame_times() -> None:
     first, found = solve_pic(scene).impacts[0], solve_pit(scene, frame_rate_hz=60.0).impacts
     assert set(found["time_s"].tolist()) <= {k / 60.0 for k in range(181)}
     assert 0.0 <= found["time_s"][0] - first["time_s"] < 1 / 60
-
-
-@each("frames", [240, 960, 3840])
-def test_damped_pit_converges_to_pic(frames: int) -> None:
-    """The velocity error of PIT with damping is at most 17.6 m/s divided by the frames per second."""
-    pair = [disc_at(-2, 0, 3, 0), disc_at(2, 0.3, -1, 0)]
-    scene = staged("pair", *pair, duration_s=2.0, damping_per_s=0.4)
-    truth, found = solve_pic(scene).impacts, solve_pit(scene, frame_rate_hz=frames).impacts
-    assert len(truth) == len(found) == 1
-    # 4 m/s of closing turn the line of centres, 1 m long, by up to 4 rad/s; damping takes 0.4 of a speed a second.
-    most = 4.0 * (4.0 + 0.4) / frames
-    assert np.abs(found["velocity_first_after"] - truth["velocity_first_after"]).max() <= most
 
 
 def test_zero_damping_changes_neither_bits_nor_scene_file() -> None:
@@ -140,21 +107,6 @@ def test_damped_run_to_infinity_ends_at_the_rest_position() -> None:
     run = start_pic_run(scene)
     assert run.advance_to(math.inf) is Outcome.COMPLETED
     assert run.positions()[0, 0] == pytest.approx(6.0, rel=1e-15)
-
-
-def test_copied_and_saved_scenes_keep_their_damping() -> None:
-    """A deep copy and a reloaded dump of a scene keep the damping; only a damped scene needs damping support."""
-    scene = build_box(damping_per_s=0.4)
-    assert copy.deepcopy(scene) == scene == Scene(**scene.model_dump())
-    assert Need.DAMPING in scene.needs
-    assert Need.DAMPING not in build_box().needs
-
-
-@each("rate", [-0.1, math.nan, math.inf, "1"])
-def test_invalid_damping_rate_is_refused(rate: float) -> None:
-    """A damping rate that is negative, not finite or a string raises a SceneError."""
-    with pytest.raises(SceneError, match="damping_per_s"):
-        build_box(damping_per_s=rate)
 
 
 def test_damping_is_refused_with_gravity_tc_model_and_bare_kernel() -> None:

@@ -9,11 +9,9 @@ import numpy as np
 import pytest
 from tests.cases import each, release_after
 from tests.scene_builders import disc_at, require_value, staged, wall_at
-from tests.unit.core.feature_times import build_vertex, build_wall_features
 from tests.unit.solvers.run_kinds import all_pairs
 
 from carom import Chain, Disc, Outcome, Ring, Scene, solve_pic, solve_pic_framewise, solve_pit
-from carom.core.wall_features import Arc, Face, Mover
 from carom.errors import CaromError
 from carom.model.chain_geometry import Outline
 from carom.model.trace import EdgeKind, Trace
@@ -32,17 +30,6 @@ def build_scene(*bodies: Any, **fields: Any) -> Scene:
 def list_edges(trace: Trace) -> list[tuple[int, int]]:
     """Return the edges of a trace."""
     return [tuple(edge) for edge in require_value(trace.edges).tolist()]
-
-
-def test_fast_disc_does_not_tunnel_through_a_thin_wall() -> None:
-    """A disc of radius 1 mm at 1e6 m/s bounces off a wall without thickness, from either side."""
-    line = Chain(points_m=[(0, -1), (0, 1)])
-    for side in (-1.0, 1.0):
-        disc = disc_at(side * 10, 0.1, -side * 1e6, r=1e-3)
-        trace = solve_pic(build_scene(disc, line, duration_s=1.0))
-        assert trace.impacts["time_s"].tolist() == [9.999e-6]
-        assert trace.final_velocity_m_s.tolist() == [[side * 1e6, 0.0]]
-        assert list_edges(trace) == [(0, FACE)]
 
 
 def test_disc_that_hops_beyond_an_edge_does_not_hit_it_again() -> None:
@@ -69,18 +56,6 @@ def test_impact_on_a_merged_face_names_the_edge_below_the_disc() -> None:
         plain.advance_to(10.0)
         assert (trace.impacts["time_s"].tolist(), list_edges(trace)) == ([1.5], [(edge, FACE)])
         assert require_value(plain.log.edges()).tolist() == [(edge, FACE)]
-
-
-@each(
-    "feature, x, since_s",
-    [
-        pytest.param(Face.between((0.0, 1.0), (0.0, -1.0)), 0.25, -0.125, id="face"),
-        pytest.param(build_vertex((0.0, 0.0), 0.0), 0.375, -0.0625, id="vertex"),
-    ],
-)
-def test_overlap_began_depth_over_speed_ago(feature: Face | Arc, x: float, since_s: float) -> None:
-    """The overlap of a disc at 2 m/s with a face or a vertex began depth over speed ago."""
-    assert build_wall_features(feature).overlap_start(0, Mover.at((x, 0.0), (-2.0, 0.0), 0.5)) == since_s
 
 
 def test_simultaneous_wall_impacts_are_ordered_by_edge() -> None:
@@ -336,14 +311,6 @@ def test_splitting_edges_changes_no_bit(seed: int) -> None:
         assert [kind for _, kind in of_whole] == [kind for _, kind in list_edges(whole)]
 
 
-def test_pieces_field_changes_no_impact_of_pic_and_pit() -> None:
-    """The number of pieces that a wall requests from engines changes no bit of PIC's and PIT's impacts."""
-    disc = disc_at(0.5, 0.3, 0.7, 1)
-    for solve in (solve_pic, solve_pit):
-        one, many = (solve(build_scene(disc, STADIUM.model_copy(update={"pieces": n}))) for n in (1, 9))
-        assert one.impacts.tobytes() == many.impacts.tobytes()
-
-
 def test_wall_restitution_and_friction_override_the_scene() -> None:
     """The restitution and friction of a wall replace those of the scene."""
     disc = disc_at(0, 0, 4)
@@ -353,18 +320,6 @@ def test_wall_restitution_and_friction_override_the_scene() -> None:
     rough = build_scene(disc_at(0, 2, 1, -1), Chain(points_m=[(-9, 0), (9, 0)], friction=0.1))
     # Coulomb: the tangential velocity loses friction times what the normal one changes by.
     assert solve_pic(rough).final_velocity_m_s.tolist()[0] == pytest.approx([1.0 - 0.1 * 2.0, 1.0], abs=1e-15)
-
-
-def test_pit_takes_the_normal_from_the_nearest_wall_point() -> None:
-    """PIT finds a wall's vertex less than 1/60 s late, with the normal from the nearest point at that frame."""
-    scene = build_scene(disc_at(-3, 1.25, 1), Chain(points_m=[(0, -1), (0, 1)]))
-    exact, found = solve_pic(scene), solve_pit(scene)
-    late = found.impacts["time_s"][0] - exact.impacts["time_s"][0]
-    assert 0.0 <= late < 1 / 60
-    assert list_edges(found) == list_edges(exact) == [(0, VERTEX)]
-    x = -3 + float(found.impacts["time_s"][0])
-    distance = math.hypot(x, 0.25)
-    np.testing.assert_allclose(found.impacts["normal"][0], (-x / distance, -0.25 / distance), atol=1e-15)
 
 
 @each("angle", [0.0, 0.7, math.pi / 2, 4.0])
@@ -378,25 +333,3 @@ def test_pit_finds_the_end_of_an_arc_in_any_direction(angle: float, side: int) -
     (impact,) = solve_pit(scene, frame_rate_hz=64.0).impacts
     assert impact["time_s"] == pytest.approx(0.75, abs=1 / 64 + 1e-9)
     assert impact["normal"] == pytest.approx((-along.real, -along.imag), abs=1e-12)
-
-
-def test_disc_bounces_along_a_floor_and_falls_beyond_its_end() -> None:
-    """Under gravity a disc bounces on a floor at 0.5 s and 1.5 s, then falls beyond the floor's end."""
-    floor = Chain(points_m=[(-2, 0), (2, 0)])
-    disc = disc_at(0, 1.25, 1, r=0.25)
-    trace = solve_pic(build_scene(disc, floor, gravity_m_s2=(0, -8), duration_s=9.0))
-    # h = 1 m: falls at .5, 1.5 s; at 2.5 s the centre is .5 m beyond the end.
-    assert trace.impacts["time_s"].tolist() == [0.5, 1.5]
-    assert trace.outcome is Outcome.COMPLETED
-    assert trace.final_position_m[0, 1] < -100.0
-
-
-def test_bouncing_disc_comes_to_rest_in_a_bowl() -> None:
-    """A disc with e = 0.5 in a bowl ends with AT_REST after the sum of its infinitely many bounces, to 1e-6."""
-    bowl = Ring(centre_m=(0, 0), radius_m=2.25)
-    scene = build_scene(disc_at(0, 1, r=0.25), bowl, gravity_m_s2=(0, -8), wall_restitution=0.5, duration_s=60.0)
-    trace = solve_pic(scene)
-    assert trace.outcome is Outcome.AT_REST
-    # The first fall of 3 m takes sqrt(6/8); each flight after it is half as long as the one before: 2 e/(1-e) of it.
-    first = math.sqrt(6 / 8)
-    assert trace.end_time_s == pytest.approx(first * (1 + 2 * 0.5 / (1 - 0.5)), rel=1e-6)

@@ -11,8 +11,6 @@ from tests.scene_builders import disc_at, require_value, staged, wall_at, with_d
 
 from carom import Scene, solve_pic
 from carom.engines.api import Capabilities, unsupported_reason
-from carom.model.energy import kinetic_energy
-from carom.model.trace import Outcome
 from carom.solvers.pit.solve import solve_pit
 
 
@@ -41,13 +39,6 @@ def test_spin_without_friction_changes_no_impact() -> None:
         assert require_value(one.spins).tolist() == [(3.0, 0.0, 3.0, 0.0)]
         assert other.spins is None
         assert other.final_spin_rad_s is None
-
-
-def test_scene_without_impacts_keeps_its_spins() -> None:
-    """Without an impact the final spins are those at the start, and no impact spins are recorded."""
-    trace = solve_pic(build_pair(duration_s=0.01, friction=0.5))
-    assert len(require_value(trace.spins)) == len(trace.impacts) == 0
-    assert require_value(trace.final_spin_rad_s).tolist() == [3.0, 0.0]
 
 
 def test_recording_options_change_no_spin() -> None:
@@ -90,18 +81,6 @@ def test_pit_velocities_on_rough_walls_equal_those_of_pic() -> None:
     assert require_value(late.spins)[:most].tolist() == require_value(right.spins)[:most].tolist()
 
 
-def test_friction_causes_collapse_that_the_tc_model_prevents() -> None:
-    """A gas with restitution 0.3 completes without friction, and with friction only in the TC model."""
-    velocity = np.random.default_rng(1).normal(size=(16, 2)).tolist()
-    discs = [disc_at(k // 4 + 0.5, k % 4 + 0.5, *v, r=0.35) for k, v in enumerate(velocity)]
-    walls = wall_at(0, 0, 1, 0), wall_at(4, 0, -1, 0), wall_at(0, 0, 0, 1), wall_at(0, 4, 0, -1)
-    smooth = staged("gas", *discs, *walls, restitution=0.3, duration_s=1e4)
-    rough = Scene(**{**smooth.model_dump(), "friction": 0.5, "wall_friction": 0.5})
-    assert solve_pic(smooth).outcome is Outcome.COMPLETED
-    assert solve_pic(rough).outcome is Outcome.STANDSTILL
-    assert solve_pic(rough, contact_duration_s=1e-3).outcome is Outcome.COMPLETED
-
-
 def test_repeated_impact_in_the_tc_model_loses_no_energy() -> None:
     """In the TC model an impact soon after the disc's last one is elastic and changes no spin."""
     scene = build_box(friction=0.3, wall_friction=0.4, restitution=0.5, wall_restitution=0.5)
@@ -118,16 +97,6 @@ def test_repeated_impact_in_the_tc_model_loses_no_energy() -> None:
         else:
             assert lost > 0.1
         seen |= bodies
-
-
-def test_kinetic_energy_includes_rotation_if_spins_are_given() -> None:
-    """Kinetic energy includes k m R^2 w^2 / 2 of each disc if spins are given, and 0 for discs that cannot turn."""
-    scene = build_pair()
-    speeds = np.array([disc.velocity_m_s for disc in scene.discs])
-    assert kinetic_energy(scene, speeds) == 8.0
-    assert kinetic_energy(scene, speeds, np.array([3.0, 0.0])) == 8.0 + 0.5 * 0.5 * 0.25 * 9.0
-    rigid = build_pair(discs=[scene.discs[0], scene.discs[1].model_copy(update={"inertia_factor": math.inf})])
-    assert kinetic_energy(rigid, speeds, np.array([0.0, 0.0])) == 8.0
 
 
 #: A method that rubs and turns discs, and discs that rub and don't spin, some of which can't turn.

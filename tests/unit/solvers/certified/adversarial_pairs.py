@@ -1,4 +1,4 @@
-"""Paths of pairs made to break a lower bound, and the exact time at which they meet, as rationals can tell."""
+"""Random pairs of discs whose paths test lower bounds, and the exact times at which they meet, by rationals."""
 
 import math
 import random
@@ -10,8 +10,6 @@ from flint import arb
 
 from carom import Disc, Scene, Wall
 from carom.solvers.certified.disc_states import BallBodies
-
-KINDS = ("any", "graze", "head-on", "far", "slow", "fast", "heavy", "wide", "old", "mixed", "wild")
 
 
 class State(NamedTuple):
@@ -25,93 +23,78 @@ class State(NamedTuple):
     radius: float
 
 
-def build_adversarial_pairs(
-    kind: str, seed: int, length: float = 1.0, speed: float = 1.0
-) -> tuple[BallBodies, list[State]]:
-    """Return eight discs, of which each even one is made to meet, graze or miss the next, and their true states.
-
-    Args:
-        kind: What is unusual about them, one of `KINDS`.
-        seed: Which of them.
-        length: Unit of lengths, a power of two.
-        speed: Unit of speeds, a power of two.
-    """
-    r = random.Random(f"{kind} {seed}")
-    radii = [r.uniform(0.05, 1.0) * (10.0 ** r.uniform(-9, 9) if kind == "mixed" else 1.0) for _ in range(8)]
+def draw_adversarial_pairs(seed: int, length: float = 1.0, speed: float = 1.0) -> tuple[BallBodies, list[State]]:
+    """Return eight discs, each even one of which meets, grazes or misses the next, and their true states."""
+    rng = random.Random(seed)
+    is_fixed = rng.random() < 0.2  # the second disc of each pair
+    radii = [rng.uniform(0.05, 1.0) * rng.choice([1.0, 1.0, 10.0 ** rng.uniform(-9, 9)]) for _ in range(8)]
     discs = [
-        # In a row at the start, since a scene's discs must be apart; the states that count are set below.
+        # In a row at the start, because a scene's discs must not overlap. The states that count are set below.
         Disc(
             position_m=(3 * sum(radii[:k], radius / 2) * length, 0.0),
-            velocity_m_s=(0.0, 0.0) if kind == "heavy" and k % 2 else (speed, 0.0),
             radius_m=radius * length,
-            mass_kg=math.inf if kind == "heavy" and k % 2 else 1.0,
+            mass_kg=math.inf if is_fixed and k % 2 else 1.0,
         )
         for k, radius in enumerate(radii)
     ]
-    walls = [_wall(r, kind, 40 * max(radii), length) for _ in range(3)]
-    bodies = BallBodies(Scene(name=kind, discs=discs, walls=walls, duration_s=length / speed))
+    walls = [_draw_wall(rng, 40 * max(radii), length) for _ in range(3)]
+    bodies = BallBodies(Scene(name="pairs", discs=discs, walls=walls, duration_s=length / speed))
     states: list[State] = []
     for k in range(0, 8, 2):
-        units = (length, speed)
-        if kind == "wild":
-            units = (length * 2.0 ** r.randint(-540, 520), speed * 2.0 ** r.randint(-540, 520))
-        first, second = _pair(r, kind, radii[k : k + 2])
+        # Some pairs are far too large, small, fast or slow for the others.
+        units = [unit * 2.0 ** rng.choice([0] * 9 + [rng.randint(-540, 520)]) for unit in (length, speed)]
+        first, second = _draw_pair(rng, radii[k] + radii[k + 1], is_fixed=is_fixed)
         ahead = [1 if second[c] > first[c] else -1 for c in (1, 2)]
-        states.append(_set(bodies, k, first, r, units, ahead))
-        states.append(_set(bodies, k + 1, second, r, units, [-sign for sign in ahead]))
+        states.append(_set_state(bodies, k, first, rng, units, ahead))
+        states.append(_set_state(bodies, k + 1, second, rng, units, [-sign for sign in ahead]))
     return bodies, states
 
 
-def _wall(r: random.Random, kind: str, distance: float, length: float) -> Wall:
-    """Return a wall with all discs before it, given by a point that can be very far along it."""
-    turn = r.choice([0.0, math.pi / 2, r.uniform(0.0, 6.3)])
+def _draw_wall(rng: random.Random, distance: float, length: float) -> Wall:
+    """Return a wall in front of which all discs are, given by a point that can be very far along it."""
+    turn = rng.choice([0.0, math.pi / 2, rng.uniform(0.0, 6.3)])
     nx, ny = math.cos(turn), math.sin(turn)
-    along = 10.0 ** r.uniform(0, 15) if kind == "far" else r.uniform(-9, 9)
-    point = (-distance * nx - along * ny, -distance * ny + along * nx)
-    return Wall(point_m=(point[0] * length, point[1] * length), normal=(nx, ny))
+    along = rng.choice([rng.uniform(-9, 9), 10.0 ** rng.uniform(0, 15)])
+    x, y = -distance * nx - along * ny, -distance * ny + along * nx
+    return Wall(point_m=(x * length, y * length), normal=(nx, ny))
 
 
-def _pair(r: random.Random, kind: str, radii: list[float]) -> list[tuple[float, ...]]:
-    """Return time, x, y, vx, vy of two discs in units of their own."""
-    reach = sum(radii)
-    apart = reach * (10.0 ** r.uniform(0, 8) if kind == "far" else 1.0 + 10.0 ** r.uniform(-12, 1))
-    pace = {"slow": 1e-12, "fast": 1e12}.get(kind, 1.0) * 10.0 ** r.uniform(-1, 1)
-    turn = r.uniform(0.0, 2 * math.pi)
-    if kind == "graze":
-        miss = reach * (1.0 + r.choice([-1, 0, 1]) * 2.0 ** -r.uniform(10, 54))
-    else:
-        miss = 0.0 if kind == "head-on" else reach * r.uniform(-1.2, 1.2)
+def _draw_pair(rng: random.Random, reach: float, *, is_fixed: bool) -> list[tuple[float, ...]]:
+    """Return time, x, y, vx, vy of two discs; the first is faster by `pace` towards where the second is."""
+    pace = rng.choice([1.0, 1.0, 1e-12, 1e12]) * 10.0 ** rng.uniform(-1, 1)
+    apart = reach * rng.choice([10.0 ** rng.uniform(0, 8), 1.0 + 10.0 ** rng.uniform(-12, 1)])
+    graze = 1.0 + rng.choice([-1, 0, 1]) * 2.0 ** -rng.uniform(10, 54)
+    miss = reach * rng.choice([0.0, graze, rng.uniform(-1.2, 1.2)])
     ahead = math.sqrt(max(apart * apart - miss * miss, 0.0))
+    turn = rng.uniform(0.0, 2 * math.pi)
     c, s = math.cos(turn), math.sin(turn)
-    x, y = (r.uniform(-10, 10) * (1.0 if r.random() < 0.5 else 1e4) for _ in range(2))
-    drift = (0.0, 0.0) if kind == "heavy" else (r.gauss(0, pace), r.gauss(0, pace))
-    times = (r.uniform(0, 1e3) / pace, r.uniform(0, 1e3) / pace) if kind == "old" else (0.0, 0.0)
-    first = (times[0], x, y, drift[0] + pace * c, drift[1] + pace * s)
-    later = max(times)
-    ox, oy = x + ahead * c - miss * s, y + ahead * s + miss * c
-    if kind == "old":  # apart so at the later instant
-        ox += first[3] * (later - times[0]) - drift[0] * (later - times[1])
-        oy += first[4] * (later - times[0]) - drift[1] * (later - times[1])
-    return [first, (times[1], ox, oy, *drift)]
+    x, y = (rng.uniform(-10, 10) * rng.choice([1.0, 1e4]) for _ in range(2))
+    drift = (0.0, 0.0) if is_fixed else (rng.gauss(0, pace), rng.gauss(0, pace))
+    velocity = drift[0] + pace * c, drift[1] + pace * s
+    times = rng.choice([(0.0, 0.0), (rng.uniform(0, 1e3) / pace, rng.uniform(0, 1e3) / pace)])
+    later = max(times)  # when they are apart by this
+    ox = x + ahead * c - miss * s + velocity[0] * (later - times[0]) - drift[0] * (later - times[1])
+    oy = y + ahead * s + miss * c + velocity[1] * (later - times[0]) - drift[1] * (later - times[1])
+    return [(times[0], x, y, *velocity), (times[1], ox, oy, *drift)]
 
 
-def _set(
-    bodies: BallBodies, i: int, state: tuple[float, ...], r: random.Random, units: tuple[float, float], ahead: list[int]
+def _set_state(
+    bodies: BallBodies, i: int, state: tuple[float, ...], rng: random.Random, units: list[float], ahead: list[int]
 ) -> State:
-    """Give a disc balls around a state, and return a true one within them.
+    """Give a disc balls around a state, and return a true state within them.
 
     The middles are no floats. Mostly the truth is on the rims, and as far `ahead`, where the other disc is, as can be:
     signs along x and y.
     """
     length, speed = units
     bodies.time[i] = state[0] * length / speed
-    widths = [-300, -60, -54, -42, -30, -8, 3] if bodies.scene.name == "wide" else [-300, -70]
-    signs = ahead if r.random() < 0.7 else [r.choice([-1, 0, 1]) for _ in range(2)]
+    signs = ahead if rng.random() < 0.7 else [rng.choice([-1, 0, 1]) for _ in range(2)]
     true: list[Fraction] = []
     for balls, value, unit, sign in zip(
         (bodies.x, bodies.y, bodies.vx, bodies.vy), state[1:], (length, length, speed, speed), signs * 2, strict=True
     ):
-        rest, spread = (math.ulp(value) * sign * 0.4999, abs(value) * 2.0 ** r.choice(widths)) if value else (0.0, 0.0)
+        power = rng.choice([-300, -300, -70, -70, -60, -54, -42, -30, -8, 3])
+        rest, spread = (math.ulp(value) * sign * 0.4999, abs(value) * 2.0**power) if value else (0.0, 0.0)
         balls[i] = arb(arb(value) + rest, spread) * unit
         true.append((Fraction(value) + Fraction(rest) + sign * Fraction(spread)) * Fraction(unit))
     x, y, vx, vy = true

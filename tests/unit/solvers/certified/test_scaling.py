@@ -4,7 +4,6 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from tests.cases import each, release_after
@@ -12,11 +11,8 @@ from tests.transformed_scenes import in_units
 
 from carom import Scene, certify
 from carom.catalogue import catalogue
-from carom.solvers.certified import bounds
 from carom.solvers.certified.result import CertifiedTrace
 from carom.studies.bench.gas import build_gas_scene
-
-from .start_bounds import StartBounds
 
 #: Impacts of each run.
 MOST = 25
@@ -77,24 +73,3 @@ def test_scaling_by_powers_of_two_changes_no_digit(scene: Scene, length: int, dr
         return  # such a gravity is refused
     found = certify(scale_scene(scene, length, speed), max_impacts=MOST)
     assert collect_numbers(found, length, speed) == certify_plain_numbers(scene)
-
-
-@each("length, speed", [(256, 256), (-300, -300), (500, 250)])
-def test_scaling_without_lower_bounds_changes_no_digit(
-    length: int, speed: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Scaling lengths and speeds by powers of two changes no digit of a run with balls alone."""
-    monkeypatch.setattr(bounds, "LowerBounds", StartBounds)
-    found = certify(scale_scene(SCENES[0], length, speed), max_impacts=MOST)
-    assert collect_numbers(found, length, speed) == collect_numbers(certify(SCENES[0], max_impacts=MOST))
-
-
-@each("power", [-500, 500])
-def test_scaling_scales_the_proven_errors_too(power: int) -> None:
-    """Scaling lengths and speeds by 2^500 scales the proven errors of velocities exactly; those of times stay."""
-    plain = certify(SCENES[0], max_impacts=MOST)
-    found = certify(scale_scene(SCENES[0], power, power), max_impacts=MOST)
-    assert found.radii["time_s"].tobytes() == plain.radii["time_s"].tobytes()
-    assert (
-        np.ldexp(found.radii["velocity_first_after"], -power).tobytes() == plain.radii["velocity_first_after"].tobytes()
-    )

@@ -75,27 +75,12 @@ def test_zero_gap_at_the_start_is_decided_by_the_next_power() -> None:
     assert [(float(fall.time), fall.certain) for fall in closes] == [(0.0, False), (3.0, True)]
 
 
-def test_quartic_without_a_linear_term_is_decided() -> None:
-    """t^4 + 3 t^2 + 2 has no fall, and t^4 - 5 t^2 + 4 has one certain fall, at 1."""
-    # Such quartics belong to discs at rest under gravity.
-    assert list(find_falls([arb(2), arb(0), arb(3), arb(0), arb(1)])) == []
-    (fall,) = find_falls([arb(4), arb(0), arb(-5), arb(0), arb(1)])
-    assert fall.certain
-    assert fall.time.overlaps(arb(1))
-
-
 def test_fall_of_an_almost_flat_gap_is_narrow() -> None:
     """The fall of a gap with tiny lowest powers is certain and known to 2^-60 of its time."""
     # It is that of a disc whose bounces on a circle have left a gap of 1e-25 and a speed of 1e-11 of those to come.
     (fall,) = find_falls([arb(2.4e-32), arb(-4.7e-17), arb(-2.2e-7), arb(2.2e-8), arb(-1.3e-8)])
     assert fall.certain
     assert fall.time.rad() < fall.time * arb(2) ** -60
-
-
-def test_falls_after_the_given_time_are_not_returned() -> None:
-    """With an end at 2.5 s, the fall at 1 s is found and the one at 3 s is not."""
-    powers = expand_roots([Fraction(1), Fraction(2), Fraction(3), Fraction(4)])
-    assert [float(fall.time) for fall in find_falls(powers, 2.5)] == [1.0]
 
 
 def test_wide_balls_give_few_uncertain_falls() -> None:

@@ -57,31 +57,6 @@ def test_newly_chosen_cells_match_all_pairs_to_the_bit(options: dict[str, float]
     assert run.counts["choices"] > 0
 
 
-@each("radius", release_after(1, [60.0, 6.0]))
-def test_few_predictions_test_all_walls_once_cells_are_chosen(radius: float) -> None:
-    """Once a gas has reached the walls of a polygon, under 5% of the predictions test all sides and vertices."""
-    run = EventDrivenRun(build_gas_in_polygon(100, radius))
-    run.advance_to(math.inf, 500)
-    begun = run.counts
-    run.advance_to(math.inf, 1000)
-    done = {name: count - begun[name] for name, count in run.counts.items()}
-    assert begun["beyond"] > 0
-    assert done["beyond"] < 0.05 * done["predictions"]
-
-
-def test_cells_that_would_crowd_discs_are_not_chosen() -> None:
-    """One disc that flies to a distant wall does not make the kernel choose cells that crowd the gas."""
-    box = Chain(points_m=[(-4, -4), (4, -4), (4, 4), (-4, 4)], closed=True)
-    far = Chain(points_m=[(5e4, -9), (5e4, 9)])
-    gas = build_gas_in_polygon(3, 9.0).discs
-    scene = staged("flier", *gas, disc_at(5, 0, 1e5, r=0.4), box, far, duration_s=1e3)
-    assert_same(scene, 300)
-    run = EventDrivenRun(scene)
-    run.advance_to(math.inf, 300)
-    assert run.counts["beyond"] > 100
-    assert run.counts["choices"] == 0
-
-
 @each("form", [EventDrivenRun, all_pairs])
 def test_run_that_ended_in_gliding_stays_ended(form: Callable[[Scene], EventDrivenRun]) -> None:
     """A run that ended with GLIDES returns the same outcome, time and state for any later request."""

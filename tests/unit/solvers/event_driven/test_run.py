@@ -15,10 +15,14 @@ from tests.unit.solvers.run_kinds import all_pairs
 from carom import Outcome, Scene, solve_pic
 from carom.errors import InputError
 from carom.model.disc_arrays import DiscArrays
+from carom.model.trace import IMPACT_DTYPE, SPIN_DTYPE
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.pic import start_pic_run
+from carom.solvers.rows import CONTACT_DTYPE
 from carom.solvers.run import Run
 from carom.studies.bench.gas import build_hard_disc_gas
+
+core_functions = pytest.importorskip("tests.core_functions")
 
 
 def collect_outcome(run: EventDrivenRun) -> tuple[bytes, bytes, bytes]:
@@ -77,23 +81,6 @@ def test_cells_in_polygons_match_all_pairs_to_the_bit(sides: int, room: float) -
     assert kernel.positions().tobytes() == plain.positions().tobytes()
 
 
-@each("cell_factor", [1.0, 1.7, math.inf])
-def test_simultaneous_impacts_are_ordered_by_disc_number(cell_factor: float) -> None:
-    """Twelve pairs that all meet at 0.5 s are recorded in the order of their disc numbers, for any cell size."""
-    pairs = 12
-    x = np.array([[4.0 * k, 4.0 * k + 2.0] for k in range(pairs)])
-    order = np.random.default_rng(0).permutation(2 * pairs)
-    position = np.stack([x.ravel(), np.zeros(2 * pairs)], axis=1)[order]
-    velocity = np.stack([np.tile([1.0, -1.0], pairs), np.zeros(2 * pairs)], axis=1)[order]
-    start = DiscArrays(position, velocity, np.full(2 * pairs, 0.5), np.ones(2 * pairs))
-    run = EventDrivenRun(start, cell_factor=cell_factor)
-    run.advance_to(0.5)
-    impacts = run.log.array()
-    assert len(impacts) == pairs
-    assert set(impacts["time_s"]) == {0.5}
-    assert impacts["first"].tolist() == sorted(impacts["first"].tolist())
-
-
 def test_recording_options_change_only_the_recorded_impacts() -> None:
     """Recording a window of impacts, or none, changes only the log, not the positions and the counts."""
     start = draw_jittered_discs(np.random.default_rng(11), 40)
@@ -147,22 +134,6 @@ def test_impact_without_a_representable_distance_is_an_error(form: Callable[[Sce
         run.advance_to(1e17)
 
 
-# PIC by all pairs, the oracle of cells and queue, and what both loops do at the edges of numbers ----------------------
-
-
-@each("friction, ambiguous", [(0.0, ()), (0.25, (1,))])
-@each("by_all_pairs", [True, False])
-def test_perpendicular_impacts_are_ambiguous_only_with_friction(
-    friction: float, ambiguous: tuple[int, ...], by_all_pairs: bool
-) -> None:
-    """Two simultaneous, perpendicular impacts of a disc are ambiguous with friction, and not without."""
-    discs = disc_at(0.0, 0.0), disc_at(-2.0, 0.0, 1.0, 0.0), disc_at(0.0, -2.0, 0.0, 1.0)
-    run = start_pic_run(staged("corner", *discs, friction=friction, duration_s=3.0), all_pairs=by_all_pairs)
-    run.advance_to(3.0)
-    assert run.log.array()["time_s"].tolist()[:2] == [1.0, 1.0]
-    assert run.log.ambiguous() == ambiguous
-
-
 @each("start", [all_pairs, start_pic_run])
 def test_run_to_infinity_ends_at_the_last_impact(start: Callable[[Scene], Run]) -> None:
     """A run that is advanced to infinity ends at its last impact, with finite positions."""
@@ -179,3 +150,31 @@ def test_wall_that_is_reached_after_1e300_s_is_never_met() -> None:
     assert run.advance_to(1.0) is Outcome.COMPLETED
     assert run.advance_to(math.inf) is Outcome.COMPLETED
     assert run.impacts == 0
+
+
+@each("cells", [3, 4, 8])
+def test_discs_that_touch_across_a_cell_meet_in_order_of_time(cells: int) -> None:
+    r"""A disc that touches another one almost a cell away meets it before a third disc does.
+
+    A cell is a thousandth wider than two discs. If it were narrower by 2^-10, these discs would touch across a whole
+    cell. Equal discs exchange their velocities at 0.75 s, 0.75015 s and 0.7503 s.
+    """
+    place = cells * (1.0 - 2.0**-10) + 0.9986
+    moves = [disc_at(place - 0.75, 0.0, 1.0), disc_at(place + 1.0, 0.0), disc_at(place + 2.7503, 0.0, -1.0)]
+    rest = [disc_at(place + 5.0 + 1.2 * k, 0.0) for k in range(9)]
+    impacts = solve_pic(staged("cells", disc_at(0.0, 0.0), *moves, *rest, duration_s=1.0)).impacts
+    assert impacts[["first", "second"]].tolist() == [(1, 2), (2, 3), (1, 2)]
+    assert impacts["time_s"] == pytest.approx([0.75, 0.75015, 0.7503], rel=1e-14)
+
+
+# Rows of the kernel --------------------------------------------------------------------------------------------------
+
+
+@each("name, dtype", [("Impact", IMPACT_DTYPE), ("Spins", SPIN_DTYPE), ("Contact", CONTACT_DTYPE)])
+def test_kernel_structs_match_the_dtypes_of_a_trace(name: str, dtype: np.dtype[np.void]) -> None:
+    """The kernel's structs have the fields of the trace's arrays, with the same order, offsets and types."""
+    struct = core_functions.layouts()[name]
+    assert struct.itemsize == dtype.itemsize
+    kinds = [(kind.base, kind.shape, place) for kind, place in (struct.fields[name] for name in struct.names)]
+    expected = [require_value(dtype.fields)[name][:2] for name in require_value(dtype.names)]
+    assert kinds == [(kind.base, kind.shape, place) for kind, place in expected]

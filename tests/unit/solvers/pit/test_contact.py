@@ -54,9 +54,14 @@ def build_contact(
     return staged("contact", first, driven, *more, **fields), normal, place
 
 
+def list_struck_bodies(scene: Scene) -> list[int]:
+    """Return the second bodies of all impacts, which are the same in every form of a run."""
+    found: list[int] = assert_identical(scene, FrameClock(rate_hz=RATE_HZ)).log.array()["second"].tolist()
+    return found
+
+
 def count_impacts(scene: Scene) -> int:
-    """Return the number of impacts, which is the same in every form of a run."""
-    return len(assert_identical(scene, FrameClock(rate_hz=RATE_HZ)).log.array())
+    return len(list_struck_bodies(scene))
 
 
 def draw_slips(rng: random.Random) -> Legs:
@@ -69,7 +74,7 @@ def draw_slips(rng: random.Random) -> Legs:
 @each("far_m, fast_m_s", [(50.0, 1.0), (1000.0, 1.0), (50.0, 1000.0)])
 def test_legs_along_the_contact_cause_no_impact(kind: str, far_m: float, fast_m_s: float) -> None:
     """A body that keeps its speed along the normal has one impact, far from the origin and at high speeds too."""
-    for seed in range(30):
+    for seed in range(10):
         rng = random.Random(seed)
         assert count_impacts(build_contact(kind, rng, far_m, fast_m_s, draw_slips(rng))[0]) == 1, seed
 
@@ -77,7 +82,7 @@ def test_legs_along_the_contact_cause_no_impact(kind: str, far_m: float, fast_m_
 @each("kind", KINDS)
 def test_leg_between_two_frames_causes_no_impact(kind: str) -> None:
     """PIT does not see a leg on which the body approaches for half a frame. Then the body slides."""
-    for seed in range(30):
+    for seed in range(10):
         rng = random.Random(seed)
         begin_s = (240 + 0.25) / RATE_HZ
         slips = [(begin_s, 1e-3 + 0j), (begin_s + 0.5 / RATE_HZ, 0.1j * rng.choice([-1.0, 1.0]))]
@@ -87,7 +92,7 @@ def test_leg_between_two_frames_causes_no_impact(kind: str) -> None:
 @each("kind", ["half-plane", "edge"])
 def test_disc_that_falls_along_a_driven_wall_has_one_impact(kind: str) -> None:
     """Gravity pulls a disc along a wall that slides the same way or back."""
-    for seed in range(30):
+    for seed in range(10):
         rng = random.Random(seed)
         pull = 1j * cmath.exp(1j * random.Random(seed).uniform(-4.0, 4.0))
         slips = [(1.0, -0.1j), (1.5, 0j), (2.0, 0.3j)]
@@ -98,7 +103,7 @@ def test_disc_that_falls_along_a_driven_wall_has_one_impact(kind: str) -> None:
 @each("kind", ["disc", "circle", "point"])
 def test_disc_hit_along_the_tangent_does_not_hit_the_body_again(kind: str) -> None:
     """A second disc hits the touching disc along the tangent at 1.5 s: two impacts in all."""
-    for seed in range(30):
+    for seed in range(10):
         rng, same = random.Random(seed), random.Random(seed)
         _, normal, place = build_contact(kind, same, 50.0, 0.0, [])
         other = place - normal + 1j * normal * (0.5 + 0.25 + 1.5 * 1.3)
@@ -271,3 +276,49 @@ def test_bodies_whose_squares_underflow_meet_in_every_form() -> None:
     tiny = 1e-80
     discs = disc_at(0.0, 0.0, r=tiny / 2, m=math.inf), disc_at(2 * tiny, 0.0, -tiny, r=tiny / 2)
     assert count_impacts(staged("tiny", *discs, duration_s=6.0)) == 1
+
+
+def test_sliding_into_a_perpendicular_wall_adds_one_impact() -> None:
+    """A disc that slides along a driven wall into a perpendicular one has one impact with each wall."""
+    # The second impact changes nothing along the normal of the first wall.
+    floor, side = wall_at(0, 0, 0, 1, velocity_m_s=(0.0, 0.1)), wall_at(3, 0, -1, 0, velocity_m_s=(0.3, 0.0))
+    for k in range(20):
+        disc = disc_at(0.0, 1.0, 1.7 + 0.0137 * k, -1.3 - 0.0071 * k, r=0.3)
+        scene = staged("corner", disc, floor, side, wall_restitution=0.0, duration_s=6.0)
+        assert list_struck_bodies(scene) == [-1, -2]
+
+
+def test_disc_meets_the_inside_of_an_arc_repeatedly() -> None:
+    """A disc in a half-circle bowl with restitution 0 has over 20 impacts with it in 2 s."""
+    bodies = disc_at(0.3, 0.0, 0.7, -1.0, r=0.25), Chain(points_m=[(-2.0, 0.0), (2.0, 0.0)], bulges=[1.0])
+    assert len(list_struck_bodies(staged("bowl", *bodies, wall_restitution=0.0, duration_s=2.0))) > 20
+
+
+def test_joined_discs_do_not_collide_again_on_a_floor() -> None:
+    """Two discs that move together after an inelastic impact do not collide again when both land on a floor."""
+    for k in range(20):
+        first, second = disc_at(0.0, 1.0, 1.1 + 0.0137 * k, -0.3, m=1.3), disc_at(2.0, 1.0, 0.0, -0.3, m=1.7)
+        bodies = first, second, wall_at(0.0, 0.2, 0.0, 1.0)
+        scene = staged("side by side", *bodies, restitution=0.0, wall_restitution=0.0, duration_s=4.0)
+        assert list_struck_bodies(scene) == [1, -1, -1]
+
+
+@each("turned", [1, 1j, -1, -1j])
+@each("at", [0j, 16.0 + 8.0j, -16.0 - 8.0j])
+def test_disc_sent_back_by_a_wall_strikes_an_overlapped_disc_again(turned: complex, at: complex) -> None:
+    """A disc that PIT lets overlap an immovable one strikes it again after a ceiling has sent it back."""
+    # The first impact is at the first frame, at a quarter of a metre of overlap. All numbers are exact in floats.
+    place, velocity, top, down = at + turned * (-1.25 - 0.0625j), turned * (32.0 + 4.0j), at + turned * 1j, turned * -1j
+    first = disc_at(place.real, place.imag, velocity.real, velocity.imag, r=0.5)
+    second = disc_at(at.real, at.imag, r=0.5, m=math.inf)
+    ceiling = wall_at(top.real, top.imag, down.real, down.imag)
+    scene = staged("back", first, second, ceiling, restitution=0.0, wall_restitution=1.0, duration_s=1.0)
+    assert solve_pit(scene, frame_rate_hz=64.0).impacts["second"].tolist() == [1, -1, 1]
+
+
+def test_discs_of_equal_velocity_on_a_table_collide_once() -> None:
+    """Two discs that move together after an inelastic impact on a decelerating table do not collide again."""
+    for k in range(20):
+        first, second = disc_at(0.0, 0.0, 1.3 + 0.0113 * k, 0.0, r=0.5, m=1.7), disc_at(1.5, 0.0, r=0.5)
+        scene = staged("together", first, second, restitution=0.0, table_deceleration_m_s2=0.2, duration_s=3.0)
+        assert list_struck_bodies(scene) == [1]

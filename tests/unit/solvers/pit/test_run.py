@@ -8,11 +8,9 @@ from contextlib import contextmanager
 from types import FrameType
 
 import pytest
-from tests.cases import each
 from tests.scene_builders import build_line_scene, disc_at, staged, wall_at
 from tests.unit.solvers.pit.run_forms import Form, collect_bits, list_compiled_forms, run_to_end, start_plain_run
 
-from carom.errors import InputError
 from carom.model.scene import Scene
 from carom.model.trace import Outcome
 from carom.solvers.pit.clock import FrameClock
@@ -42,14 +40,6 @@ def build_billiard() -> Scene:
     )
 
 
-def test_state_between_frames_is_free_flight(form: Form) -> None:
-    """Between two frames discs move on with their velocities from the frame before."""
-    run = form(build_line_scene(0.0, 9.0, velocities=(1.0, -2.0)), FrameClock(rate_hz=4.0))
-    run.advance_to(0.625)
-    assert run.time_s == 0.625
-    assert run.positions()[:, 0].tolist() == [0.625, 7.75]
-
-
 def test_advancing_by_frames_equals_advancing_to_a_time(form: Form) -> None:
     """Advancing by 8 frames of 0.25 s equals advancing to 2 s; the frame at 2 s is tested by the next advance."""
     scene = build_line_scene(0.0, 3.0, velocities=(1.0, 0.0))
@@ -61,17 +51,6 @@ def test_advancing_by_frames_equals_advancing_to_a_time(form: Form) -> None:
     assert len(by_frames.log) == 0
     by_frames.advance_frames(1)
     assert by_frames.log.array()["time_s"].tolist() == [2.0]
-
-
-def test_advancing_by_no_frames_or_to_the_past_changes_nothing(form: Form) -> None:
-    """Advancing by no frames, or to an earlier time, leaves the run unchanged."""
-    run = form(build_billiard(), CLOCK)
-    run.advance_to(1.0)
-    before = collect_bits(run)
-    run.advance_frames(0)
-    run.advance_to(0.5)
-    assert run.time_s == 1.0
-    assert collect_bits(run) == before
 
 
 def test_impact_limit_ends_the_run_after_a_whole_frame(form: Form) -> None:
@@ -102,13 +81,6 @@ def test_progress_reports_impacts_and_time(form: Form) -> None:
     run.advance_to(10.0, progress=lambda impacts, time_s: seen.append((impacts, time_s)))
     assert seen == sorted(seen)
     assert seen[-1] == (len(run.log), CLOCK.time_s(239))
-
-
-@each("time_s", [-1.0, float("nan"), float("inf")])
-def test_negative_or_non_finite_time_is_refused(form: Form, time_s: float) -> None:
-    """Advancing to a negative, infinite or NaN time raises an InputError."""
-    with pytest.raises(InputError, match="time_s must be"):
-        form(build_billiard(), CLOCK).advance_to(time_s)
 
 
 class StopError(Exception):

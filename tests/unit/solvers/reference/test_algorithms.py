@@ -78,8 +78,9 @@ def test_algorithm_2_frame_rate_defaults_to_the_scene() -> None:
 @each("rate", [0.0, -60.0, math.nan, math.inf])
 def test_frame_rate_that_is_not_positive_is_refused(rate: float) -> None:
     """A frame rate that is 0, negative, infinite or NaN raises an InputError with its name and value."""
-    with pytest.raises(InputError, match=f"frame_rate_hz must be a positive number, got {rate}"):
-        solve_pic_framewise(build_line_scene(0.0, velocities=(1.0,)), frame_rate_hz=rate)
+    for solve in (solve_pit, solve_pic_framewise):
+        with pytest.raises(InputError, match=f"frame_rate_hz must be a positive number, got {rate}"):
+            solve(build_line_scene(0.0, velocities=(1.0,)), frame_rate_hz=rate)
 
 
 def test_frame_rate_that_is_too_low_is_refused() -> None:
