@@ -5,14 +5,7 @@ The extension contains this module only where it is built in place: see setup.py
 
 from math import inf
 
-# Before the cimports: falls.h defines the macro where it is not defined yet.
-cdef extern from *:
-    """
-    #include <stdbool.h>
-    static long decided_by_stage[4];
-    #define CAROM_STAGE_DECIDED(stage) (decided_by_stage[stage]++)
-    """
-    long decided_by_stage[4]
+cdef extern from "stdbool.h":
     ctypedef bint c_bool "bool"
 
 from carom.core.formulas cimport FEATURE_NUMBERS, DoubleDouble, Feature, Mover, feature_from
@@ -84,13 +77,6 @@ cdef double solve(void *context, const Products *gap, int index) noexcept with g
 
 
 cdef ExactQuartic exact = ExactQuartic(<double (*)(void *, const Products *, int) noexcept nogil> solve, NULL)
-
-
-def decided():
-    """Return how many falls floats, pairs and the exact solver have decided since the last call."""
-    counts = decided_by_stage[1], decided_by_stage[2], decided_by_stage[3]
-    decided_by_stage[1] = decided_by_stage[2] = decided_by_stage[3] = 0
-    return counts
 
 
 cdef FallingDisc _falling_disc(disc):

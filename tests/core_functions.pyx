@@ -76,17 +76,9 @@ cdef extern from "carom/core/wall_contact_law.h" nogil:
         double inverse_inertia_ratio
         double rolling_resistance
 
-    struct ContactRates:
-        double along
-        double rim
-        bint sticks
-        bint blocks
-
     Frictions c_share_frictions "share_frictions"(
         double s1, double q1, double f_most, double h_most, double y, Slips signs
     )
-    ContactRates c_contact_rates "contact_rates"(const Press *press, Slips now)
-    double c_time_to_zero "time_to_zero"(double value, double rate)
     double c_slip_after_bounces "slip_after_bounces"(
         const Press *press, double slip, double approach, double restitution
     )
@@ -300,16 +292,6 @@ def share_frictions(double s1, double q1, most, double y, signs):
 
 cdef Press press_from(press):
     return Press(press[0], press[1], press[2], press[3], press[4])
-
-
-def contact_rates(press, double slip, double rim):
-    """Return the rates of a disc in contact by name: `ContactRates` in wall_contact_law.h."""
-    cdef Press pressed = press_from(press)
-    return c_contact_rates(&pressed, Slips(slip, rim))
-
-
-def time_to_zero(double value, double rate):
-    return c_time_to_zero(value, rate)
 
 
 def slip_after_bounces(press, double slip, double approach, double restitution):

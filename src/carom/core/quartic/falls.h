@@ -20,11 +20,6 @@
 #include "carom/core/quartic/root_isolation.h"
 #include "carom/core/quartic/root_refinement.h"
 
-/* Tests define this macro to count how many results each stage (1, 2 or 3) decides. */
-#ifndef CAROM_STAGE_DECIDED
-#define CAROM_STAGE_DECIDED(stage) ((void)0)
-#endif
-
 enum {
     MOST_FALLS = 2, /* largest number of falls at t > 0 of a polynomial of degree 4 */
     UNKNOWN_SIGN = 2,
@@ -67,7 +62,6 @@ static CAROM_NOINLINE double solve_exactly(const Falls *falls, int index) {
     for (int k = 0; k < QUARTIC_POWERS; k++)
         products.count[k] = 0;
     falls->gap->write_products(falls->gap->source, &products);
-    CAROM_STAGE_DECIDED(3);
     return falls->exact->solve(falls->exact->context, &products, index);
 }
 
@@ -119,10 +113,8 @@ static inline int isolate_roots_of_pairs(const PairPolynomial *p, int start, dou
 static inline int isolate_in_stages(Falls *falls, int most, Bracket *brackets) {
     double scale = time_scale(&falls->floats, falls->start), doubt;
     int count = isolate_roots(&falls->floats, falls->start, scale, most, brackets, &doubt);
-    if (count == 0) {
-        CAROM_STAGE_DECIDED(1);
+    if (count == 0)
         return 0;
-    }
     need_pairs(falls);
     falls->floats = round_polynomial(&falls->pairs);
     if (count == QUARTIC_UNDECIDED) {
@@ -130,8 +122,6 @@ static inline int isolate_in_stages(Falls *falls, int most, Bracket *brackets) {
         if (!(end >= CAROM_LEAST_SCALE && end <= CAROM_MOST_SCALE))
             end = time_scale(&falls->floats, falls->start);
         count = isolate_roots_of_pairs(&falls->pairs, falls->start, end, most, brackets);
-        if (count == 0)
-            CAROM_STAGE_DECIDED(2);
     }
     return count;
 }
@@ -148,7 +138,6 @@ static inline double find_first_fall(Falls *falls) {
     if (!refine_quartic_root(&falls->pairs, &falls->floats, &bracket, &root) || !round_quartic_root(&root, &time) ||
         !is_grid_clear(&falls->pairs, &falls->floats, &root))
         return CAROM_UNCERTAIN;
-    CAROM_STAGE_DECIDED(2);
     return time;
 }
 
@@ -157,20 +146,15 @@ static inline int find_all_falls(Falls *falls, double *times) {
     Bracket brackets[QUARTIC_POWERS];
     QuarticRoot roots[QUARTIC_POWERS];
     int count = isolate_in_stages(falls, QUARTIC_POWERS, brackets);
-    if (count == 1 && !brackets[0].is_fall) {
-        CAROM_STAGE_DECIDED(2);
+    if (count == 1 && !brackets[0].is_fall)
         return 0;
-    }
     for (int i = 0; i < count; i++) {
         if (!refine_quartic_root(&falls->pairs, &falls->floats, &brackets[i], &roots[i]))
             return QUARTIC_UNDECIDED;
     }
     if (count <= 0)
         return count;
-    count = round_falls(roots, count, times);
-    if (count >= 0)
-        CAROM_STAGE_DECIDED(2);
-    return count;
+    return round_falls(roots, count, times);
 }
 
 /* ---- falls in their order ---- */
@@ -251,17 +235,13 @@ static inline double next_fall(Falls *falls) {
         return CAROM_INF;
     if (falls->needs_exact)
         return solve_exactly(falls, index);
-    if (falls->falls_now && index == 0) {
-        CAROM_STAGE_DECIDED(1);
+    if (falls->falls_now && index == 0)
         return 0.0;
-    }
     const int number = index - falls->falls_now;
     /* the gap alternately becomes negative and positive */
     const int most = (falls->floats.degree + (falls->start > 0)) / 2;
-    if (number >= most || keeps_sign(&falls->floats, falls->start, CAROM_ERROR)) {
-        CAROM_STAGE_DECIDED(1);
+    if (number >= most || keeps_sign(&falls->floats, falls->start, CAROM_ERROR))
         return CAROM_INF;
-    }
     if (falls->start > 0 && index == 0) {
         double time = find_first_fall(falls);
         falls->needs_exact = time == CAROM_UNCERTAIN;
