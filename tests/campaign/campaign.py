@@ -1,4 +1,4 @@
-"""Commands that check one random case after another in processes, and add up what is found from call to call."""
+"""Commands that check random cases in worker processes and add up the findings from call to call."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field
 from functools import partial
-from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import NamedTuple
 
@@ -27,15 +28,8 @@ PROGRESS_S = 5.0
 KEPT, PRINTED = 1000, 10
 
 
-class EarlierVersionError(Exception):
-    """A file of a state has not the content that this version writes."""
-
-    def __init__(self, path: Path) -> None:
-        super().__init__(f"state of an earlier version: delete {path}")
-
-
 class Finding(NamedTuple):
-    """A difference, a broken rule or a crash: what is counted, and a sentence."""
+    """A difference, a broken rule or a crash: its kind, which is counted, and a sentence."""
 
     kind: str
     text: str
@@ -43,14 +37,14 @@ class Finding(NamedTuple):
 
 @dataclass
 class Checked:
-    """What the checks of a case have found.
+    """Result of the checks of a case.
 
     Attributes:
         kind: Kind of the case: a row of the table.
         sums: Numbers that are added up over the cases of a kind.
-        most: Numbers of which the largest is kept.
-        features: What the case has, to count the cases with each feature.
-        findings: What is wrong.
+        most: Numbers whose maximum is kept.
+        features: Features of the case, to count the cases with each feature.
+        findings: Errors.
         seconds: Processor time.
     """
 
@@ -64,7 +58,7 @@ class Checked:
 
 @dataclass
 class Tally:
-    """All that a campaign has found so far; `sums` and `most` are by kind and name."""
+    """Counts of a campaign; `sums` and `most` are by kind and name."""
 
     begun: int = 0
     sums: dict[str, dict[str, float]] = field(default_factory=dict)
@@ -107,80 +101,39 @@ class Tally:
 
     @classmethod
     def load(cls, path: Path) -> Tally:
-        """Return what a file holds, nothing done if it does not exist.
+        """Return the content of a file, or an empty tally if it does not exist.
 
         Raises:
-            EarlierVersionError: An earlier version has written the file.
+            ValueError: The file has not the content that this version writes.
         """
         if not path.exists():
             return cls()
         held = json.loads(path.read_text(encoding="utf-8"))
         if held.keys() != vars(cls()).keys():
-            raise EarlierVersionError(path)
+            raise ValueError(f"state of an earlier version: delete {path}")
         counters = {name: Counter(held[name]) for name in ("features", "differences")}
         return cls(**{**held, **counters, "findings": [tuple(finding) for finding in held["findings"]]})
 
     def save(self, path: Path) -> None:
-        """Write all to a file, whole or not at all."""
+        """Write the counts to a file atomically."""
         write_file(path, json.dumps(vars(self), indent=1) + "\n")
 
 
-class Worker:
-    """A process that checks one case after another, and is replaced where it hangs or crashes."""
-
-    def __init__(self, check: Callable[[int], Checked]) -> None:
-        self.number: int | None = None
-        self.since_s = 0.0
-        self._check = check
-        self._start()
-
-    def _start(self) -> None:
-        context = multiprocessing.get_context("spawn")
-        self.connection: Connection
-        self.connection, theirs = context.Pipe()
-        self.process = context.Process(target=_serve, args=(theirs, self._check), daemon=True)
-        self.process.start()
-        theirs.close()
-
-    def begin(self, number: int) -> None:
-        """Begin to check a case."""
-        self.number, self.since_s = number, time.monotonic()
-        self.connection.send(number)
-
-    def result(self) -> Checked:
-        """Return what was found of the case that is finished."""
-        try:
-            found: Checked = self.connection.recv()
-        except (EOFError, ConnectionError):
-            found = Checked(findings=[Finding("crash", "the process ended in this case")])
-            self.replace()
-        self.number = None
-        return found
-
-    def replace(self) -> None:
-        """Terminate the process, and start another."""
-        self.end()
-        self._start()
-
-    def end(self) -> None:
-        """Terminate the process."""
-        self.process.kill()
-        self.process.join()
-        self.connection.close()
+def _check_case(check: Callable[[int], Checked], hanging_s: float, number: int) -> Checked:
+    """Check a case in a worker process, which the system ends if the case takes too long."""
+    signal.setitimer(signal.ITIMER_REAL, hanging_s)
+    try:
+        return check(number)
+    except Exception as error:  # noqa: BLE001 - whatever a broken solver raises is a finding
+        return Checked(findings=[Finding("raised", f"{type(error).__name__}: {error}")])
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
 
 
-def _serve(connection: Connection, check: Callable[[int], Checked]) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    while True:
-        try:
-            number = connection.recv()
-        except EOFError:
-            return
-        try:
-            found = check(number)
-        except Exception as error:  # noqa: BLE001 - whatever a broken solver raises is a finding
-            found = Checked(findings=[Finding("raised", f"{type(error).__name__}: {error}")])
-        connection.send(found)
+def _start_worker() -> ProcessPoolExecutor:
+    """Return a pool of one process, which ignores Ctrl-C and is replaced if it hangs or crashes."""
+    context = multiprocessing.get_context("spawn")
+    return ProcessPoolExecutor(1, context, initializer=signal.signal, initargs=(signal.SIGINT, signal.SIG_IGN))
 
 
 @dataclass(frozen=True)
@@ -189,13 +142,13 @@ class Campaign:
 
     Attributes:
         program: Module of the command.
-        about: What the command does.
-        case: What a case is: with `--gas 42`, say, one is checked.
-        goal: What is counted up to a number that is asked for, and the number by default: "cases", or a sum.
-        check: Returns what is found of the case of a number; called in another process.
+        about: Description of the command.
+        case: Word for a case: the option `--gas 42`, say, checks one.
+        goal: What is counted up to the requested number ("cases", or the name of a sum), and the default number.
+        check: Returns the result of the case of a number; called in another process.
         hanging_s: Seconds of clock time after which a process that checks one case is terminated.
-        sizes: Options that are whole numbers, with their defaults; `check` takes them as keywords.
-        save: Takes the number of a case with findings, these, and the folder of `--out`; returns what to print.
+        sizes: Options that are whole numbers, with their defaults; they are keywords of `check`.
+        save: Saves a case with findings (number, result, folder of `--out`); returns a text to print.
     """
 
     program: str
@@ -228,7 +181,7 @@ class Campaign:
         try:
             has_state = state is not None and state.exists() and number is None
             tally = Tally.load(state) if has_state else Tally(begun=chosen["from"])
-        except EarlierVersionError as error:
+        except ValueError as error:
             parser.error(str(error))
         if number is None:
             end_s = time.monotonic() + 60.0 * chosen["minutes"]
@@ -256,29 +209,31 @@ class Campaign:
             nonlocal goes_on
             goes_on = False
 
-        heard = signal.signal(signal.SIGINT, end)
-        workers = [Worker(check) for _ in range(jobs)]
+        handler = signal.signal(signal.SIGINT, end)
+        workers = [_start_worker() for _ in range(jobs)]
+        running = dict[int, tuple[Future[Checked], int]]()  # future and case, by worker
         try:
             while True:
-                under_way = sum(worker.number is not None for worker in workers)
-                for worker in workers:
-                    left = goal - tally.total(total) - (under_way if total == "cases" else 0)
-                    if worker.number is None and goes_on and left > 0 and time.monotonic() < end_s:
-                        worker.begin(tally.begun)
+                for k, worker in enumerate(workers):
+                    left = goal - tally.total(total) - (len(running) if total == "cases" else 0)
+                    if k not in running and goes_on and left > 0 and time.monotonic() < end_s:
+                        future = worker.submit(_check_case, check, self.hanging_s, tally.begun)
+                        running[k] = (future, tally.begun)
                         tally.begun += 1
-                        under_way += 1
-                if not under_way:
+                if not running:
                     return goes_on
-                ready = wait([worker.connection for worker in workers if worker.number is not None], timeout=1.0)
-                for worker in workers:
-                    number, hangs = worker.number, time.monotonic() - worker.since_s > self.hanging_s
-                    if number is not None and worker.connection in ready:
-                        self.count(tally, number, worker.result(), out)
-                    elif number is not None and hangs:
-                        worker.replace()
-                        worker.number = None
-                        text = f"the process was terminated after {self.hanging_s:g} s"
-                        self.count(tally, number, Checked(findings=[Finding("hangs", text)]), out)
+                wait([future for future, _ in running.values()], 1.0, FIRST_COMPLETED)
+                for k, (future, number) in list(running.items()):
+                    if not future.done():
+                        continue
+                    del running[k]
+                    if isinstance(future.exception(), BrokenProcessPool):
+                        workers[k] = _start_worker()
+                        text = f"the process crashed, or was terminated after {self.hanging_s:g} s"
+                        checked = Checked(findings=[Finding("process ended", text)])
+                    else:
+                        checked = future.result()
+                    self.count(tally, number, checked, out)
                 if time.monotonic() - shown_s > PROGRESS_S:
                     shown_s, done = time.monotonic(), max(1, tally.total(total) - before)
                     rate = (tally.total("seconds") - before_s) / done
@@ -289,13 +244,13 @@ class Campaign:
                         tally.save(state)
         finally:
             for worker in workers:
-                worker.end()
+                worker.shutdown(cancel_futures=True)
             if state is not None:
                 tally.save(state)
-            signal.signal(signal.SIGINT, heard)
+            signal.signal(signal.SIGINT, handler)
 
     def count(self, tally: Tally, number: int, checked: Checked, out: Path, *, printed: int | None = PRINTED) -> None:
-        """Count a case; print its findings, or the first ones, and how to see it again."""
+        """Count a case; print its findings, or the first ones, and the command that repeats it."""
         tally.add(number, checked)
         if checked.findings:
             for finding in checked.findings[:printed]:

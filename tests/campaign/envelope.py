@@ -1,137 +1,181 @@
-"""Rounding envelope of a scene: balls that hold every run whose roundings stay within what PIC states.
+"""Rounding envelope of a scene: the events of a certified run, and how far roundings may have a float64 run off.
 
-It is a certified run whose state is widened by the roundings of a float64 run. A centre is widened by the resolution of
-a gap (`carom.core.resolution`), a velocity or spin after an impact by the roundings of the impact law that
-`tests.checker.laws` derives. The widened balls grow from impact to impact as rounding errors do, so that nothing has to
-be said of how much a run amplifies them. The envelope ends where its balls no longer decide which event comes next:
-from there on rounding may change the order of events.
-
-What a ball holds exactly is not widened where the law does not round it either. A disc that an impact with restitution
-0 has left on a wall at rest has no normal velocity, exactly. Friction, a driven wall and any restitution other than 0
-and 1 round, even if their exact result is a float.
+How far roundings have grown is measured by copies of the scene. A copy has its start moved by the resolution that PIC
+states, and is rotated by any angle, so that each operation rounds otherwise. Where copies differ in which events they
+have, rounding decides, and no later event is compared.
 """
 
+import contextlib
 import math
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+import random
+import signal
+import time
+from collections.abc import Callable, Iterator
+from types import FrameType
 from typing import NamedTuple
 
 import numpy as np
-from flint import arb, ctx
+from tests.campaign.events import (
+    NEAR_LANDING,
+    UNIT,
+    Event,
+    Floats,
+    Name,
+    Record,
+    is_in_landing,
+    list_events,
+)
+from tests.campaign.transformation import restore_record, rotate_scene
+from tests.transformed_scenes import turn_by
 
-from carom import Scene, Trace
+from carom import CertifiedTrace, Disc, Outcome, Scene, Trace, solve_pic
 from carom.core.resolution import clock_resolution, gap_resolution
 from carom.model.disc_arrays import list_wall_lengths
 from carom.model.flights import free_flights
-from carom.model.trace import NO_EDGE, wall_index
-from carom.solvers.certified.ball_arithmetic import ZERO, float_above
-from carom.solvers.certified.contact_state import BallMode, GlideState, Landing
-from carom.solvers.certified.contacts import begin_contact, find_resting, record_landing, start_mode
-from carom.solvers.certified.disc_states import BallBodies
-from carom.solvers.certified.impacts import BallEvent, BallImpact, apply_meeting
-from carom.solvers.certified.meeting import Meeting, Seam, WallApproach
-from carom.solvers.certified.recording import damp_impact
-from carom.solvers.certified.result import Degeneracy, Undecided
-from carom.solvers.certified.run import find_degenerate_start
-from carom.solvers.certified.selection import OutOfTime, Selection
-from carom.solvers.certified.slowing import damped_time, speed_fraction, start_deceleration, undamped_time_of
+from carom.solvers.certified.options import CertifyOptions
+from carom.solvers.certified.result import Ending
+from carom.solvers.certified.run import CertifiedRun
 
-#: Bits of the balls: far more than the 53 of the roundings that they hold.
-PRECISION = 192
-UNIT = 2.0**-53
-#: Roundings of the impact law in units of the relative speed, and of the velocity before: see `tests.checker.laws`.
-ROUNDINGS_OF_LAW, ROUNDINGS_OF_SUM, ROUNDINGS_OF_RIM = 24, 4, 8
-#: Roundings of the velocity of a disc that falls, of its speed, and of the recorded time: see `tests.checker.flights`.
-ROUNDINGS_OF_FALL, ROUNDINGS_OF_FALL_TIME = 20, 4
-#: Bounces are replaced by the landing that they end in where they are over within this part of the time.
-LANDING_PART = 1e-15
+#: Seconds of processor time of a certified run.
+CERTIFIED_S = 2.0
+#: Copies that are run for each scene, and where one of their events decides that there is a difference.
+FEW, MANY = 4, 20
+#: Relative change of velocities and spins of a copy's start, in roundings: as many as a sum of velocities has.
+ROUNDINGS_OF_START = 4
 
 
-class Rounding(NamedTuple):
-    """How far roundings of one impact may have velocities off, metres per second, and spins, radians per second."""
-
-    velocities: tuple[float, float]
-    spins: tuple[float, float]
-
-
-class EnvelopeImpact(NamedTuple):
-    """An impact of the envelope.
+class Copy(NamedTuple):
+    """Result of a copy, rotated back.
 
     Attributes:
-        impact: Balls for its time, normal, velocities and spins.
-        rounding: What one run's own roundings at this impact may add to velocities and spins.
-        time_s: What its own clock may add to the time.
-        is_on_one_edge: Whether it is certain which edge of a finite wall is hit.
-        is_ordered: Whether it certainly comes after the impacts before it, and before those after it: else velocities
-            may be those of another order.
+        events: By name.
+        in_landing: Names of those that are the last before a landing.
+        end_s: Before this time it has all events.
+        record: Its record.
     """
 
-    impact: BallImpact
-    rounding: Rounding
-    time_s: float
-    is_on_one_edge: bool
-    is_ordered: bool = True
+    events: dict[Name, Event]
+    in_landing: frozenset[Name]
+    end_s: float
+    record: Record
 
 
-class EnvelopeMode(NamedTuple):
-    """A change of how a disc moves in contact: balls, and how far roundings may have its velocity and time off."""
-
-    mode: BallMode
-    speed_m_s: float
-    time_s: float
-
-
-class FinalState(NamedTuple):
-    """Balls for centre, velocity and spin of a disc at the end of the scene, and what its own roundings may add."""
-
-    place: tuple[arb, arb]
-    velocity: tuple[arb, arb]
-    spin: arb
-    place_m: float
-    speed_m_s: float
-    spin_rad_s: float
-
-
-@dataclass
 class Envelope:
-    """The events that every run has whose roundings stay within what PIC states.
+    """Certified events of a scene, and the spread of its copies.
 
     Attributes:
-        events: Impacts and changes of modes, in an order in which they may come.
-        end: The state of each disc at the end of the scene, where the envelope reaches it.
-        stop: What is undecided, where it does not; None if `most` events were reached, or the balls became too wide.
-        horizon_s: No event before this time is left out; infinity where the scene's end is reached.
-        gap_m: By how much each coordinate was widened.
+        certified: The certified run.
+        certified_s: Time up to which the certified run has all events.
+        certified_events: Its events.
+        horizon_s: Time before which all copies have the same events.
+        gap_m: By how much each coordinate of a copy's start is moved at most.
     """
 
-    events: list[EnvelopeImpact | EnvelopeMode] = field(default_factory=list)
-    end: list[FinalState] | None = None
-    stop: Degeneracy | None = None
-    horizon_s: float = 0.0
-    gap_m: float = 0.0
+    def __init__(self, scene: Scene, trace: Trace, most: int, solve: Callable[..., Trace]) -> None:
+        self.scene, self._solve, self._most_impacts = scene, solve, len(trace.impacts) + 1
+        self._lying = set() if trace.modes is None else {*trace.modes["disc"][trace.modes["time_s"] == 0.0].tolist()}
+        self._rng = random.Random(scene.name)
+        self.gap_m = gap_resolution(2.0 * compute_extent(scene, trace))
+        self.certified = certify_within(CERTIFIED_S, scene, most)
+        self.certified_s = _find_certified_time(self.certified)
+        self.certified_events = list_events(scene, Record.of(self.certified.trace), self.gap_m)
+        self._copies: list[Copy] = []
+        self.horizon_s = math.inf
+        self.run_copies(FEW)
+
+    @property
+    def events(self) -> list[Event]:
+        """The certified events that come before rounding decides."""
+        return [event for event in self.certified_events if event.time_s < min(self.horizon_s, self.certified_s)]
+
+    def run_copies(self, count: int) -> None:
+        """Run copies up to a number, and find the time before which all have the same events."""
+        while len(self._copies) < count:
+            angle_rad = self._rng.uniform(0.0, math.tau)
+            copy = rotate_scene(self._perturb_start(), turn_by(angle_rad))
+            trace = self._solve(copy, max_impacts=self._most_impacts)
+            record = restore_record(Record.of(trace), turn_by(-angle_rad))
+            found = list_events(self.scene, record, self.gap_m)
+            near = frozenset(event.name for event in found if is_in_landing(event, found, NEAR_LANDING))
+            end_s = math.inf
+            if trace.outcome is not Outcome.COMPLETED:
+                end_s = trace.end_time_s - 2.0 * clock_resolution(trace.end_time_s)
+            self._copies.append(Copy({event.name: event for event in found}, near, end_s, record))
+        self.horizon_s = self._find_horizon()
+
+    def _perturb_start(self) -> Scene:
+        """Return the scene with a start that is moved by no more than rounding; discs in contact are not moved."""
+        rng, gap_m = self._rng, self.gap_m
+
+        def near(value: float) -> float:
+            return value * (1.0 + rng.uniform(-1.0, 1.0) * ROUNDINGS_OF_START * UNIT)
+
+        def moved(disc: Disc) -> Disc:
+            (x, y), (u, v) = disc.position_m, disc.velocity_m_s
+            update = {
+                "position_m": (x + rng.uniform(-gap_m, gap_m), y + rng.uniform(-gap_m, gap_m)),
+                "velocity_m_s": (near(u), near(v)),
+                "spin_rad_s": near(disc.spin_rad_s),
+            }
+            return disc.model_copy(update=update)
+
+        discs = enumerate(self.scene.discs)
+        moved_discs = tuple(disc if disc.immovable or i in self._lying else moved(disc) for i, disc in discs)
+        return self.scene.model_copy(update={"discs": moved_discs})
+
+    def _find_horizon(self) -> float:
+        copies, horizon_s = self._copies, math.inf
+        if len({copy.record.outcome for copy in copies}) > 1:
+            horizon_s = min(copy.end_s for copy in copies)
+        for copy in copies:
+            for name, event in copy.events.items():
+                is_missing = any(name not in other.events and event.time_s < other.end_s for other in copies)
+                if is_missing and name not in copy.in_landing:
+                    horizon_s = min(horizon_s, event.time_s)
+        return horizon_s
+
+    def spread(self, event: Event) -> tuple[float, Floats] | None:
+        """Return how far copies of an event are from their middle in time and values; None for fewer than two."""
+        same = [copy.events[event.name] for copy in self._copies if event.name in copy.events]
+        if len(same) < 2:
+            return None
+        times, values = np.array([other.time_s for other in same]), np.array([other.values for other in same])
+        return float(0.5 * np.ptp(times)), 0.5 * np.ptp(values, axis=0)
+
+    def is_on_one_edge(self, event: Event) -> bool:
+        """Whether the copies agree on the edge of an impact."""
+        return len({tuple(copy.events[event.name].edge) for copy in self._copies if event.name in copy.events}) == 1
+
+    def spread_of_ends(self) -> float:
+        """Return how far apart in time the copies end, in seconds; 0 if a copy does not end before the scene does."""
+        ends = [copy.end_s for copy in self._copies]
+        return 0.0 if math.inf in ends else max(ends) - min(ends)
+
+    def spread_of_final_states(self) -> Floats:
+        """Return how far copies are from their middle at the end of the scene."""
+        return np.asarray(0.5 * np.ptp([copy.record.final_states for copy in self._copies], axis=0))
 
 
-def compute_envelope(scene: Scene, trace: Trace, most: int, deadline_s: float = math.inf) -> Envelope:
+def compute_envelope(scene: Scene, trace: Trace, most: int, solve: Callable[..., Trace] = solve_pic) -> Envelope:
     """Return the rounding envelope of a scene.
 
     Args:
         scene: The scene.
-        trace: A run of it, for how far discs get from the origin.
-        most: Events after which the envelope ends.
-        deadline_s: It ends when `time.perf_counter` is past this.
+        trace: A run of it, for the number of its impacts and how far discs get from the origin.
+        most: Impacts after which the certified run ends.
+        solve: The solver under test, which also solves the copies.
     """
-    with ctx.workprec(PRECISION):
-        return _Widened(scene, trace).envelope(most, deadline_s)
+    return Envelope(scene, trace, most, solve)
 
 
-def compute_extent(scene: Scene, trace: Trace, until_s: float) -> float:
+def compute_extent(scene: Scene, trace: Trace) -> float:
     """Return a bound on what a body's coordinates, its radius and the terms of its way add up to, in metres."""
-    arrays = scene.arrays
+    arrays, until_s = scene.arrays, float(trace.impacts["time_s"].max(initial=0.0))
     sizes = [float(np.abs(disc.position_m).sum()) + disc.radius_m for disc in scene.discs]
     for flight in free_flights(trace):
         if flight.begin_s <= until_s:
             lasts_s = max(0.0, min(flight.end_s, until_s) - flight.begin_s)
-            way_m = lasts_s * (_norm(flight.velocity_m_s) + 0.5 * lasts_s * _norm(flight.pull_m_s2))
+            way_m = lasts_s * (math.hypot(*flight.velocity_m_s) + 0.5 * lasts_s * math.hypot(*flight.pull_m_s2))
             sizes.append(float(np.abs(flight.position_m).sum()) + 2.0 * way_m + float(arrays.radius_m[flight.disc]))
     for wall, drive in ((wall, arrays.drive_of_wall(k)) for k, wall in enumerate(arrays.walls)):
         lengths = [abs(length) for length in list_wall_lengths(wall)]
@@ -140,277 +184,40 @@ def compute_extent(scene: Scene, trace: Trace, until_s: float) -> float:
     return max(sizes)
 
 
-def law_rounding(
-    scene: Scene, first: int, second: int, speeds: Sequence[float], rims: Sequence[float], falls: Sequence[float]
-) -> Rounding:
-    """Return how far the roundings of one impact may have velocities and spins off.
-
-    Args:
-        scene: The scene.
-        first: A disc.
-        second: A disc or the body number of a wall.
-        speeds: Speeds before the impact of those of both that are discs, in metres per second.
-        rims: Likewise the speeds of their rims.
-        falls: Likewise how far the velocities before the impact may be off.
-    """
-    arrays, movers = scene.arrays, [first, second] if second >= 0 else [first]
-    fast, back = sum(speeds) + sum(rims), scene.tangential_restitution
-    restitution, friction, rolling = scene.restitution, scene.friction, 0.0
-    if second < 0:
-        k = wall_index(second)
-        restitution, friction = arrays.materials[k]
-        back, rolling = scene.wall_tangential_restitution, scene.wall_rolling_resistance
-        fast += arrays.drive_of_wall(k).fastest + abs(arrays.belt_of_wall(k))
-    push = 1.0 + restitution
-    drag = max(1.0 + back, (friction + rolling) * push) if friction or rolling else 0.0
-    masses = [1.0 / scene.discs[i].mass_kg for i in movers]
-    velocities, spins = [], []
-    for i, mass, speed, rim, fall in zip(movers, masses, speeds, rims, falls, strict=True):
-        share = mass / sum(masses) if mass else 0.0
-        law = share * (ROUNDINGS_OF_LAW * UNIT * fast + sum(falls))
-        velocities.append((push + drag) * law + ROUNDINGS_OF_SUM * UNIT * speed + fall)
-        turned = drag * law / scene.discs[i].inertia_factor + ROUNDINGS_OF_RIM * UNIT * rim
-        spins.append(turned / scene.discs[i].radius_m)
-    (v1, v2), (w1, w2) = (*velocities, 0.0)[:2], (*spins, 0.0)[:2]
-    return Rounding((v1, v2), (w1, w2))
+@contextlib.contextmanager
+def alarm(seconds: float, handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
+    """Call a handler after some seconds of processor time in the block; an outer limit continues after it."""
+    before = signal.signal(signal.SIGPROF, handler)
+    left, _ = signal.setitimer(signal.ITIMER_PROF, seconds)
+    begin_s = time.process_time()
+    try:
+        yield
+    finally:
+        left = max(1e-3, left - (time.process_time() - begin_s)) if left else 0.0
+        signal.signal(signal.SIGPROF, before)
+        signal.setitimer(signal.ITIMER_PROF, left)
 
 
-def _norm(vector: Iterable[float]) -> float:
-    return math.hypot(*vector)
+def certify_within(seconds: float, scene: Scene, impacts: int) -> CertifiedTrace:
+    """Return what `carom.certify` proves of a scene within some seconds of processor time, or little more."""
+
+    def interrupt(_signal: int, _frame: FrameType | None) -> None:
+        raise KeyboardInterrupt  # which ends a certified run, and keeps what was certified
+
+    run = CertifiedRun(scene, CertifyOptions(max_impacts=impacts))
+    with contextlib.suppress(KeyboardInterrupt), alarm(seconds, interrupt):
+        run.advance()
+    if run.ending is None:  # interrupted between two attempts
+        run = CertifiedRun(scene, CertifyOptions(max_impacts=0))
+        run.advance()
+    return run.result()
 
 
-class _Widened:
-    """A certified run of one precision whose state is widened at each event."""
-
-    def __init__(self, scene: Scene, trace: Trace) -> None:
-        self.scene = scene
-        self.bodies = BallBodies(scene)
-        last_s = float(trace.impacts["time_s"].max(initial=0.0))
-        self.found = Envelope(gap_m=gap_resolution(2.0 * compute_extent(scene, trace, last_s)))
-        self._final_gap_m = gap_resolution(2.0 * compute_extent(scene, trace, trace.end_time_s))
-        self._last_rounding = [(0.0, 0.0)] * len(scene.discs)
-        self._in_contact = [0] * len(scene.discs)
-        self._pull = math.hypot(*scene.gravity_m_s2) + scene.table_deceleration_m_s2
-
-    def envelope(self, most: int, deadline_s: float) -> Envelope:
-        """Return the envelope, with a limit of events."""
-        found, bodies = self.found, self.bodies
-        try:
-            if (trouble := find_degenerate_start(bodies)) is not None:
-                raise Undecided(trouble)
-            self._begin()
-            selection = Selection(bodies)
-            end = undamped_time_of(self.scene.damping_per_s, arb(self.scene.duration_s))
-            selection.end_s, selection.deadline_s = float_above(end), deadline_s
-            commutes = False
-            while len(found.events) < most:
-                choice = selection.next_impact()
-                if choice is None or choice.meeting.time > end:
-                    found.horizon_s, found.end = math.inf, self._final_states()
-                    return found
-                if not choice.meeting.time <= end:
-                    selection.raise_at_the_end(choice.meeting)
-                self._carry_out(choice.meeting)
-                if commutes or choice.commutes:
-                    self._mark_unordered()
-                commutes = choice.commutes
-                selection.changed(choice.meeting)
-            found.horizon_s = self._earliest_s(selection)
-        except Undecided as undecided:
-            found.stop = undecided.degeneracy
-            found.horizon_s = min(found.horizon_s, self._clock(arb(undecided.degeneracy.earliest_s)))
-        except OutOfTime:
-            pass
-        return found
-
-    def _begin(self) -> None:
-        """Begin the motion on a table, and the contacts of discs that lie on something; widen all other centres."""
-        bodies, table = self.bodies, self.scene.table_deceleration_m_s2
-        lying = dict(find_resting(bodies)) if bodies.falls else {}
-        for i in range(len(bodies)):
-            if bodies.movable[i] and i not in lying:
-                bodies.x[i], bodies.y[i] = self._widen_point(bodies.x[i], bodies.y[i], self.found.gap_m)
-                if table:
-                    start_deceleration(bodies, i, ZERO, 0.0)
-        for i, ground in lying.items():
-            closing = -float(ground.normal_part(bodies.vx[i], bodies.vy[i]).mid())
-            begun = begin_contact(bodies, i, ground)
-            if isinstance(begun, Meeting):
-                self._carry_out(self._delayed(begun, i, self.found.gap_m / closing, ground.length))
-            else:
-                self._add(BallEvent(None, (begun,)), None, Rounding((0.0, 0.0), (0.0, 0.0)))
-                self._widen_in_contact(i, 0.0, self._fall_m_s(i, ZERO))
-
-    def _mark_unordered(self) -> None:
-        """Note that the last impact may as well come before another, or after it."""
-        for k in reversed(range(len(self.found.events))):
-            event = self.found.events[k]
-            if isinstance(event, EnvelopeImpact):
-                self.found.events[k] = event._replace(is_ordered=False)
-                return
-
-    def _delayed(self, begun: Meeting, i: int, most_s: float, length: arb) -> Meeting:
-        """Return the impact of a disc at time 0, whose gap was set to 0, as up to so much later.
-
-        What it falls meanwhile is in its velocity.
-        """
-        bodies, near, fallen = self.bodies, begun.near, arb(0, self._pull * most_s)
-        assert isinstance(near, WallApproach)
-        bodies.vx[i], bodies.vy[i] = bodies.vx[i] + fallen, bodies.vy[i] + fallen
-        time = arb(0.5 * most_s, 0.5 * most_s)
-        return begun._replace(time=time, latest=2.0 * most_s, near=near._replace(root=near.root + fallen * length))
-
-    def _carry_out(self, meeting: Meeting) -> None:
-        bodies, (first, second) = self.bodies, meeting[:2]
-        rounding = self._rounding(meeting)
-        event = apply_meeting(bodies, meeting)
-        self._add(event, meeting, rounding, is_on_one_edge=not isinstance(meeting.near, Seam))
-        discs = [(body, side) for side, body in enumerate((first, second)) if body >= 0 and bodies.movable[body]]
-        if first == second:
-            self._widen_in_contact(first, meeting.at, 2.0 * rounding.velocities[0])
-        for i, side in discs if first != second else ():
-            self._last_rounding[i] = (rounding.velocities[side], rounding.spins[side])
-            self._widen(i, meeting, rounding.velocities[side], rounding.spins[side])
-        for i in {body for body, _ in discs}:
-            record_landing(bodies, i, arb(LANDING_PART))
-
-    def _widen(self, i: int, meeting: Meeting, speed_m_s: float, spin_rad_s: float) -> None:
-        """Widen the state of a disc after an impact."""
-        bodies, gap_m = self.bodies, self.found.gap_m
-        if bodies.contacts.gliding[i] is not None:
-            self._widen_in_contact(i, meeting.at, speed_m_s)
-            return
-        self._in_contact[i] = 0
-        restitution, drag = self._law_of(meeting)
-        if drag or not bodies.spin[i].is_exact():
-            bodies.spin[i] = bodies.spin[i] + arb(0, spin_rad_s)
-        second = self.bodies.trace_body(meeting.second)
-        is_driven = second < 0 and not self.scene.arrays.drive_of_wall(wall_index(second)).is_stationary
-        rounds = bool(drag) or is_driven or restitution not in {0.0, 1.0}
-        if not self.scene.table_deceleration_m_s2:
-            bodies.x[i], bodies.y[i] = self._widen_point(bodies.x[i], bodies.y[i], gap_m)
-            bodies.vx[i], bodies.vy[i] = (
-                v if v.is_exact() and not rounds else v + arb(0, speed_m_s) for v in (bodies.vx[i], bodies.vy[i])
-            )
-            return
-        # The deceleration is against the velocity: both are widened together.
-        time, at = meeting.time, meeting.at
-        (x, y), velocity = bodies.centre_at(i, time), bodies.velocity(i, time, at)
-        vx, vy = (v if v.is_exact() and not rounds else v + arb(0, speed_m_s) for v in velocity)
-        (x, y), wait = self._widen_point(x, y, gap_m), time - arb(at)
-        bodies.acceleration[i], bodies.contacts.stops[i] = None, None
-        bodies.vx[i], bodies.vy[i], bodies.time[i] = vx, vy, at
-        bodies.x[i], bodies.y[i] = x - vx * wait, y - vy * wait
-        start_deceleration(bodies, i, time, at)
-
-    def _widen_in_contact(self, i: int, at: float, speed_m_s: float) -> None:
-        """Widen the state of a disc after an event, if it is in contact.
-
-        Its path is that of its ground, which is exact. Its place on this path is rounded as any centre is. Its speed
-        and the speed of its rim are rounded, and the slip is their sum; none of them is where the law makes it 0. The
-        roundings of time add up over the disc's events in contact.
-        """
-        gliding = self.bodies.contacts.gliding[i]
-        if gliding is None:
-            return
-        self._in_contact[i] += 1
-        place, *speeds = gliding.begun
-        wider = zip(speeds, (speed_m_s, 2.0 * speed_m_s, speed_m_s), strict=True)
-        speed, slip, rim = (value if value.is_zero() else value + arb(0, by) for value, by in wider)
-        widened = GlideState(place + arb(0, self.found.gap_m), speed, slip, rim)
-        start_mode(self.bodies, i, Landing(gliding.since, gliding.ground, widened), at, gliding.mode)
-
-    def _law_of(self, meeting: Meeting) -> tuple[float, float]:
-        """Return restitution, and friction with rolling resistance, between the two bodies of an impact."""
-        scene, second = self.scene, self.bodies.trace_body(meeting.second)
-        if second >= 0:
-            return scene.restitution, scene.friction
-        restitution, friction = scene.arrays.materials[wall_index(second)]
-        return restitution, friction + scene.wall_rolling_resistance
-
-    @staticmethod
-    def _widen_point(x: arb, y: arb, by: float) -> tuple[arb, arb]:
-        return x + arb(0, by), y + arb(0, by)
-
-    # Roundings --------------------------------------------------------------------------------------------------------
-
-    def _rounding(self, meeting: Meeting) -> Rounding:
-        """Return how far the roundings of one impact may have velocities and spins off."""
-        bodies, (first, second) = self.bodies, meeting[:2]
-        movers = [first, second] if second >= 0 and second != first else [first]
-        falls = [self._fall_m_s(i, meeting.time) for i in movers]
-        if first == second:
-            return Rounding((falls[0], 0.0), (0.0, 0.0))
-        speeds = [math.hypot(*map(_size, bodies.velocity(i, meeting.time, meeting.at))) for i in movers]
-        rims = [_size(bodies.rim_speed(i)) for i in movers]
-        return law_rounding(self.scene, first, bodies.trace_body(second), speeds, rims, falls)
-
-    def _fall_m_s(self, i: int, time: arb) -> float:
-        """Return how far roundings of a flight under gravity, or on a table, may have a velocity off."""
-        if not self._pull or not self.bodies.movable[i]:
-            return 0.0
-        time_s = _size(time)
-        flown_s = max(0.0, time_s - self.bodies.time[i])
-        speed = math.hypot(*map(_size, self.bodies.velocity(i, time, self.bodies.time[i]))) + self._pull * flown_s
-        return UNIT * (ROUNDINGS_OF_FALL * speed + ROUNDINGS_OF_FALL_TIME * self._pull * time_s)
-
-    # Events as traces have them ---------------------------------------------------------------------------------------
-
-    def _add(
-        self, event: BallEvent, meeting: Meeting | None, rounding: Rounding, *, is_on_one_edge: bool = True
-    ) -> None:
-        impact, events = event.impact, self.found.events
-        for mode in event.modes:
-            own_s = (1 + self._in_contact[mode.disc]) * clock_resolution(_size(mode.time))
-            speed = self._fall_m_s(mode.disc, mode.time) + rounding.velocities[0]
-            events.append(EnvelopeMode(mode, speed, own_s))
-        if impact is None:
-            return
-        in_contact = max(self._in_contact[body] for body in (impact.first, impact.second) if body >= 0)
-        own_s = (1 + in_contact) * clock_resolution(_size(impact.time))
-        if damping := self.scene.damping_per_s:
-            left = float(speed_fraction(damping, impact.time).lower())
-            own_s = own_s / max(left, UNIT) + clock_resolution(self._clock(impact.time))
-            impact = damp_impact(damping, impact)
-        if impact.edge != NO_EDGE and meeting is not None:
-            is_on_one_edge &= len(self.bodies.obstacles[wall_index(meeting.second)].edges) == 1
-        position = len(events) - len(event.modes)  # an impact comes before the modes that it begins or ends
-        events.insert(position, EnvelopeImpact(impact, rounding, own_s, is_on_one_edge))
-
-    def _clock(self, time: arb) -> float:
-        """Return a time of the undamped run as a clock has it, in seconds."""
-        shown = damped_time(self.scene.damping_per_s, time)
-        return float(shown.mid()) if shown.is_finite() else math.inf
-
-    def _earliest_s(self, selection: Selection) -> float:
-        """Return a time before which no event is left out, after the last one that was carried out."""
-        try:
-            choice = selection.next_impact()
-        except Undecided as undecided:
-            return self._clock(arb(undecided.degeneracy.earliest_s))
-        if choice is None:
-            return math.inf
-        lower = choice.meeting.time.lower()
-        return self._clock(lower)
-
-    def _final_states(self) -> list[FinalState]:
-        bodies, damping, end_s = self.bodies, self.scene.damping_per_s, self.scene.duration_s
-        now = undamped_time_of(damping, arb(end_s))
-        left, found = speed_fraction(damping, now), []
-        for i in range(len(bodies)):
-            moves = bodies.movable[i]
-            place = bodies.centre_at(i, now) if moves else bodies.centre(i, end_s)
-            vx, vy = bodies.velocity(i, now, end_s)
-            speed, spin = math.hypot(_size(vx), _size(vy)), bodies.spin_at(i, now)
-            by_impact, by_impact_spin = self._last_rounding[i]
-            speed_m_s = by_impact + self._fall_m_s(i, now) + ROUNDINGS_OF_SUM * UNIT * speed
-            place_m = self._final_gap_m + by_impact * max(0.0, end_s - bodies.time[i])
-            spin_rad_s = by_impact_spin + ROUNDINGS_OF_RIM * UNIT * _size(spin)
-            states = ((vx * left, vy * left), spin * left, place_m, speed_m_s, spin_rad_s)
-            found.append(FinalState(place, *states))
-        return found
-
-
-def _size(ball: arb) -> float:
-    """Return a bound on the magnitude of what a ball holds."""
-    return float(abs(ball).upper())
+def _find_certified_time(certified: CertifiedTrace) -> float:
+    """Return the time up to which a certified run has all events."""
+    if certified.ending is Ending.COMPLETED:
+        return math.inf
+    if certified.degeneracy is not None:
+        return certified.degeneracy.earliest_s
+    last_s = float(certified.trace.impacts["time_s"].max(initial=0.0))
+    return last_s - 4.0 * clock_resolution(last_s)  # events at the same instant may come later

@@ -2,7 +2,6 @@
 
 import contextlib
 import random
-import signal
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -12,28 +11,25 @@ from types import FrameType
 from typing import NamedTuple
 
 import numpy as np
-from tests.campaign.certified_comparison import COUNTED, compare_with_certified, reliable_until
-from tests.campaign.comparison import Difference, Kind, Record, compare_with_envelope
-from tests.campaign.copies import Copies
-from tests.campaign.envelope import Envelope, EnvelopeImpact, compute_envelope
+from tests.campaign.comparison import COUNTED, Difference, Kind, compare_with_envelope
+from tests.campaign.envelope import Envelope, alarm, compute_envelope
+from tests.campaign.events import Record
 from tests.campaign.transformation import restore_record, rotate_scene, turn_quarter_back
 from tests.transformed_scenes import turn_quarter
 from tests.unit.solvers.run_kinds import collect_run_bits
 
-from carom import CertifiedTrace, Outcome, Scene, Trace, solve_pic
+from carom import Outcome, Scene, Trace, solve_pic
 from carom.core.resolution import clock_resolution
-from carom.solvers.certified.options import CertifyOptions
-from carom.solvers.certified.run import CertifiedRun
 from carom.solvers.pic import start_pic_run
 from carom.solvers.run import Run
 
-#: Impacts over which a scene is followed, and events of its envelope.
-MOST_IMPACTS, MOST_EVENTS = 40, 80
+#: Impacts over which a scene is followed.
+MOST_IMPACTS = 40
 #: Impacts by which a certified run goes beyond those of PIC.
 MORE_CERTIFIED = 20
-#: Seconds of processor time of a certified run, of a run whose time stands still, and of all checks of a scene.
-CERTIFIED_S, STANDSTILL_S, SCENE_S = 2.0, 2.0, 30.0
-#: What each check has, whatever those before it took.
+#: Seconds of processor time of a run whose time stands still, and of all checks of a scene.
+STANDSTILL_S, SCENE_S = 2.0, 30.0
+#: Seconds that each check has, whatever those before it took.
 LEAST_S = 1.0
 #: Impacts at one instant after which a run is taken on to its end.
 AT_ONE_INSTANT = 12
@@ -68,7 +64,6 @@ class CheckedScene:
     Attributes:
         impacts: Impacts of PIC.
         certified: How many of these were compared with a certified run.
-        proven: How many of these by a rounding envelope, which decides their order.
         modes: Changes of modes that were compared with a certified run.
         low_hops: Whether contact begins where hops are lower than the resolution of a gap.
         kept_contact: Whether contact goes on where rounding decides whether a disc hops.
@@ -78,7 +73,6 @@ class CheckedScene:
 
     impacts: int = 0
     certified: int = 0
-    proven: int = 0
     modes: int = 0
     low_hops: bool = False
     kept_contact: bool = False
@@ -97,22 +91,8 @@ def time_limit(seconds: float) -> Iterator[None]:
     def end(_signal: int, _frame: FrameType | None) -> None:
         raise OutOfTimeError
 
-    with _alarm(seconds, end):
+    with alarm(seconds, end):
         yield
-
-
-@contextlib.contextmanager
-def _alarm(seconds: float, handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
-    """Call a handler after some seconds of processor time in the block; an outer limit continues after it."""
-    before = signal.signal(signal.SIGPROF, handler)
-    left, _ = signal.setitimer(signal.ITIMER_PROF, seconds)
-    begin_s = time.process_time()
-    try:
-        yield
-    finally:
-        left = max(1e-3, left - (time.process_time() - begin_s)) if left else 0.0
-        signal.signal(signal.SIGPROF, before)
-        signal.setitimer(signal.ITIMER_PROF, left)
 
 
 def all_pairs_run(scene: Scene) -> Run:
@@ -123,7 +103,7 @@ def all_pairs_run(scene: Scene) -> Run:
 def check_scene(scene: Scene, solve: Callable[..., Trace] = solve_pic) -> CheckedScene:
     """Run all checks of a scene."""
     found, begin_s = CheckedScene(), time.process_time()
-    trace, oracle, bits = list[Trace](), list[Oracle](), Bits(scene)
+    trace, envelope, bits = list[Trace](), list[Envelope](), Bits(scene)
 
     def solve_scene() -> Iterator[Finding]:
         trace.append(solve(scene, max_impacts=MOST_IMPACTS))
@@ -131,10 +111,12 @@ def check_scene(scene: Scene, solve: Callable[..., Trace] = solve_pic) -> Checke
         yield from _find_no_end(scene, trace[0])
 
     def compare_with_certified() -> list[Finding]:
-        oracle.append(Oracle(scene, trace[0], solve))
-        record = Record.of(trace[0])
-        oracle[0].count(record, found)
-        differences = oracle[0].differences(record)
+        record, most = Record.of(trace[0]), len(trace[0].impacts) + MORE_CERTIFIED
+        envelope.append(compute_envelope(scene, trace[0], most, solve))
+        until_s = min(envelope[0].horizon_s, envelope[0].certified_s)
+        found.certified = int(np.sum(record.impacts["time_s"] <= until_s))
+        found.modes = 0 if record.modes is None else int(np.sum(record.modes["time_s"] <= until_s))
+        differences = compare_with_envelope(scene, envelope[0], record)
         kinds = {difference.kind for difference in differences}
         found.low_hops, found.kept_contact = Kind.LOW_HOPS in kinds, Kind.KEPT_CONTACT in kinds
         return _first_of_each_kind(Check.CERTIFIED, differences)
@@ -142,7 +124,7 @@ def check_scene(scene: Scene, solve: Callable[..., Trace] = solve_pic) -> Checke
     checks: dict[Check, Callable[[], Iterable[Finding]]] = {
         Check.TIME_LIMIT: solve_scene,
         Check.CERTIFIED: compare_with_certified,
-        Check.REORDERED: lambda: _first_of_each_kind(Check.REORDERED, _of_reordered(scene, solve, oracle[0])),
+        Check.REORDERED: lambda: _first_of_each_kind(Check.REORDERED, _of_reordered(scene, solve, envelope[0])),
         Check.ROTATED: lambda: _find_unlike_rotated(trace[0], solve),
         Check.PIECES: lambda: bits.find_unlike(Check.PIECES),
         Check.ALL_PAIRS: lambda: bits.find_unlike(Check.ALL_PAIRS),
@@ -157,7 +139,7 @@ def check_scene(scene: Scene, solve: Callable[..., Trace] = solve_pic) -> Checke
         except Exception as error:  # noqa: BLE001 - whatever a solver raises is a finding
             text = f"raised {type(error).__name__}: {error}"
             found.findings.append(Finding(check, type(error).__name__, text))
-        if not (trace and (oracle or check is Check.TIME_LIMIT)):
+        if not (trace and (envelope or check is Check.TIME_LIMIT)):
             break
     found.seconds = time.process_time() - begin_s
     return found
@@ -168,58 +150,10 @@ def _first_of_each_kind(check: Check, differences: Sequence[Difference]) -> list
     return [Finding(check, kind.value, difference.text) for kind, difference in first.items() if kind not in COUNTED]
 
 
-class Oracle:
-    """What is proven of a scene, and how far roundings may have a run off."""
-
-    def __init__(self, scene: Scene, trace: Trace, solve: Callable[..., Trace]) -> None:
-        self._scene, self._solve, self._impacts = scene, solve, len(trace.impacts)
-        self.envelope: Envelope = compute_envelope(scene, trace, MOST_EVENTS)
-        self.certified: CertifiedTrace = certify_within(CERTIFIED_S, scene, self._impacts + MORE_CERTIFIED)
-
-    @cached_property
-    def copies(self) -> Copies:
-        """Runs of copies of the scene, made where they are asked for."""
-        return Copies(self._scene, self._solve, self._impacts, self.envelope.gap_m)
-
-    def differences(self, record: Record) -> list[Difference]:
-        """Return how a run of the scene differs from what is proven, in order of time."""
-        found = compare_with_envelope(self._scene, self.envelope, record)
-        if found or self.envelope.end is not None:
-            return found
-        return compare_with_certified(self._scene, self.certified, record, self.copies, self.envelope.gap_m)
-
-    def count(self, record: Record, found: CheckedScene) -> None:
-        """Count the impacts and modes that are compared."""
-        proven = sum(isinstance(event, EnvelopeImpact) for event in self.envelope.events)
-        found.proven = min(proven, len(record.impacts))
-        if self.envelope.end is not None:
-            found.certified, found.modes = found.proven, len(self.envelope.events) - proven
-            return
-        until_s = min(self.copies.horizon_s, reliable_until(self.certified))
-        found.certified = max(found.proven, int(np.sum(record.impacts["time_s"] <= until_s)))
-        if record.modes is not None:
-            found.modes = int(np.sum(record.modes["time_s"] <= until_s))
-
-
-def certify_within(seconds: float, scene: Scene, impacts: int) -> CertifiedTrace:
-    """Return what `carom.certify` proves of a scene within some seconds of processor time, or little more."""
-
-    def interrupt(_signal: int, _frame: FrameType | None) -> None:
-        raise KeyboardInterrupt  # which ends a certified run, and keeps what was certified
-
-    run = CertifiedRun(scene, CertifyOptions(max_impacts=impacts))
-    with contextlib.suppress(KeyboardInterrupt), _alarm(seconds, interrupt):
-        run.advance()
-    if run.ending is None:  # interrupted between two attempts
-        run = CertifiedRun(scene, CertifyOptions(max_impacts=0))
-        run.advance()
-    return run.result()
-
-
-def _of_reordered(scene: Scene, solve: Callable[..., Trace], oracle: Oracle) -> list[Difference]:
+def _of_reordered(scene: Scene, solve: Callable[..., Trace], envelope: Envelope) -> list[Difference]:
     """Return how a run of the rotated scene, its discs in reverse order, differs from what is proven of the scene."""
     trace = solve(rotate_scene(scene, turn_quarter, is_reversed=True), max_impacts=MOST_IMPACTS)
-    return oracle.differences(restore_record(Record.of(trace), turn_quarter_back, is_reversed=True))
+    return compare_with_envelope(scene, envelope, restore_record(Record.of(trace), turn_quarter_back, is_reversed=True))
 
 
 def _find_no_end(scene: Scene, trace: Trace) -> Iterator[Finding]:

@@ -24,7 +24,6 @@ def check_number(number: int) -> Checked:
     names = {
         "low_hops": "contact from low hops",
         "kept_contact": "contact kept",
-        "proven": "order proven",
         "modes": "changes of modes",
     }
     sums = {names.get(name, name): getattr(checked, name) for name in ("impacts", "certified", *names)}

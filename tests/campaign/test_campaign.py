@@ -1,6 +1,5 @@
-"""The campaigns' commands: they count, go on where they were, and tell what they find and how to see it again."""
+"""The commands of the campaigns: counts, state files, findings and Ctrl-C."""
 
-import math
 import os
 import signal
 import subprocess
@@ -15,9 +14,9 @@ import pytest
 from tests.campaign import campaign, gas_checks
 from tests.campaign.__main__ import CAMPAIGN as command  # noqa: N811 - called like a function
 from tests.campaign.campaign import Campaign, Checked, Finding, Tally
-from tests.campaign.gases import Gas, Kind, draw_gas
+from tests.campaign.gases import Kind, draw_gas
 from tests.cases import each, release_after
-from tests.checker import RULES, Report, Violation
+from tests.checker import RULES
 from tests.scene_builders import require_value
 
 from carom import DiscArrays
@@ -61,7 +60,7 @@ def test_worker_that_hangs_or_crashes_is_replaced() -> None:
     """The case of a worker that hangs or crashes is a finding, and the campaign continues with the next case."""
     tally = Tally(begun=4)
     assert replace(CASES, hanging_s=4.0).run(tally, check_number, 4)
-    assert tally.differences == {"hangs": 1, "crash": 1}
+    assert tally.differences == {"process ended": 2}
     assert (tally.begun, tally.total("cases")) == (8, 4)
 
 
@@ -84,21 +83,8 @@ def test_state_file_of_an_earlier_version_is_refused(tmp_path: Path, capsys: pyt
     assert f"state of an earlier version: delete {state}" in capsys.readouterr().err
 
 
-def test_violation_is_reported_with_the_command_to_repeat_it(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """A violation is printed with the command that repeats it, counted by its rule, and gives exit code 1."""
-    report = Report(impacts=7, violations=[Violation("contact", 3, (0, 2), 0.8, 7.25, 1e-13)], worst_gap=math.inf)
-    monkeypatch.setattr(gas_checks, "check_run", lambda _: report)
-    assert command.main(["--gas", "2", "--most-discs", "64"]) == 1
-    printed = capsys.readouterr().out
-    assert "contact: the two bodies touch; impact 3, bodies 0, 2, at 0.8 s" in printed
-    assert "python -m tests.campaign --gas 2" in printed
-    assert "| contact | 1 |" in printed
-
-
 class Gains(EventDrivenRun):
-    """A run whose impacts all give back `FACTOR` times what the law says."""
+    """A run with the restitution `FACTOR`."""
 
     FACTOR = 1.0
 
@@ -138,23 +124,9 @@ def test_exception_of_a_kernel_is_a_violation(
     assert report.impacts == 256
     assert [violation.rule for violation in report.violations] == ["end"]
     assert command.main(["--gas", "0", "--most-discs", "64"]) == 1
-    assert "raised OverflowError: planted" in capsys.readouterr().out
-
-
-def check_slowly(_: int) -> Checked:
-    """Take so long that the campaign waits several times."""
-    time.sleep(2.5)
-    return Checked()
-
-
-@pytest.mark.release
-def test_progress_is_reported_at_once_and_then_every_five_seconds(capsys: pytest.CaptureFixture[str]) -> None:
-    """The first progress line comes at once, and further lines at most every five seconds."""
-    begin_s = time.monotonic()
-    assert CASES.run(Tally(), check_slowly, 1)
-    lines = capsys.readouterr().err.splitlines()
-    assert lines[0].startswith("0 cases, ")
-    assert len(lines) <= 1 + (time.monotonic() - begin_s) / campaign.PROGRESS_S
+    printed = capsys.readouterr().out
+    assert "raised OverflowError: planted" in printed
+    assert "| end | 1 |" in printed
 
 
 @pytest.mark.release
@@ -190,21 +162,9 @@ def test_gas_depends_only_on_its_number(kind: Kind) -> None:
         assert np.isfinite(gas.start.mass_kg).any()
 
 
-def assert_no_violation(gas: Gas, impacts: int) -> None:
-    report = gas_checks.check_run(gas, impacts)
-    assert [str(violation) for violation in report.violations[:5]] == []
-    assert 0 < report.impacts <= impacts
-
-
-@each("number, impacts", release_after(1, [(0, 400), (0, 12_500), (1, 12_500)]))
 @each("kind", list(Kind))
-def test_gases_of_every_kind_violate_no_rule(kind: Kind, number: int, impacts: int) -> None:
+def test_gases_of_every_kind_violate_no_rule(kind: Kind) -> None:
     """No impact of a gas of up to 1000 discs violates a rule of the checker."""
-    assert_no_violation(draw_gas(number, kind, most_discs=1000), impacts)
-
-
-@pytest.mark.release
-@each("number", range(20))
-def test_two_million_more_impacts_violate_no_rule(number: int) -> None:
-    """Twenty gases of up to 10,000 discs violate no rule in up to 100,000 impacts each."""
-    assert_no_violation(draw_gas(1000 + number), 100_000)
+    report = gas_checks.check_run(draw_gas(0, kind, most_discs=1000), 400)
+    assert [str(violation) for violation in report.violations[:5]] == []
+    assert 0 < report.impacts <= 400

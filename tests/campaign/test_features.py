@@ -1,4 +1,4 @@
-"""The campaign of features: dozens of its scenes show no new difference, and each planted fault is noticed."""
+"""The campaign of features: its scenes have no findings, and each planted fault is a finding."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -8,14 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.campaign import feature_checks, features
-from tests.campaign.comparison import Kind, Record
-from tests.campaign.envelope import EnvelopeMode, compute_envelope
+from tests.campaign.comparison import Kind
 from tests.campaign.feature_checks import Check, CheckedScene, Finding, check_scene
 from tests.campaign.feature_scenes import Law, draw_scene, features_of, law_of
-from tests.campaign.transformation import restore_record, rotate_scene
+from tests.campaign.transformation import rotate_scene
 from tests.cases import each, release_after
 from tests.scene_builders import alter_impact, disc_at, require_value, staged, wall_at
-from tests.transformed_scenes import turn_by
 
 from carom import Mode, Outcome, Ring, Scene, Trace, load_scene, solve_pic
 from carom.solvers.pic import start_pic_run
@@ -23,7 +21,7 @@ from carom.solvers.run import Run
 
 Doctor = Callable[[Trace], Trace]
 
-#: Laws of scenes of which every check is run, and the number of scenes drawn: those that compiled code runs, then all.
+#: Laws of the scenes that are checked, and the number of scenes: those of compiled code, then all.
 LAWS: list[tuple[set[Law], int]] = [({Law.STRAIGHT, Law.DAMPED}, 30), (set(Law), 60)]
 
 #: Scenes whose events are all proven, so that nothing hides a fault: rough discs among driven walls, and contact.
@@ -87,12 +85,12 @@ def add_impact(trace: Trace) -> Trace:
 
 
 def change_field(name: str, part: float) -> Doctor:
-    """Return what changes one number of the third impact by a part of itself."""
+    """Return a doctor that changes one number of the third impact by a fraction of itself."""
     return lambda trace: alter_impact(trace, 2, **{name: trace.impacts[name][2] * (1.0 + part)})
 
 
 def change_mode(row: int, name: str, change: Callable[[Any], Any]) -> Doctor:
-    """Return what changes one field of a change of mode."""
+    """Return a doctor that changes one field of a mode change."""
 
     def doctor(trace: Trace) -> Trace:
         modes = require_value(trace.modes).copy()
@@ -126,7 +124,7 @@ FAULTS: list[tuple[Doctor, Kind]] = [
     (change_field("velocity_first_after", 1e-13), Kind.VELOCITY),
     (change_field("velocity_first_before", 1e-13), Kind.VELOCITY),
     (change_spin, Kind.SPIN),
-    (lambda trace: replace(trace, final_position_m=trace.final_position_m + 1e-12), Kind.FINAL_STATE),
+    (lambda trace: replace(trace, final_position_m=trace.final_position_m * (1.0 + 1e-11)), Kind.FINAL_STATE),
     (end_early, Kind.EARLY_END),
     (end_late, Kind.ENDING),
 ]
@@ -140,34 +138,16 @@ def solve_with(doctor: Doctor) -> Callable[..., Trace]:
     return lambda scene, **options: doctor(solve_pic(scene, **options))
 
 
-def test_scenes_for_planted_faults_have_no_findings() -> None:
-    """Without a fault both scenes have several certified events and no finding."""
-    for scene in (DRIVEN_BOX, SLIDE):
-        checked = check_scene(scene)
-        assert checked.findings == []
-        assert checked.certified + checked.modes > 1
-    assert check_scene(DRIVEN_BOX).proven > 3
-
-
 @each("doctor, kind", FAULTS)
 def test_planted_fault_is_found(doctor: Doctor, kind: Kind) -> None:
     """A missing or extra impact, a number off by hundreds of roundings, or an unexplained end is a finding."""
-    checked = check_scene(DRIVEN_BOX, solve_with(doctor))
-    assert kind.value in list_kinds(checked, Check.CERTIFIED)
-
-
-@each("doctor, kind", [(remove_impact, Kind.MISSED), (change_field("time_s", 1e-9), Kind.TIME)])
-def test_fault_beyond_the_envelope_is_found(doctor: Doctor, kind: Kind, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where the rounding envelope decides nothing, certified run and copies of the scene find the fault."""
-    monkeypatch.setattr(feature_checks, "MOST_EVENTS", 0)
     assert check_scene(DRIVEN_BOX).findings == []
     assert kind.value in list_kinds(check_scene(DRIVEN_BOX, solve_with(doctor)), Check.CERTIFIED)
 
 
 def test_fault_of_a_contact_mode_is_found() -> None:
     """A mode change is a finding if it is missing, is off by hundreds of roundings, or calls a rolling disc at rest."""
-    assert any(isinstance(event, EnvelopeMode) for event in compute_envelope(SLIDE, solve_pic(SLIDE), 9).events)
-    assert require_value(solve_pic(SLIDE).modes)["after"][-1] == Mode.ROLL
+    assert check_scene(SLIDE).findings == []
     doctors: tuple[Doctor, ...] = (
         lambda trace: replace(trace, modes=require_value(trace.modes)[:-1]),
         change_mode(-1, "time_s", lambda time_s: time_s * (1.0 + 1e-13)),
@@ -193,23 +173,7 @@ def test_contact_may_replace_hops_below_the_gap_resolution() -> None:
     assert not found.low_hops
 
 
-EXPLAINED = [
-    221048,
-    26802,
-    31459,
-    47302,
-    107541,
-    228982,
-    57329,
-    41057,
-    43248,
-    46411,
-    61741,
-    104896,
-    131771,
-    221475,
-    231155,
-]
+EXPLAINED = [221048, 26802, 31459, 47302, 107541, 228982, 57329, 46411, 61741, 104896, 221475, 231155]
 
 
 @each("number", release_after(6, EXPLAINED))
@@ -321,22 +285,6 @@ def test_exception_and_endless_run_are_findings(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr(feature_checks, "LEAST_S", 0.1)
     (finding,) = check_scene(DRIVEN_BOX).findings
     assert (finding.check, finding.kind) == (Check.TIME_LIMIT, f"no end of {Check.ALL_PAIRS.value}")
-
-
-def test_record_of_a_rotated_scene_is_restored() -> None:
-    """The record of a scene rotated by 0.7 radians, with its discs in reverse order, is restored to rounding."""
-    trace = solve_pic(DRIVEN_BOX)
-    record = Record.of(trace)
-    turned = rotate_scene(DRIVEN_BOX, turn_by(0.7), is_reversed=True)
-    found = restore_record(Record.of(solve_pic(turned)), turn_by(-0.7), is_reversed=True)
-    assert feature_checks.unlike_fields(found, found) == []
-    assert found.impacts[["first", "second"]].tolist() == record.impacts[["first", "second"]].tolist()
-    for name in ("time_s", "normal", "velocity_first_after", "velocity_second_before"):
-        np.testing.assert_allclose(found.impacts[name], record.impacts[name], atol=1e-12)
-    np.testing.assert_allclose(
-        require_value(found.spins)["first_after"], require_value(record.spins)["first_after"], atol=1e-12
-    )
-    np.testing.assert_allclose(found.final_position_m, record.final_position_m, atol=1e-12)
 
 
 # The command ----------------------------------------------------------------------------------------------------------

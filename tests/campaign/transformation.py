@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from tests.campaign.comparison import Record
+from tests.campaign.events import Record
 from tests.transformed_scenes import Map
 
 from carom import Chain, Disc, Scene, Wall
