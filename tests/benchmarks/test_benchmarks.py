@@ -1,7 +1,6 @@
 """Benchmarks: command lines, kinds of motion and the file of the benchmark of memory."""
 
 import argparse
-import re
 import runpy
 import sys
 from pathlib import Path
@@ -43,19 +42,6 @@ def test_benchmarks_print_help_and_refuse_unknown_options(
     assert told.startswith(f"usage: python -m benchmarks.{path.stem} ")
     assert run_module(path, monkeypatch, "--nonsense") == 2
     assert "unrecognized arguments: --nonsense" in capsys.readouterr().err
-
-
-def test_packages_do_not_import_benchmarks() -> None:
-    """No module of `src` or `adapters` imports a benchmark, so the wheel needs none."""
-    packaged = [path for folder in ("src", "adapters") for path in (ROOT / folder).rglob("*.py")]
-    assert packaged
-    importing = re.compile(r"^\s*(from|import) benchmarks\b", re.MULTILINE)
-    assert not [path for path in packaged if importing.search(path.read_text(encoding="utf-8"))]
-
-
-def test_documented_benchmarks_are_found() -> None:
-    """The search for benchmarks finds the four that the documentation names."""
-    assert {"pic", "certified", "certified_answers", "time_of_impact"} <= {path.stem for path in MODULES}
 
 
 @each("text", ["0", "-3", "2.5", "nan", "inf", "ten", ""])

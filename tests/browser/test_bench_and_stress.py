@@ -80,20 +80,6 @@ def test_hovered_point_shows_its_numbers(window: Window, pages: dict[str, Path])
         assert not opened.locator(".tip").is_visible()
 
 
-def test_hovered_run_of_the_growth_bench_shows_its_memory(window: Window, pages: dict[str, Path]) -> None:
-    """A hovered run shows the memory and the peak of the file, and its command, in both diagrams."""
-    opened = window(pages["growth"])
-    curve = json.loads((pages["growth"].parent / "growth.json").read_text())["curves"][3]
-    point = curve["points"][2]
-    for diagram in range(2):
-        locate_points(opened, diagram).nth(17).hover(force=True)
-        shown = read_tip(opened)
-        assert float(shown["memory, MiB"]) == pytest.approx(point["memory_bytes"] / 2**20, rel=5e-3)
-        assert float(shown["peak, MiB"]) == pytest.approx(point["peak_bytes"] / 2**20, rel=5e-3)
-        method = f"-e {curve['engine']} -p {curve['profile']} --discs {point['discs']}"
-        assert shown["command"] == f"carom bench --grow {method}"
-
-
 def test_keyboard_moves_from_point_to_point(window: Window, pages: dict[str, Path]) -> None:
     """A diagram is one tab stop; arrow keys move through its points, and Enter leads to the table row of a point."""
     opened = window(pages["bench"])

@@ -106,18 +106,6 @@ def test_phone_shows_every_cell_with_its_heading(window: Window, wide_report: Pa
     assert page.locator("table.methods tbody tr:visible").count() == 5
 
 
-def test_first_screen_explains_the_comparison(window: Window, wide_report: Path) -> None:
-    """The first screen explains PIC, PIT and, in bold, what goes wrong; its link opens a missed impact."""
-    page = window(wide_report)
-    said = page.locator("header .about").inner_text()
-    assert all(word in said for word in ("once per step", "PIT", "PIC", "late"))
-    weights = page.locator(".verdict p").evaluate_all("all => all.map(one => Number(getComputedStyle(one).fontWeight))")
-    assert weights[0] > max(weights[1:])  # the finding, and no tally
-    page.locator("header .about a").click()
-    page.wait_for_selector("#replay[open]")
-    assert "missed" in page.locator("table.impacts").inner_text()
-
-
 def test_texts_of_the_first_chart_do_not_overlap(window: Window, wide_report: Path) -> None:
     """No two texts of the chart of sampling costs overlap, at 360 and 1280 pixels."""
     for width in (360, 1280):
@@ -195,12 +183,3 @@ def test_packed_table_has_every_record_when_opened(page: Page, report: Path) -> 
     assert grades == [f"{mark.symbol} {mark.word}" for mark in said]
     page.emulate_media(media="print")
     assert details.locator("tbody tr").last.is_visible()
-
-
-def test_packed_table_names_its_file_without_scripts(window: Window, report: Path) -> None:
-    """With JavaScript off, the packed table says so and names results.jsonl."""
-    page = window(report, java_script_enabled=False)
-    page.locator("details.packed summary").click()
-    said = page.locator("details.packed noscript").inner_text()
-    assert "need JavaScript, which is off" in said
-    assert "results.jsonl" in said

@@ -13,13 +13,11 @@ from xml.etree import ElementTree
 import pytest
 from tests.cases import each, release_after
 from tests.installed_adapters import clear_entry_point_caches, write_distribution
-from tests.scene_builders import disc_at, require_value, staged, wall_at
+from tests.scene_builders import disc_at, require_value, staged
 
 import carom
-from carom.comparator import Grade, Verdict
 from carom.conformance.adapter_under_test import Subject
 from carom.conformance.cases import list_cases
-from carom.execution.job import Status
 from carom.execution.shared_options import LimitOptions
 
 HERE = Path(__file__).parent
@@ -97,22 +95,6 @@ def test_soft_contact_is_one_impact_half_a_contact_late(profile: str, contact_st
     rounding = 240 * 2.0**-53
     assert require_value(trace.effective_time_s)[0] == pytest.approx(0.5 + contact_steps * dt_s / 2, abs=rounding)
     assert trace.impacts["velocity_first_after"][0][0] == pytest.approx(-1, abs=rounding / dt_s)
-
-
-@pytest.mark.long
-@pytest.mark.usefixtures("installed")
-def test_third_party_adapter_is_scored_or_skipped() -> None:
-    """A third-party adapter is scored on supported scenes, and skipped with the reason on others."""
-    still = [disc_at(0, 0, r=1)]
-    walled = staged("walled", *still, wall_at(-2, 0, 1, 0), duration_s=1)
-    results = carom.cross_check(
-        [walled, staged("open", *still, duration_s=1)], ["penalty"], timing=False, dts=[1 / 60], profiles=["tuned"]
-    )
-    unsupported, ran = results.rows
-    assert (unsupported.status, unsupported.grade) == (Status.UNSUPPORTED, None)
-    assert "walls" in unsupported.reason
-    assert (ran.status, ran.grade) == (Status.RAN, Grade.UNGRADED)  # nothing happens there that could be graded
-    assert require_value(ran.score).verdicts == (Verdict.NO_IMPACT,)
 
 
 Pytest = Callable[..., subprocess.CompletedProcess[str]]
