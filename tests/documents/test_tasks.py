@@ -1,4 +1,4 @@
-"""The documents are found by words that people search, the tutorial shows what happens; a changelog is assembled."""
+"""How-to pages, navigation, notebook, changelog and README."""
 
 import json
 import re
@@ -10,12 +10,10 @@ import pytest
 import yaml
 from docs.figures import readme
 from docs.figures.changelog import assemble
-from PIL import Image
 from tests.cases import each
 from tests.documents.code_blocks import PAGES, ROOT
 
 import carom
-from carom.web.page import GALLERY
 
 TASKS = sorted(path.stem for path in (ROOT / "docs" / "how-to").glob("*.md"))
 
@@ -110,18 +108,6 @@ def test_changelog_fragments_are_inserted_and_deleted(tmp_path: Path) -> None:
         assert [path.name for path in fragments.iterdir()] == ["README.md"]
 
 
-def test_invalid_changelog_fragment_is_refused(tmp_path: Path) -> None:
-    """A fragment that is no list, or a changelog without a section, is an error that changes no file."""
-    log, fragments = tmp_path / "CHANGELOG.md", tmp_path / "fragments"
-    fragments.mkdir()
-    for changelog, fragment in ((CHANGELOG, "Words.\n"), ("# Changelog\n", "- Words.\n")):
-        log.write_text(changelog)
-        (fragments / "a.md").write_text(fragment)
-        with pytest.raises(ValueError, match=r"a fragment is a list|no section"):
-            assemble(log, fragments)
-        assert (log.read_text(), (fragments / "a.md").read_text()) == (changelog, fragment)
-
-
 def test_current_changelog_fragments_can_be_assembled(tmp_path: Path) -> None:
     """The present fragments and an added one are assembled into the changelog."""
     fragments = shutil.copytree(ROOT / "changelog.d", tmp_path / "fragments")
@@ -147,23 +133,6 @@ def test_readme_has_at_most_135_lines() -> None:
     """The README has at most 135 lines and mentions the C compiler."""
     assert len(README.splitlines()) <= 135
     assert "C compiler" in README
-
-
-def test_readme_pictures_are_complete_and_small() -> None:
-    """The README's pictures have long texts and modes, at most 500 kB in all, and only the replay moves."""
-    dark = r'<source media="\(prefers-color-scheme: dark\)" srcset="(\S+?\.webp)">'
-    shown = re.findall(dark + r'<img alt="(.+?)" src="(.+?)">', README)
-    small = re.findall(r'<img alt="(.+?)" title="carom play (.+?)" width="150" src="(.+?)">', README)
-    assert [(words, named) for words, named, _ in small] == [(name, name) for name in GALLERY]
-    assert (len(shown), README.count("<img")) == (3, 4 + len(small))  # one is the drawing of the bench
-    assert all(len(words) > 50 for _, words, _ in shown)
-    paths = [ROOT / path for dark, _, light in shown for path in (dark, light)]
-    assert sum(path.stat().st_size for path in [*paths, *(ROOT / path for _, _, path in small)]) <= 500_000
-    frames = []
-    for path in paths:
-        with Image.open(path) as picture:
-            frames.append(getattr(picture, "n_frames", 1) > 1)
-    assert frames == [False, False, False, False, True, True]
 
 
 def test_sample_report_is_at_most_3_mb() -> None:

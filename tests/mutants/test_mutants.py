@@ -1,4 +1,4 @@
-"""Faults are planted in their places, and a process has the one whose number it is given."""
+"""Planting and selecting faults, and processes with one fault."""
 
 import json
 import os
@@ -170,7 +170,7 @@ def test_waiting_process_is_killed_by_clock_time(monkeypatch: pytest.MonkeyPatch
 
     def forever(*_: object) -> None:
         time.sleep(3600.0)
-        os._exit(1)  # one that is not killed is "a crash"
+        os._exit(1)  # if nothing kills the process, the result is "a crash"
 
     monkeypatch.setattr(running, "_run", forever)
     assert running.run_with_fault([], 1, None, 0.01) == ("no end", {})

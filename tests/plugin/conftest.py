@@ -11,26 +11,15 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from tests.packaging.building import ROOT, install, make_wheel
 
 HERE = Path(__file__).parent
-ROOT = HERE.parents[1]
 
 #: The adapter as its author published it, built with Carom 0.1 (57060cb): old code still runs.
 BUILT_WITH_0_1 = HERE / "carom_penalty-0.1-py2.py3-none-any.whl"
 
-PIP = (sys.executable, "-m", "pip")
-OFFLINE = ("--quiet", "--disable-pip-version-check", "--no-deps", "--no-index")
-
 #: Runs pytest in the fresh environment, with these arguments, in this folder.
 Pytest = Callable[..., "subprocess.CompletedProcess[str]"]
-
-
-def _wheel(source: Path, out: Path) -> Path:
-    """Build the wheel of a source tree with what is installed here, without the network."""
-    before = set(out.glob("*.whl"))
-    subprocess.run([*PIP, "wheel", *OFFLINE, "--no-build-isolation", "--wheel-dir", out, source], check=True)
-    (wheel,) = set(out.glob("*.whl")) - before
-    return wheel
 
 
 @pytest.fixture(scope="session")
@@ -40,12 +29,14 @@ def fresh_python(tmp_path_factory: pytest.TempPathFactory) -> Path:
     # Building leaves metadata next to the sources, which would be an installed adapter to every other test.
     twin = folder / "twin"
     shutil.copytree(HERE / "broken", twin, ignore=shutil.ignore_patterns("*.egg-info", "build", "__pycache__"))
-    wheels = [BUILT_WITH_0_1, *(_wheel(source, folder) for source in (ROOT, twin))]
+    for source in (ROOT, twin):
+        make_wheel(source, folder, {})
     venv.create(folder / "venv", with_pip=False)
     prefix = folder / "venv"
     python = prefix / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
     site = Path(sysconfig.get_path("purelib", vars={"base": str(prefix), "platbase": str(prefix)}))
-    subprocess.run([*PIP, "install", *OFFLINE, "--target", site, *wheels], check=True)
+    for wheel in (BUILT_WITH_0_1, *folder.glob("*.whl")):
+        install(wheel, site)
     lent = dict.fromkeys((sysconfig.get_path("purelib"), sysconfig.get_path("platlib")))
     (site / "lent.pth").write_text("".join(f"{path}\n" for path in lent))
     return python
