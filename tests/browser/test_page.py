@@ -3,25 +3,16 @@
 import re
 from itertools import combinations
 from pathlib import Path
-from typing import Literal
 
 import pytest
 from playwright.sync_api import Page
-from tests.browser.conftest import A4_PX, Window, find_cut_off, find_violations
-from tests.browser.test_replay import MISSED, open_replay
+from tests.browser.conftest import Window
 
 from carom.report.outcome_marks import parse_mark
 from carom.report.results_file.results_jsonl import read_records
 from carom.support.escaping import escape_controls
 
 pytestmark = pytest.mark.browser
-
-
-@pytest.mark.parametrize("width", [360, 768, 1280])
-def test_page_fits_the_window_width(window: Window, wide_report: Path, width: int) -> None:
-    """Nothing is wider than the window at 360, 768 and 1280 pixels; wider content scrolls in its own frame."""
-    page = window(wide_report, width=width, height=800)
-    assert page.evaluate("document.documentElement.scrollWidth") <= width
 
 
 def test_ranking_of_four_engines_fits_the_first_screen(window: Window, wide_report: Path) -> None:
@@ -152,22 +143,6 @@ def test_column_heading_sorts_and_restores_the_order(page: Page) -> None:
     heading.click()
     heading.click()
     assert page.locator("table.grid tbody th").all_inner_texts() == names
-
-
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_axe_finds_no_serious_violation(window: Window, wide_report: Path, scheme: Literal["light", "dark"]) -> None:
-    """`axe` finds no serious or critical accessibility violation, on the page, on a phone and in a replay."""
-    page = window(wide_report, color_scheme=scheme, reduced_motion="reduce", bypass_csp=True)
-    for key in ("", "phone", MISSED):
-        page.set_viewport_size({"width": 360 if key == "phone" else 1280, "height": 800})
-        if key == MISSED:
-            open_replay(page, key)
-        assert find_violations(page, "serious", "critical") == set()
-
-
-def test_print_cuts_nothing_off(window: Window, wide_report: Path) -> None:
-    """Printed on A4 upright, no table, code block or diagram is wider than the sheet."""
-    assert find_cut_off(window(wide_report, width=A4_PX, height=1000)) == []
 
 
 def test_packed_table_has_every_record_when_opened(page: Page, report: Path) -> None:

@@ -11,13 +11,10 @@ import pytest
 from docs.figures import walkthrough
 from playwright.sync_api import Browser, Page
 from tests.browser.conftest import Window
-from tests.scene_builders import require_value
+from tests.scene_builders import disc_at, drive_on_legs, require_value, staged, wall_at
 
 import carom
 from carom.catalogue import all_scenes
-from carom.engines.api.checks import unsupported_reason
-from carom.engines.registry import load_adapter
-from carom.model.walls import Leg
 from carom.web.installed_engines import load_page_engines
 from carom.web.packages import PACKAGES
 from carom.web.page import GALLERY, render_page
@@ -28,29 +25,15 @@ _PAIRS = ("paper/missed", "paper/late", "paper/wrong-direction", "classics/graze
 
 
 #: Walls of every kind, with all that a wall can have.
-_EVERY = carom.Scene(
-    name="every kind",
-    discs=[
-        carom.Disc(position_m=(0.0, 1.0), velocity_m_s=(0.7, 0.0), radius_m=0.25),
-        carom.Disc(
-            position_m=(-1.5, 1.0),
-            radius_m=0.25,
-            mass_kg=math.inf,
-            driven=True,
-            legs=[Leg(from_s=0.0, velocity_m_s=(0.5, 0.0)), Leg(from_s=1.0, velocity_m_s=(-0.5, 0.0))],
-        ),
-    ],
-    walls=[
-        carom.Chain(points_m=[(-3, -1), (3, -1), (3, 2)], bulges=[0.125, 0.0], half_width_m=0.05, restitution=0.5),
-        carom.Chain(points_m=[(1, 2), (2, 2), (1.5, 3)], closed=True, solid=True, friction=0.25),
-        carom.Ring(centre_m=(0.0, 0.0), radius_m=0.125, velocity_m_s=(0.25, 0.0)),
-        carom.Wall(point_m=(0.0, -2.0), normal=(0.0, 1.0), surface_speed_m_s=0.5),
-        carom.Wall(
-            point_m=(-3.0, 0.0),
-            normal=(1.0, 0.0),
-            legs=[Leg(from_s=0.0, velocity_m_s=(0.0, 0.0)), Leg(from_s=0.5, velocity_m_s=(0.3, 0.0))],
-        ),
-    ],
+_EVERY = staged(
+    "every kind",
+    disc_at(0.0, 1.0, 0.7, r=0.25),
+    disc_at(-1.5, 1.0, r=0.25, m=math.inf, driven=True, **drive_on_legs((0.0, (0.5, 0.0)), (1.0, (-0.5, 0.0)))),
+    carom.Chain(points_m=[(-3, -1), (3, -1), (3, 2)], bulges=[0.125, 0.0], half_width_m=0.05, restitution=0.5),
+    carom.Chain(points_m=[(1, 2), (2, 2), (1.5, 3)], closed=True, solid=True, friction=0.25),
+    carom.Ring(centre_m=(0.0, 0.0), radius_m=0.125, velocity_m_s=(0.25, 0.0)),
+    wall_at(0.0, -2.0, 0.0, 1.0, surface_speed_m_s=0.5),
+    wall_at(-3.0, 0.0, 1.0, 0.0, **drive_on_legs((0.0, (0.0, 0.0)), (0.5, (0.3, 0.0)))),
     wall_friction=0.1,
     wall_rolling_resistance=0.01,
     gravity_m_s2=(0.0, -2.0),
@@ -284,48 +267,6 @@ def engines_page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     scenes = dict.fromkeys((*GALLERY, *_PAIRS))
     path.write_text(render_page([all_scenes()[name].scene for name in scenes], engines), encoding="utf-8")
     return path
-
-
-STEPS = 60
-DRIVEN = """async ([name, scene, settings, steps]) => {
-  const World = await caromPage.load(name), world = new World(scene, settings), seen = [];
-  world.observe();
-  for (let k = 0; k < steps; k++) {
-    world.step();
-    const { position_m, velocity_m_s, contacts } = world.observe();
-    const touched = contacts.map((c) => [c.first, c.second, c.time_s]);
-    seen.push(JSON.parse(JSON.stringify([position_m, velocity_m_s, touched])));
-  }
-  world.free?.();
-  return seen;
-}"""
-
-
-@pytest.mark.parametrize("name", PACKAGES)
-def test_engine_in_the_page_equals_its_adapter_to_the_bit(name: str, engines_page: Path, open_page: Window) -> None:
-    """Positions, velocities and contacts of 60 steps are those of the adapter in node, digit for digit."""
-    page = open_page(engines_page)
-    page.evaluate("console.warn = () => {}")  # matter.js warns of each long step, and runs it
-    adapter = load_adapter(name)
-    compared = 0
-    for profile in (one for key, one in adapter.profiles.items() if key != "located"):
-        for scene in (all_scenes()[scene].scene for scene in dict.fromkeys((*GALLERY, *_PAIRS))):
-            dt = 1.0 / scene.frame_rate_hz
-            if unsupported_reason(scene, adapter.capabilities, dt):
-                continue
-            settings = {**profile.settings(dt), "dt_s": dt}
-            world = adapter.prepare(scene, settings)
-            seen = []
-            for _ in range(STEPS):
-                world.advance(1)
-                now = world.observe()
-                contacts = [[contact.first, contact.second, contact.time_s] for contact in now.contacts]
-                seen.append([now.position_m.tolist(), now.velocity_m_s.tolist(), contacts])
-            told = [name, json.loads(scene.model_dump_json()), settings, STEPS]
-            assert page.evaluate(DRIVEN, told) == seen, scene.name
-            world.close()
-            compared += 1
-    assert compared >= len(_PAIRS) + 3
 
 
 @pytest.mark.parametrize("name", PACKAGES)

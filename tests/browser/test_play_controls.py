@@ -1,16 +1,13 @@
-"""Every control of the page of `carom play`, and its accessibility."""
+"""Every control of the page of `carom play`."""
 
 import json
 import time
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import pytest
-from tests.browser.conftest import A4_PX, Window, find_cut_off, find_violations
+from tests.browser.conftest import Window
 from tests.processes import PATIENT_S
-
-from carom.catalogue import all_scenes
-from carom.web.page import GALLERY, render_page
 
 pytestmark = pytest.mark.browser
 
@@ -82,30 +79,9 @@ _FOUND = """[...document.querySelectorAll("#play *")].find(
     (e.id || (e.getAttribute("aria-label") ?? e.textContent).split(":")[0]) === name)"""
 
 
-def _write_page(tmp_path: Path) -> Path:
-    """Write the page with an engine of eight lines, so that there is a second method to choose."""
-    from carom.web.engine_script import PageEngine
-
-    world = """caromEngines.toy.done(class {
-      constructor(scene) { this.discs = scene.discs; }
-      step() {}
-      observe() {
-        return {
-          position_m: this.discs.map((d) => d.position_m),
-          velocity_m_s: this.discs.map((d) => d.velocity_m_s),
-          contacts: [],
-        };
-      }
-    });"""
-    toy = PageEngine("toy", "Toy", {"default": {}}, world, "of no licence")
-    path = tmp_path / "play.html"
-    path.write_text(render_page([all_scenes()[name].scene for name in GALLERY], [toy]), encoding="utf-8")
-    return path
-
-
-def test_every_control_changes_the_page(window: Window, tmp_path: Path) -> None:
+def test_every_control_changes_the_page(window: Window, toy_page: Path) -> None:
     """`CONTROLS` lists all controls of the play page, and each changes the page."""
-    page = window(_write_page(tmp_path))
+    page = window(toy_page)
     page.wait_for_selector("#sentence:not(:empty)")
     run = page.evaluate
     run("window.saved = 0; const make = URL.createObjectURL; URL.createObjectURL = (b) => (window.saved++, make(b)); 0")
@@ -118,22 +94,3 @@ def test_every_control_changes_the_page(window: Window, tmp_path: Path) -> None:
         while run(seen) == before:
             assert time.monotonic() < until, f"{name} does nothing"
             time.sleep(0.05)
-
-
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-@pytest.mark.parametrize("width", [360, 1280])
-def test_axe_finds_no_violation(window: Window, tmp_path: Path, scheme: Literal["light", "dark"], width: int) -> None:
-    """`axe` finds no accessibility violation on a phone and on a screen, with the number fields open."""
-    page = window(
-        _write_page(tmp_path), width=width, height=800, color_scheme=scheme, reduced_motion="reduce", bypass_csp=True
-    )
-    page.wait_for_selector("#sentence:not(:empty)")
-    page.click("summary")
-    assert find_violations(page) == set()
-
-
-def test_print_cuts_nothing_off(window: Window, tmp_path: Path) -> None:
-    """Printed on A4 upright, no element of the play page is wider than the sheet."""
-    page = window(_write_page(tmp_path), width=A4_PX, height=1000)
-    page.wait_for_selector("#sentence:not(:empty)")
-    assert find_cut_off(page, "#play *") == []

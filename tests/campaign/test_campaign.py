@@ -64,15 +64,6 @@ def test_worker_that_hangs_or_crashes_is_replaced() -> None:
     assert (tally.begun, tally.total("cases")) == (8, 4)
 
 
-def test_requested_case_prints_all_its_findings(capsys: pytest.CaptureFixture[str]) -> None:
-    """A campaign prints ten findings of a case, and all of them if the case is requested by its number."""
-    many = Checked(findings=[Finding("wrong", f"in part {k}") for k in range(25)])
-    assert replace(CASES, check=lambda _: many).main(["--case", "3"]) == 1
-    assert capsys.readouterr().out.count("case 3: wrong: in part ") == 25
-    CASES.count(Tally(), 3, many, Path())
-    assert capsys.readouterr().out.count("case 3: wrong: in part ") == 10
-
-
 def test_state_file_of_an_earlier_version_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A state file with other keys is refused by its path, with exit code 2, before any case is checked."""
     state = tmp_path / "state.json"

@@ -213,34 +213,6 @@ def test_missing_hop_that_is_certain_is_found() -> None:
     assert not found.kept_contact
 
 
-def test_end_of_a_slip_that_is_rounding_is_no_finding() -> None:
-    """A slip that exists only by rounding may end at any time; a wrong end of another slip is a finding."""
-    disc = disc_at(2.01744849513864, 2.4495002648363497, r=0.09769212210352762)
-    slope = wall_at(-1.4810976512154, -2.608898186507903, 0.4936992170718, 0.8696327288359676)
-    pull = {"gravity_m_s2": (-0.1314417357473424, -0.23152970753906155)}
-    scene = staged("across the slope", disc, slope, wall_restitution=0.0, duration_s=28.0, **pull)
-    assert check_scene(scene).findings == []
-    turned_later = change_mode(1, "time_s", lambda time_s: time_s + 0.125)
-    slides = SLIDE.model_copy(update={"gravity_m_s2": (-4.0, -10.0)})
-    assert check_scene(slides).findings == []
-    assert Kind.MODE.value in list_kinds(check_scene(slides, solve_with(turned_later)), Check.CERTIFIED)
-
-
-def test_impact_that_is_rounding_has_its_own_kind() -> None:
-    """An extra impact at a rounding's speed is reported as rounding, and not as spurious."""
-    wall = wall_at(-2.0, 0.0, 1.0, 0.0, velocity_m_s=(0.125, 0.0))
-    scene = staged("stays", disc_at(0.0, 0.0, -1.0, 0.25), wall, wall_restitution=0.0, duration_s=4.0)
-
-    def again(trace: Trace) -> Trace:
-        before = (0.125 * (1.0 - 2.0**-53), 0.25)
-        return alter_impact(
-            keep_rows(trace, [0, 0]), 1, time_s=trace.impacts["time_s"][0] + 1.0, velocity_first_before=before
-        )
-
-    assert check_scene(scene).findings == []
-    assert list_kinds(check_scene(scene, solve_with(again)), Check.CERTIFIED) == {Kind.ROUNDING.value}
-
-
 OTHER_BITS = [("start_pic_run", Check.PIECES), ("all_pairs_run", Check.ALL_PAIRS), ("rotate_scene", Check.ROTATED)]
 
 
