@@ -1,1 +1,1 @@
-"""Hundreds of millions of impacts of PIC, each one checked: ``python -m tests.campaign``."""
+"""Campaigns that check many random runs of PIC."""

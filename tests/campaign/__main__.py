@@ -1,9 +1,9 @@
 """Check PIC over many millions of impacts: ``python -m tests.campaign --impacts 300e6``.
 
-Gas after gas is drawn and run, and each impact compared with every rule of `tests.checker`. A run is taken up again
-from its saved state every 200,000 impacts. With ``--state`` counts add up from call to call, up to ``--impacts`` in
-all. Ctrl-C ends with the gases under way. Exit code 1 reports that a rule was broken: which, and how to see it again,
-is printed. Gaps and overlaps are in units of what rounding explains.
+The command runs random gases and checks each impact with every rule of `tests.checker`. Every 200,000 impacts it
+resumes the run from its saved state. With ``--state`` counts add up over calls, up to ``--impacts`` in total. After
+Ctrl-C the command finishes the current gases. With exit code 1 a rule was broken; the output has the rule and a command
+that repeats the gas. The unit of gaps and overlaps is the bound of the rounding errors.
 """
 
 import sys

@@ -1,4 +1,4 @@
-"""Differences between a run of PIC and what is proven of its scene.
+"""Differences between a run of PIC and the rounding envelope of its scene.
 
 Of event k the spread of the copies is allowed k + 2 times: once for the start, and once for each event that rounds. An
 event that a run has, or has not, against the certified run and all copies is a difference.

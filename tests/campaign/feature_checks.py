@@ -31,14 +31,14 @@ MORE_CERTIFIED = 20
 STANDSTILL_S, SCENE_S = 2.0, 30.0
 #: Seconds that each check has, whatever those before it took.
 LEAST_S = 1.0
-#: Impacts at one instant after which a run is taken on to its end.
+#: Number of impacts at one instant after which a run must end by itself.
 AT_ONE_INSTANT = 12
 #: Pieces that a run is cut into.
 PIECES = 12
 
 
 class Check(StrEnum):
-    """What a run is compared with; its value is how tables name it."""
+    """Kind of check; its value is its name in tables."""
 
     CERTIFIED = "certified run"
     ROTATED = "rotated by 90 degrees"
@@ -50,7 +50,7 @@ class Check(StrEnum):
 
 
 class Finding(NamedTuple):
-    """A difference that a check has found: its kind, and a sentence."""
+    """A difference: the check, its kind, and a sentence."""
 
     check: Check
     kind: str
@@ -59,7 +59,7 @@ class Finding(NamedTuple):
 
 @dataclass
 class CheckedScene:
-    """What the checks of a scene have found.
+    """Result of the checks of a scene.
 
     Attributes:
         impacts: Impacts of PIC.
@@ -81,7 +81,7 @@ class CheckedScene:
 
 
 class OutOfTimeError(BaseException):
-    """The processor time of a check is used up; no `Exception`, so that nothing takes it for one of its own."""
+    """The processor time of a check is used up. It is no `Exception`, so that no solver catches it."""
 
 
 @contextlib.contextmanager
@@ -96,7 +96,7 @@ def time_limit(seconds: float) -> Iterator[None]:
 
 
 def all_pairs_run(scene: Scene) -> Run:
-    """Return a run that looks for impacts among all pairs of bodies instead of in cells."""
+    """Return a run that tests all pairs of bodies for impacts, without cells."""
     return start_pic_run(scene, all_pairs=True)
 
 
@@ -151,13 +151,13 @@ def _first_of_each_kind(check: Check, differences: Sequence[Difference]) -> list
 
 
 def _of_reordered(scene: Scene, solve: Callable[..., Trace], envelope: Envelope) -> list[Difference]:
-    """Return how a run of the rotated scene, its discs in reverse order, differs from what is proven of the scene."""
+    """Compare a run of the rotated scene, with its discs in reverse order, with the envelope of the scene."""
     trace = solve(rotate_scene(scene, turn_quarter, is_reversed=True), max_impacts=MOST_IMPACTS)
     return compare_with_envelope(scene, envelope, restore_record(Record.of(trace), turn_quarter_back, is_reversed=True))
 
 
 def _find_no_end(scene: Scene, trace: Trace) -> Iterator[Finding]:
-    """Yield a run whose time stands still, and that does not end by name in time."""
+    """Yield a finding if the time of a run stands still and the run does not end within its time limit."""
     times = trace.impacts["time_s"]
     if trace.outcome is not Outcome.MAX_IMPACTS or len(times) < AT_ONE_INSTANT:
         return
@@ -177,7 +177,7 @@ def _find_no_end(scene: Scene, trace: Trace) -> Iterator[Finding]:
 
 
 class Bits:
-    """All that a run in cells at once has found, as bytes; run where it is asked for."""
+    """Bits of a run of PIC, compared with those of a run in pieces and of a run by all pairs."""
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
@@ -188,7 +188,7 @@ class Bits:
         return _take_at_once(run, self._scene), run.time_s
 
     def find_unlike(self, check: Check) -> Iterator[Finding]:
-        """Yield a finding where a run in pieces, or by all pairs, has other bits."""
+        """Yield a finding if a run in pieces, or by all pairs, has other bits."""
         expected, end_s = self._expected
         if check is Check.PIECES:
             found = _take_in_pieces(start_pic_run(self._scene), self._scene, end_s)
@@ -200,7 +200,7 @@ class Bits:
 
 
 def _find_unlike_rotated(trace: Trace, solve: Callable[..., Trace]) -> Iterator[Finding]:
-    """Yield a finding where the rotated scene has not the rotated bits."""
+    """Yield a finding if the run of the rotated scene is not bit-identical to the rotated run."""
     turned = solve(rotate_scene(trace.scene, turn_quarter), max_impacts=MOST_IMPACTS)
     unlike = unlike_fields(Record.of(trace), restore_record(Record.of(turned), turn_quarter_back))
     if unlike:
@@ -229,7 +229,7 @@ def _take_at_once(run: Run, scene: Scene) -> dict[str, object]:
 
 
 def _take_in_pieces(run: Run, scene: Scene, ends_s: float) -> dict[str, object]:
-    """Take a run on in pieces, by time and by impacts, and look at it between them."""
+    """Advance a run in pieces, by time and by impacts, and read its results between them."""
     rng = random.Random(scene.name)
     for time_s in sorted(rng.uniform(0.0, ends_s) for _ in range(PIECES)):
         outcome = run.advance_to(time_s, rng.choice((MOST_IMPACTS, rng.randint(0, MOST_IMPACTS))))

@@ -2,9 +2,9 @@
 
 Each scene is run by PIC and compared with a certified run, with the run in pieces, and with the run by all pairs. It is
 also compared with PIC on the same scene rotated by 90 degrees and with its discs in reverse order.
-`tests.campaign.envelope` and `tests.campaign.certified_comparison` derive how far roundings may have a run off. Every
-difference is saved as a scene file with its reason. With ``--state`` counts add up from call to call. Ctrl-C ends with
-the scenes under way. Exit code 1 reports a difference.
+`tests.campaign.envelope` measures how far roundings may change a run. The command saves every difference as a scene
+file with the reason. With ``--state`` counts add up over calls. After Ctrl-C it finishes the current scenes. With exit
+code 1 there was a difference.
 """
 
 import sys

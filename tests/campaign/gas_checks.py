@@ -19,9 +19,9 @@ LONGEST_S = 1e6
 
 
 class FlightAlone(EventDrivenRun):
-    """A fall that ends where lasting contact begins: the checker supports flights and impacts only.
+    """A run under gravity that ends at the first contact, because the checker supports only flights and impacts.
 
-    Another run finds out when that is.
+    A second run finds this time first.
     """
 
     def __init__(self, gas: Gas) -> None:
@@ -51,7 +51,7 @@ def _resume_run(gas: Gas, run: Run) -> Run:
 
 
 def check_run(gas: Gas, impacts: int | None = None) -> Report:
-    """Run a gas and check all its impacts, or the first ones, up to the first stretch that breaks a rule."""
+    """Run a gas and check all its impacts, or the first ones, until a rule is broken."""
     report = Report()
     run = build_run(gas)
     renew = None if isinstance(run, FlightAlone) else partial(_resume_run, gas)

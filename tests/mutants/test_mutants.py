@@ -166,7 +166,7 @@ def test_every_package_has_faults_and_existing_tests() -> None:
 
 
 def test_waiting_process_is_killed_by_clock_time(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A process that waits for ever without processor time is killed and reported as "no end"."""
+    """A process that waits without an end and uses no processor time is killed and reported as "no end"."""
 
     def forever(*_: object) -> None:
         time.sleep(3600.0)

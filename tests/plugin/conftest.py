@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import shutil
-import subprocess
 import sys
 import sysconfig
 import venv
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -17,9 +15,6 @@ HERE = Path(__file__).parent
 
 #: The adapter as its author published it, built with Carom 0.1 (57060cb): old code still runs.
 BUILT_WITH_0_1 = HERE / "carom_penalty-0.1-py2.py3-none-any.whl"
-
-#: Runs pytest in the fresh environment, with these arguments, in this folder.
-Pytest = Callable[..., "subprocess.CompletedProcess[str]"]
 
 
 @pytest.fixture(scope="session")
@@ -40,21 +35,3 @@ def fresh_python(tmp_path_factory: pytest.TempPathFactory) -> Path:
     lent = dict.fromkeys((sysconfig.get_path("purelib"), sysconfig.get_path("platlib")))
     (site / "lent.pth").write_text("".join(f"{path}\n" for path in lent))
     return python
-
-
-@pytest.fixture
-def wheel_of_0_1() -> Path:
-    """The wheel that the author built with Carom 0.1."""
-    return BUILT_WITH_0_1
-
-
-@pytest.fixture
-def author_pytest(fresh_python: Path, tmp_path: Path) -> Pytest:
-    """Run pytest as the adapter's author would: in a folder that holds their known failures and no test file."""
-    shutil.copy(HERE / "carom-known-failures.toml", tmp_path)
-
-    def run(*arguments: str) -> subprocess.CompletedProcess[str]:
-        command = [str(fresh_python), "-m", "pytest", "-W", "error", *arguments]
-        return subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=False)
-
-    return run
