@@ -1,8 +1,11 @@
 """How-to pages, navigation, notebook, changelog and README."""
 
+import base64
+import hashlib
 import json
 import re
 import shutil
+from html import unescape
 from pathlib import Path
 from typing import Any
 
@@ -135,9 +138,13 @@ def test_readme_has_at_most_135_lines() -> None:
     assert "C compiler" in README
 
 
-def test_sample_report_is_at_most_3_mb() -> None:
-    """The sample report with every replay has at most 3 MB."""
-    assert readme.SAMPLE.with_name("index.html").stat().st_size <= 3_000_000
+def test_sample_report_is_small_and_its_policy_allows_its_script() -> None:
+    """The sample report has at most 3 MB, and the hash in its content policy is that of its script."""
+    text = readme.SAMPLE.with_name("index.html").read_text(encoding="utf-8")
+    assert len(text) <= 3_000_000
+    scripts = re.findall(r"<script>(.*?)</script>", text, re.DOTALL)
+    hashes = [base64.b64encode(hashlib.sha256(script.encode()).digest()).decode() for script in scripts]
+    assert hashes == re.findall(r"'sha256-([^']+)'", unescape(text))
 
 
 def test_readme_blocks_match_the_committed_results() -> None:

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
-import subprocess
 import sys
+import sysconfig
+import venv
 import zipfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
 from tests.cases import each, release_after
 from tests.installed_adapters import clear_entry_point_caches, write_distribution
-from tests.packaging.building import make_wheel, run
-from tests.plugin.conftest import BUILT_WITH_0_1
+from tests.packaging.building import ROOT, install, make_wheel, run
 from tests.scene_builders import disc_at, require_value, staged
 
 import carom
@@ -24,6 +25,10 @@ from carom.conformance.cases import list_cases
 from carom.execution.shared_options import LimitOptions
 
 HERE = Path(__file__).parent
+#: The adapter as its author published it, built with Carom 0.1 (57060cb): old code still runs.
+BUILT_WITH_0_1 = HERE / "carom_penalty-0.1-py2.py3-none-any.whl"
+#: Variables of an environment in which Carom is found only where it is installed.
+NO_PATH = {"PYTHONPATH": ""}
 #: Where adapters imported the interface from when 0.1 was released.
 OLD_PATH = b"carom.adapter"
 DOCS = HERE.parents[1] / "docs"
@@ -117,14 +122,25 @@ NOT_DECLARED = {
 
 
 @pytest.mark.release
-def test_third_party_wheel_passes_the_suite_in_a_fresh_environment(fresh_python: Path, tmp_path: Path) -> None:
+def test_third_party_wheel_passes_the_suite_in_a_fresh_environment(tmp_path: Path) -> None:
     """The wheel built with Carom 0.1, selected by its distribution, passes except for its known failures."""
-    code = "import carom, carom_penalty; print(carom.__file__); print(carom_penalty.__file__)"
-    where = subprocess.run([str(fresh_python), "-c", code], capture_output=True, text=True, check=True).stdout.split()
-    assert all(Path(file).is_relative_to(fresh_python.parents[1]) for file in where), where
+    make_wheel(ROOT, tmp_path, {})
+    venv.create(tmp_path / "venv", with_pip=False)
+    python = tmp_path / "venv/bin/python"
+    site = Path(
+        sysconfig.get_path("purelib", vars={"base": str(tmp_path / "venv"), "platbase": str(tmp_path / "venv")})
+    )
+    for wheel in (BUILT_WITH_0_1, *tmp_path.glob("*.whl")):
+        install(wheel, site)
+    lent = dict.fromkeys((sysconfig.get_path("purelib"), sysconfig.get_path("platlib")))
+    (site / "lent.pth").write_text("".join(f"{path}\n" for path in lent))
+    where = run(
+        python, "-c", "import carom, carom_penalty as p; print(carom.__file__, p.__file__)", cwd=tmp_path, env=NO_PATH
+    )
+    assert all(Path(file).is_relative_to(site) for file in where.stdout.split()), where.stdout
     shutil.copy(HERE / "carom-known-failures.toml", tmp_path)
     options = ("-W", "error", "--carom-engine", "carom-penalty", "-q", "-rs")
-    done = run(fresh_python, "-m", "pytest", *options, cwd=tmp_path)
+    done = run(python, "-m", "pytest", *options, cwd=tmp_path, env=NO_PATH)
     assert "penalty: Penalty springs 0.1 (carom-penalty): " in done.stdout
     assert " 0 failed, " in done.stdout
     assert " 7 known failures" in done.stdout
@@ -132,34 +148,31 @@ def test_third_party_wheel_passes_the_suite_in_a_fresh_environment(fresh_python:
 
 
 @pytest.mark.long
-def test_false_declarations_fail_with_values_and_scene(fresh_python: Path, tmp_path: Path) -> None:
+def test_false_declarations_fail_with_values_and_scene(tmp_path: Path) -> None:
     """Each false declaration fails its case with both values, the scene and a command."""
-    failures = _run_broken_adapters(fresh_python, tmp_path)
-    for name, (case, words) in LIES.items():
-        said = failures[f"{name}::{case}"]
-        for phrase in (words, "  expected   ", "  got        ", "  must hold  ", f"--carom-engine {name} -k"):
-            assert phrase in said, said
-    # What is not declared must be refused, not left out in silence.
-    for (name, what), declared in NOT_DECLARED.items():
-        said = failures[f"{name}::refuses[{what.replace(' ', '-')}]"]
-        assert f"a scene beyond the declared capabilities ({what}) is run" in said
-        assert f"because the adapter declares {declared}" in said
-
-
-def _run_broken_adapters(python: Path, folder: Path) -> Mapping[str, str]:
-    """Run the chosen cases with the broken adapters, and return the message of each failure by ``engine::case``."""
-    chosen = [f"({name} and {case})" for name, (case, *_) in LIES.items()]
+    names = [*LIES, "claims-limits"]
+    points = {name: f"carom_penalty_broken:{name.replace('-', '_')}" for name in names}
+    write_distribution(tmp_path, "carom-penalty-broken", points)
+    chosen = [f"({name} and {case})" for name, (case, _) in LIES.items()]
     chosen.append("(claims-precision and refuses) or (claims-limits and refuses)")
-    command = [str(python), "-m", "pytest", "--carom-engine", "carom_penalty_broken", "--junitxml", "out.xml"]
-    done = subprocess.run(
-        [*command, "-k", " or ".join(chosen)], capture_output=True, text=True, cwd=folder, check=False
-    )
+    options = ("--carom-engine", "carom_penalty_broken", "--junitxml", "out.xml", "-k", " or ".join(chosen))
+    path = os.pathsep.join([*map(str, (tmp_path, HERE, HERE / "broken")), os.environ.get("PYTHONPATH", "")])
+    done = run(sys.executable, "-m", "pytest", *options, cwd=tmp_path, check=False, env={"PYTHONPATH": path})
     assert done.returncode == 1, done.stdout + done.stderr
-    return {
+    failures = {
         f"{case.get('classname', '').rpartition('.')[2]}::{case.get('name')}": failure.text or ""
-        for case in ElementTree.parse(folder / "out.xml").iter("testcase")  # noqa: S314 - written a moment ago
+        for case in ElementTree.parse(tmp_path / "out.xml").iter("testcase")  # noqa: S314 - written a moment ago
         for failure in case.iter("failure")
     }
+    for name, (case, words) in LIES.items():
+        text = failures[f"{name}::{case}"]
+        for phrase in (words, "  expected   ", "  got        ", "  must hold  ", f"--carom-engine {name} -k"):
+            assert phrase in text, text
+    # The engine must refuse what the adapter does not declare.
+    for (name, what), declared in NOT_DECLARED.items():
+        text = failures[f"{name}::refuses[{what.replace(' ', '-')}]"]
+        assert f"a scene beyond the declared capabilities ({what}) is run" in text
+        assert f"because the adapter declares {declared}" in text
 
 
 def test_wheel_of_0_1_contains_the_documented_adapter() -> None:
