@@ -196,7 +196,12 @@ _REST = [[], [1, 1, 0, 0, 0, 0], [0, 0], 1, 24, 0, "pit"]
 HOSTILE = {
     "text": [[["<img src=x onerror=window.reached=1>", *_DISC[1:]]], *_REST],
     "range": [[[1e300, *_DISC[1:]]], *_REST],
+    "many": [[_DISC] * 11, *_REST],
+    "endless": [[_DISC], [], _REST[1], [0, 0], 1e9, *_REST[4:]],
+    "fast": [[_DISC], [], _REST[1], [0, 0], 1, 1e9, 0, "pit"],
     "wall": [[_DISC], [[0, -1, 0, 0]], *_REST[1:]],
+    "no edge": [[_DISC], [[None, None, [[1, 1], [1, 1]], *[None] * 9]], *_REST[1:]],
+    "short": [[_DISC]],
 }
 
 
