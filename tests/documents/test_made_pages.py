@@ -4,9 +4,8 @@ import json
 from pathlib import Path
 from typing import Any
 
-import pytest
-from docs.figures import contact, determinism, engine_pages, stress_tables, walls
-from tests.cases import each, long_until
+from docs.figures import contact, engine_pages, stress_tables, walls
+from tests.cases import each
 
 from carom.catalogue import scene_named
 from carom.engines.registry import list_adapter_points
@@ -31,13 +30,6 @@ def test_pit_is_sampled_or_better_in_contact_scenes() -> None:
     assert all(set(known["grades"]) <= set("✓≃≈") for known in scenes.values())
 
 
-@each("engine", ["box2d", "mujoco", "planck", "pybullet", "pymunk"])
-def test_slides_end_half_a_step_off_in_the_figures(engine: str) -> None:
-    """In the figures a slide ends ``v dt / 2`` off for the fastest start, at 240 steps per second."""
-    fastest = 3.0 * (1.0 + 0.02 * 7 / 8)
-    assert KNOWN[engine, "tuned"]["stops"]["place_m"] == pytest.approx(fastest / 480, rel=0.02)
-
-
 ROWS: list[dict[str, Any]] = json.loads(walls.FIGURES.read_text(encoding="utf-8"))
 
 
@@ -46,31 +38,6 @@ def test_wall_tables_match_their_figures() -> None:
     page = walls.PAGE.read_text(encoding="utf-8")
     assert walls.filled(page, ROWS) == page
     assert [(row["engine"], row["way"]) for row in ROWS] == [(way.engine, way.words) for way in walls.WAYS]
-
-
-@each("figure", long_until(1, ["corners", "thin", "seams", "ends"]))
-def test_wall_figures_of_pymunk_are_reproducible(figure: str) -> None:
-    """Running pymunk again gives its figures, if the installed release is the measured one."""
-    (way,) = (way for way in walls.WAYS if way.key == "neighbours")
-    (kept,) = (row for row in ROWS if (row["engine"], row["way"]) == (way.engine, way.words))
-    if walls.version_of(way) != kept["version"]:
-        pytest.skip("another release of pymunk was measured")
-    found, expected = getattr(walls, figure)(way), kept[figure]
-    assert found["other"] == expected["other"] if figure == "seams" else found == expected
-
-
-@pytest.mark.long
-def test_determinism_page_has_the_measured_row_of_pic() -> None:
-    """Measuring the determinism of PIC again gives the row on the page."""
-    words = determinism.words_of("pic", "frame-by-frame")
-    row = " | ".join(words[name] for name in (*determinism.COUNTED, "order"))
-    assert f"| pic | frame-by-frame | 4 of 4 | {row} |" in determinism.PAGE.read_text(encoding="utf-8")
-
-
-@pytest.mark.long
-def test_run_that_ends_its_process_is_reported_as_ended() -> None:
-    """A missing engine fails in a process of its own, and is shown as ended."""
-    assert determinism.in_threads("no-such-engine", "default", "") == "ended"
 
 
 PAGES = sorted(engine_pages.PAGES.glob("*.md"))
