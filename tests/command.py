@@ -1,4 +1,4 @@
-"""The command `carom`, asked in this process."""
+"""The command `carom`, run in the process of the test."""
 
 from typer.testing import CliRunner, Result
 
@@ -11,5 +11,5 @@ def carom_command(*words: object, columns: int = 200) -> Result:
 
 
 def printed_text(result: Result) -> str:
-    """Return what was printed, however it was broken into lines."""
+    """Return the printed text with single spaces instead of line breaks."""
     return " ".join(result.output.split())

@@ -1,4 +1,4 @@
-"""Scenes of a few bodies in as few lines: SI units, as everywhere."""
+"""Functions that build scenes of a few bodies in a few lines, in SI units."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -22,7 +22,7 @@ Finish = Callable[..., Observation]
 
 
 def require_value(value: T | None) -> T:
-    """Return a value that must be there: where it is None, the test fails."""
+    """Return a value that must not be None; otherwise the test fails."""
     assert value is not None
     return value
 
@@ -64,12 +64,12 @@ def build_line_scene(
 
 
 def with_discs(scene: Scene, **fields: Any) -> Scene:
-    """Return a scene of whose discs some fields are others."""
+    """Return the scene with these fields of its discs changed."""
     return scene.model_copy(update={"discs": tuple(disc.model_copy(update=fields) for disc in scene.discs)})
 
 
 def alter_impact(trace: Trace, k: int, **fields: Any) -> Trace:
-    """Return a trace of whose impact k some fields are others."""
+    """Return the trace with these fields of impact k changed."""
     impacts = trace.impacts.copy()
     for name, value in fields.items():
         impacts[name][k] = value
@@ -77,7 +77,7 @@ def alter_impact(trace: Trace, k: int, **fields: Any) -> Trace:
 
 
 def build_crushed_rows() -> list[tuple[Scene, float]]:
-    """Return rows of discs on one line that are left no room, and when: their room over the speed of closing."""
+    """Return scenes whose discs on a line are crushed, and the time: free space divided by closing speed."""
     left, right = wall_at(0.0, 0.0, 1.0, 0.0), wall_at(4.0, 0.0, -1.0, 0.0)
     drive = {"velocity_m_s": (-0.5, 0.0)}
     comes = right.model_copy(update=drive)
@@ -114,5 +114,5 @@ def build_crushed_rows() -> list[tuple[Scene, float]]:
 
 
 def run_cross_check(scenes: Any, engines: Sequence[str], **options: Any) -> Results:
-    """Return the results of a cross-check in this process, without timing: it is about what is said."""
+    """Return the results of a cross-check in this process, without timing."""
     return carom.cross_check(scenes, engines, timing=False, pool=InProcessPool(), **options)

@@ -36,7 +36,7 @@ settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "carom"))
 # Hypothesis also draws constants of the loaded modules, and these depend on the tests that ran before.
 pytest.MonkeyPatch().setattr(providers, "_get_local_constants", lambda: providers._local_constants, raising=False)  # noqa: SLF001
 
-# Hundreds of commands are asked of one program: its options are read off its functions once.
+# Hundreds of tests run commands of one program, so its options are read only once.
 pytest.MonkeyPatch().setattr("typer.main.get_command", cache(get_command))
 # Each page of a scene has the same scripts, packed once for all.
 pytest.MonkeyPatch().setattr(page, "pack_block", cache(page.pack_block))
@@ -74,7 +74,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_unconfigure() -> None:
-    """End the process that forks workers, if there is one, and look for no cycles in what the system takes back."""
+    """End the process that forks workers, if there is one, without a last garbage collection."""
     gc.freeze()
     if _template.cache_info().currsize:
         ForkServer.close(_template())
@@ -82,10 +82,10 @@ def pytest_unconfigure() -> None:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_collection() -> Generator[None, object, object]:
-    """Let Python's collector look past thousands of tests, which stay to the end anyway.
+    """Exclude the collected tests from garbage collection, because they exist until the end anyway.
 
-    A timing pass collects garbage before each of its runs: its tests took a hundred times as long. Between them it is
-    looked for less often than Python does by itself, which costs a twentieth of the time.
+    Timing passes collect garbage before each run and would take a hundred times as long. Rarer collections between
+    them save a twentieth of the time.
     """
     gc.disable()
     try:
@@ -98,7 +98,7 @@ def pytest_collection() -> Generator[None, object, object]:
 
 @pytest.fixture
 def heard_interrupts() -> Iterator[None]:
-    """Let a process that the test starts hear signals: tests run in the background of a script inherit deafness."""
+    """Let processes that the test starts receive signals, which background jobs of a script ignore."""
     numbers = (signal.SIGINT, signal.SIGHUP, signal.SIGQUIT)
     before = {number: signal.signal(number, signal.default_int_handler) for number in numbers}
     yield
@@ -108,7 +108,7 @@ def heard_interrupts() -> Iterator[None]:
 
 @pytest.fixture
 def in_process(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Ask engines in this process: where a test is about what is asked and said, a worker would only cost its start."""
+    """Run engines in this process, because the start of a worker takes longer than most tests."""
     from tests.in_process_pool import InProcessPool
 
     from carom.execution import describe_engines, pool, scene_import, settings_code
@@ -168,7 +168,7 @@ def _world(
 
 @pytest.fixture
 def drive() -> Callable[..., list[Observation]]:
-    """Run a scene to its end, and give what was observed at the start and after every step."""
+    """Run a scene to its end, and return the observations at the start and after every step."""
 
     def run(
         adapter: Adapter, scene: Scene, dt_s: float, profile: str = "tuned", **changes: Setting
@@ -185,7 +185,7 @@ def drive() -> Callable[..., list[Observation]]:
 
 @pytest.fixture
 def finish() -> Callable[..., Observation]:
-    """Run a scene to its end in one go, and give what is observed there."""
+    """Run a scene to its end in one call, and return the observation there."""
 
     def run(adapter: Adapter, scene: Scene, dt_s: float, profile: str = "tuned", **changes: Setting) -> Observation:
         with _world(adapter, scene, dt_s, profile, changes) as world:

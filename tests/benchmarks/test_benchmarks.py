@@ -1,19 +1,17 @@
-"""Benchmarks: command lines, kinds of motion and the file of the benchmark of memory."""
+"""Benchmarks: command lines, kinds of motion, and the file of the memory benchmark."""
 
 import argparse
-import re
 import runpy
 import sys
 from pathlib import Path
 
 import pytest
-from benchmarks.arguments import count, parser, run
+from benchmarks.arguments import count
 from benchmarks.kinds import PIC_TARGETS
 from benchmarks.kinds_worker import KINDS, time_pic, time_pit
 from benchmarks.memory import CHANGED, write_copies
 from tests.cases import each
 
-from carom.errors import InputError
 from carom.report.results_file.results_jsonl import read_records
 from carom.studies.diff.compare_records import compare_records
 
@@ -45,40 +43,12 @@ def test_benchmarks_print_help_and_refuse_unknown_options(
     assert "unrecognized arguments: --nonsense" in capsys.readouterr().err
 
 
-def test_packages_do_not_import_benchmarks() -> None:
-    """No module of `src` or `adapters` imports a benchmark, so the wheel needs none."""
-    packaged = [path for folder in ("src", "adapters") for path in (ROOT / folder).rglob("*.py")]
-    assert packaged
-    importing = re.compile(r"^\s*(from|import) benchmarks\b", re.MULTILINE)
-    assert not [path for path in packaged if importing.search(path.read_text(encoding="utf-8"))]
-
-
-def test_documented_benchmarks_are_found() -> None:
-    """The search for benchmarks finds the four that the documentation names."""
-    assert {"pic", "certified", "certified_answers", "time_of_impact"} <= {path.stem for path in MODULES}
-
-
 @each("text", ["0", "-3", "2.5", "nan", "inf", "ten", ""])
 def test_invalid_count_is_refused_with_its_text(text: str) -> None:
     """A count is a whole number of at least 1, such as 1e6; anything else is refused with its text."""
     with pytest.raises(argparse.ArgumentTypeError, match=rf"got '{text}'"):
         count(text)
     assert count("1e6") == 1_000_000
-
-
-def test_input_error_ends_a_benchmark_with_exit_code_2(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """An InputError in a benchmark is printed without a traceback, with exit code 2."""
-
-    def main() -> None:
-        raise InputError("so many discs do not fit")
-
-    monkeypatch.setattr(sys, "argv", ["x"])
-    with pytest.raises(SystemExit) as ended:
-        run(parser("benchmarks.x", "Nothing: ``python -m benchmarks.x``."), main)
-    assert ended.value.code == 2
-    assert "so many discs do not fit" in capsys.readouterr().err
 
 
 # Scenes of the benchmark of the kinds of motion -----------------------------------------------------------------------
@@ -88,25 +58,14 @@ _DISCS, _IMPACTS, _LIMIT_S = 5, 6, 60.0
 
 
 @each("kind", KINDS)
-def test_every_kind_of_motion_has_enough_impacts_for_pic(kind: str) -> None:
-    """PIC finds at least the requested number of impacts in every kind of motion."""
-    _, events = time_pic(kind, _DISCS, _IMPACTS, "all", 1, _LIMIT_S)
-    assert events >= _IMPACTS
+def test_every_kind_of_motion_is_timed(kind: str) -> None:
+    """In every kind of motion PIC finds the requested number of impacts, and PIT runs the requested frames."""
+    assert time_pic(kind, _DISCS, _IMPACTS, "all", 1, _LIMIT_S)[1] >= _IMPACTS
+    assert time_pit(kind, _DISCS, 2, "all", 1, _LIMIT_S)[1] == 2
+    assert kind in PIC_TARGETS or kind == "plain"
 
 
-@each("kind", KINDS)
-def test_every_kind_of_motion_runs_by_frames(kind: str) -> None:
-    """PIT runs every kind of motion over exactly the requested number of frames."""
-    _, frames = time_pit(kind, _DISCS, 2, "all", 1, _LIMIT_S)
-    assert frames == 2
-
-
-def test_every_kind_of_motion_has_a_target() -> None:
-    """Every kind of motion except the plain gas has a target time."""
-    assert set(PIC_TARGETS) == set(KINDS) - {"plain"}
-
-
-# The large file of the benchmark of memory is one that Carom reads, and the second one differs where it says ----------
+# The file of the memory benchmark ------------------------------------------------------------------------------------
 
 
 @pytest.mark.long

@@ -1,4 +1,4 @@
-"""One report and one browser for all tests of the page."""
+"""The browser and the pages that tests share."""
 
 import fcntl
 import os
@@ -12,12 +12,18 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, Page
 from tests.processes import PATIENT_S
+from tests.unit.studies.examples import build_bench, build_campaign_results, build_growth
 
 import carom
 from carom.catalogue import CatalogueScene, all_scenes
+from carom.studies.bench.document import build_bench_document, write_bench
+from carom.studies.bench.growth_document import build_growth_document, write_growth
 from carom.studies.cross_check.document import Report, build_report
+from carom.studies.stress.document import build_stress_document, write_stress
+from carom.web.engine_script import PageEngine
+from carom.web.page import GALLERY, render_page
 
-#: Nothing is fetched, and nothing is asked of a graphics card or of a sandbox that a container does not allow.
+#: The browser fetches nothing, and uses no graphics card and no sandbox, which a container does not allow.
 FLAGS = (
     "--no-sandbox",
     "--disable-gpu",
@@ -27,7 +33,7 @@ FLAGS = (
     "--disable-component-update",
     "--disable-sync",
 )
-#: What would run, or turn the words after it round, if a name were ever taken for markup.
+#: Names that would run or reverse the text after them if they were read as markup.
 HOSTILE = (
     "<script>window.reached=1</script>",
     '"><img src=x onerror="window.reached=1">',
@@ -65,7 +71,7 @@ def make_report_once(tmp_path_factory: pytest.TempPathFactory, name: str, make: 
 
 @pytest.fixture(scope="session")
 def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The page of every scene that has a name, and of the hostile ones, by PIC, PIT and pymunk at their best."""
+    """The report of all catalogue scenes and the hostile ones, with PIC, PIT and tuned pymunk."""
     return make_report_once(tmp_path_factory, "report", build_scenes_report)
 
 
@@ -102,6 +108,38 @@ def wide_report(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="session")
+def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """The page of a bench of one scene, that of a campaign, and that of a growth bench, of every method."""
+    folder = tmp_path_factory.mktemp("pages")
+    bench, stress, growth = build_bench(), build_campaign_results(), build_growth()
+    return {
+        "bench": write_bench(bench, build_bench_document(bench), folder / "bench"),
+        "stress": write_stress(stress, build_stress_document(stress), folder / "stress"),
+        "growth": write_growth(growth, build_growth_document(growth), folder / "growth"),
+    }
+
+
+#: An engine of a few lines, so that the play page has a second method.
+TOY = """caromEngines.toy.done(class {
+  constructor(scene) { this.discs = scene.discs; }
+  step() {}
+  observe() {
+    const { discs } = this;
+    return { position_m: discs.map((d) => d.position_m), velocity_m_s: discs.map((d) => d.velocity_m_s), contacts: [] };
+  }
+});"""
+
+
+@pytest.fixture(scope="session")
+def toy_page(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The play page with an engine that moves nothing."""
+    toy = PageEngine("toy", "Toy", {"default": {}}, TOY, "of no licence")
+    path = tmp_path_factory.mktemp("toy") / "play.html"
+    path.write_text(render_page([all_scenes()[name].scene for name in GALLERY], [toy]), encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="session")
 def browser() -> Iterator[Browser]:
     """Chromium without a window."""
     from playwright.sync_api import expect, sync_playwright
@@ -113,12 +151,10 @@ def browser() -> Iterator[Browser]:
 
 #: Opens a page: its path, the link within it, its width and height, and options of Playwright's window.
 Window = Callable[..., Page]
-#: 190 mm at 96 pixels an inch.
-A4_PX = 718
 
 
 class Faults(list[str]):
-    """What went wrong on a page: errors of scripts, messages of the console, requests, and questions to the user."""
+    """Faults of a page: errors of scripts, messages of the console, requests and dialogs."""
 
     def watch(self, page: Page) -> None:
         """Note all of it from now on."""
@@ -134,7 +170,7 @@ class Faults(list[str]):
 
 @pytest.fixture
 def window(browser: Browser) -> Iterator[Window]:
-    """Open a page as by a double click; the test fails where a script of it does, or asks for anything."""
+    """Open a page from its file; the test fails if a script fails or the page requests anything."""
     faults, pages = Faults(), list[Page]()
 
     def open_(
@@ -157,18 +193,3 @@ def window(browser: Browser) -> Iterator[Window]:
 def page(window: Window, report: Path) -> Page:
     """The report."""
     return window(report)
-
-
-def find_violations(page: Page, *impacts: str) -> set[str]:
-    """Return the rules of accessibility that axe finds broken, of these impacts or of any."""
-    from axe_playwright_python.sync_playwright import Axe  # type: ignore[import-untyped] # it publishes no types
-
-    found = Axe().run(page).response["violations"]
-    return {f"{one['id']}: {one['nodes'][0]['html'][:120]}" for one in found if one["impact"] in impacts or not impacts}
-
-
-def find_cut_off(page: Page, things: str = "table, pre, svg") -> Any:
-    """Return which of these things are wider than A4, upright with usual margins, on a page of that width."""
-    page.emulate_media(media="print")
-    seen = f"all => all.filter(one => one.checkVisibility() && one.getBoundingClientRect().right > {A4_PX})"
-    return page.eval_on_selector_all(things, f"{seen}.map(one => one.className || one.outerHTML)")

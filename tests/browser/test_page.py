@@ -3,25 +3,16 @@
 import re
 from itertools import combinations
 from pathlib import Path
-from typing import Literal
 
 import pytest
 from playwright.sync_api import Page
-from tests.browser.conftest import A4_PX, Window, find_cut_off, find_violations
-from tests.browser.test_replay import MISSED, open_replay
+from tests.browser.conftest import Window
 
 from carom.report.outcome_marks import parse_mark
 from carom.report.results_file.results_jsonl import read_records
 from carom.support.escaping import escape_controls
 
 pytestmark = pytest.mark.browser
-
-
-@pytest.mark.parametrize("width", [360, 768, 1280])
-def test_page_fits_the_window_width(window: Window, wide_report: Path, width: int) -> None:
-    """Nothing is wider than the window at 360, 768 and 1280 pixels; wider content scrolls in its own frame."""
-    page = window(wide_report, width=width, height=800)
-    assert page.evaluate("document.documentElement.scrollWidth") <= width
 
 
 def test_ranking_of_four_engines_fits_the_first_screen(window: Window, wide_report: Path) -> None:
@@ -67,19 +58,18 @@ def test_profile_switch_filters_both_tables(window: Window, wide_report: Path) -
     assert page.locator("table.methods tbody tr:visible").count() == 5
     switch.get_by_label("all").check()
     every = page.locator("table.methods tbody tr:visible").count()
-    switch.get_by_label("located").check()
-    assert beside.input_value() == "located"
-    methods = page.locator("table.methods tbody tr:visible th").all_inner_texts()
-    assert len(methods) == 5
-    assert [method for method in methods if not method.endswith("located")] == ["PIT"]
-    heads = page.locator("table.grid thead th:visible").all_inner_texts()
-    assert heads[:2] == ["scene", "PIC"]
-    assert len(heads) == 7
-    assert sorted("PIT" in head for head in heads[2:] if not head.endswith("located")) == [True]
-    beside.select_option("default")
-    assert switch.get_by_label("default").is_checked()
-    methods = page.locator("table.methods tbody tr:visible th").all_inner_texts()
-    assert [method for method in methods if not method.endswith("default")] == ["PIT"]
+    for name in ("located", "default"):
+        if name == "located":
+            switch.get_by_label(name).check()
+        else:
+            beside.select_option(name)
+        assert beside.input_value() == name
+        assert switch.get_by_label(name).is_checked()
+        methods = page.locator("table.methods tbody tr:visible th").all_inner_texts()
+        assert [method for method in methods if not method.endswith(name)] == ["PIT"]
+        heads = page.locator("table.grid thead th:visible").all_inner_texts()
+        assert [head for head in heads if not head.endswith(name)][:2] == ["scene", "PIC"]
+        assert (len(methods), len(heads)) == (5, 7)
     switch.get_by_label("all").check()
     assert page.locator("table.methods tbody tr:visible").count() == every
     plain = window(wide_report, java_script_enabled=False)
@@ -104,18 +94,6 @@ def test_phone_shows_every_cell_with_its_heading(window: Window, wide_report: Pa
     assert all(len(head) > len('""') for head in heads)
     page.locator("fieldset.switch").get_by_label("tuned").check()
     assert page.locator("table.methods tbody tr:visible").count() == 5
-
-
-def test_first_screen_explains_the_comparison(window: Window, wide_report: Path) -> None:
-    """The first screen explains PIC, PIT and, in bold, what goes wrong; its link opens a missed impact."""
-    page = window(wide_report)
-    said = page.locator("header .about").inner_text()
-    assert all(word in said for word in ("once per step", "PIT", "PIC", "late"))
-    weights = page.locator(".verdict p").evaluate_all("all => all.map(one => Number(getComputedStyle(one).fontWeight))")
-    assert weights[0] > max(weights[1:])  # the finding, and no tally
-    page.locator("header .about a").click()
-    page.wait_for_selector("#replay[open]")
-    assert "missed" in page.locator("table.impacts").inner_text()
 
 
 def test_texts_of_the_first_chart_do_not_overlap(window: Window, wide_report: Path) -> None:
@@ -166,22 +144,6 @@ def test_column_heading_sorts_and_restores_the_order(page: Page) -> None:
     assert page.locator("table.grid tbody th").all_inner_texts() == names
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_axe_finds_no_serious_violation(window: Window, wide_report: Path, scheme: Literal["light", "dark"]) -> None:
-    """`axe` finds no serious or critical accessibility violation, on the page, on a phone and in a replay."""
-    page = window(wide_report, color_scheme=scheme, reduced_motion="reduce", bypass_csp=True)
-    for key in ("", "phone", MISSED):
-        page.set_viewport_size({"width": 360 if key == "phone" else 1280, "height": 800})
-        if key == MISSED:
-            open_replay(page, key)
-        assert find_violations(page, "serious", "critical") == set()
-
-
-def test_print_cuts_nothing_off(window: Window, wide_report: Path) -> None:
-    """Printed on A4 upright, no table, code block or diagram is wider than the sheet."""
-    assert find_cut_off(window(wide_report, width=A4_PX, height=1000)) == []
-
-
 def test_packed_table_has_every_record_when_opened(page: Page, report: Path) -> None:
     """Opened, the packed table has a row with the grade for each line of results.jsonl, also in print."""
     details = page.locator("details.packed")
@@ -195,12 +157,3 @@ def test_packed_table_has_every_record_when_opened(page: Page, report: Path) -> 
     assert grades == [f"{mark.symbol} {mark.word}" for mark in said]
     page.emulate_media(media="print")
     assert details.locator("tbody tr").last.is_visible()
-
-
-def test_packed_table_names_its_file_without_scripts(window: Window, report: Path) -> None:
-    """With JavaScript off, the packed table says so and names results.jsonl."""
-    page = window(report, java_script_enabled=False)
-    page.locator("details.packed summary").click()
-    said = page.locator("details.packed noscript").inner_text()
-    assert "need JavaScript, which is off" in said
-    assert "results.jsonl" in said

@@ -1,18 +1,13 @@
-"""Every control of the page of `carom play`, worked in Chromium and in Firefox; and what axe finds there."""
+"""Every control of the page of `carom play`."""
 
 import json
 import time
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import NamedTuple
 
 import pytest
-from tests.browser.conftest import A4_PX, Window, find_cut_off, find_violations
-from tests.browser.test_play_in_firefox import Firefox, firefox  # noqa: F401 - a fixture
+from tests.browser.conftest import Window
 from tests.processes import PATIENT_S
-
-from carom.catalogue import all_scenes
-from carom.web.page import GALLERY, render_page
 
 pytestmark = pytest.mark.browser
 
@@ -84,29 +79,11 @@ _FOUND = """[...document.querySelectorAll("#play *")].find(
     (e.id || (e.getAttribute("aria-label") ?? e.textContent).split(":")[0]) === name)"""
 
 
-def _write_page(tmp_path: Path) -> Path:
-    """Write the page with an engine of eight lines, so that there is a second method to choose."""
-    from carom.web.engine_script import PageEngine
-
-    world = """caromEngines.toy.done(class {
-      constructor(scene) { this.discs = scene.discs; }
-      step() {}
-      observe() {
-        return {
-          position_m: this.discs.map((d) => d.position_m),
-          velocity_m_s: this.discs.map((d) => d.velocity_m_s),
-          contacts: [],
-        };
-      }
-    });"""
-    toy = PageEngine("toy", "Toy", {"default": {}}, world, "of no licence")
-    path = tmp_path / "play.html"
-    path.write_text(render_page([all_scenes()[name].scene for name in GALLERY], [toy]), encoding="utf-8")
-    return path
-
-
-def _work_controls(run: Callable[[str], Any]) -> None:
-    """Work each control, `run` evaluating JavaScript, and assert that the page followed."""
+def test_every_control_changes_the_page(window: Window, toy_page: Path) -> None:
+    """`CONTROLS` lists all controls of the play page, and each changes the page."""
+    page = window(toy_page)
+    page.wait_for_selector("#sentence:not(:empty)")
+    run = page.evaluate
     run("window.saved = 0; const make = URL.createObjectURL; URL.createObjectURL = (b) => (window.saved++, make(b)); 0")
     assert sorted(json.loads(run(f"({_LISTED})()"))) == sorted(CONTROLS)
     for name, control in CONTROLS.items():
@@ -117,51 +94,3 @@ def _work_controls(run: Callable[[str], Any]) -> None:
         while run(seen) == before:
             assert time.monotonic() < until, f"{name} does nothing"
             time.sleep(0.05)
-
-
-def test_every_control_works_in_chromium(window: Window, tmp_path: Path) -> None:
-    """`CONTROLS` lists all controls of the play page, and each changes the page in Chromium."""
-    page = window(_write_page(tmp_path))
-    page.wait_for_selector("#sentence:not(:empty)")
-    _work_controls(page.evaluate)
-
-
-def test_every_control_works_in_firefox(firefox: Firefox, tmp_path: Path) -> None:  # noqa: F811 - the fixture
-    """`CONTROLS` lists all controls, and each, as the mouse on a disc and its arrow, works in Firefox."""
-    firefox.ask("WebDriver:Navigate", url=_write_page(tmp_path).as_uri())
-    until = time.monotonic() + PATIENT_S
-    while not firefox.run("() => document.getElementById('sentence')?.textContent ?? ''"):
-        assert time.monotonic() < until, "the page does not start in Firefox"
-        time.sleep(0.1)
-    for where, moves in (("position_m", "position_m"), ("head", "velocity_m_s")):
-        before = firefox.run(f"() => JSON.stringify(caromPage.state.scene.discs[1].{moves})")
-        x, y = (round(part) for part in firefox.run(f"() => caromPage.spot(1, '{where}')"))
-        steps = [
-            {"type": "pointerMove", "x": x, "y": y, "duration": 0},
-            {"type": "pointerDown", "button": 0},
-            {"type": "pointerMove", "x": x + 5, "y": y - 25, "duration": 50},
-            {"type": "pointerUp", "button": 0},
-        ]
-        mouse = {"type": "pointer", "id": "mouse", "parameters": {"pointerType": "mouse"}, "actions": steps}
-        firefox.ask("WebDriver:PerformActions", actions=[mouse])
-        assert firefox.run(f"() => JSON.stringify(caromPage.state.scene.discs[1].{moves})") != before
-    _work_controls(lambda script: firefox.run(f"() => eval({json.dumps(script)})"))
-
-
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-@pytest.mark.parametrize("width", [360, 1280])
-def test_axe_finds_no_violation(window: Window, tmp_path: Path, scheme: Literal["light", "dark"], width: int) -> None:
-    """`axe` finds no accessibility violation on a phone and on a screen, with the number fields open."""
-    page = window(
-        _write_page(tmp_path), width=width, height=800, color_scheme=scheme, reduced_motion="reduce", bypass_csp=True
-    )
-    page.wait_for_selector("#sentence:not(:empty)")
-    page.click("summary")
-    assert find_violations(page) == set()
-
-
-def test_print_cuts_nothing_off(window: Window, tmp_path: Path) -> None:
-    """Printed on A4 upright, no element of the play page is wider than the sheet."""
-    page = window(_write_page(tmp_path), width=A4_PX, height=1000)
-    page.wait_for_selector("#sentence:not(:empty)")
-    assert find_cut_off(page, "#play *") == []

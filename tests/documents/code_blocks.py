@@ -1,4 +1,4 @@
-"""The blocks of code in the documents, and what is known of a command without running it.
+"""Code blocks of the documents, and checks of commands without running them.
 
 A block is fenced and names its language; one that is not run has the reason above it, ``<!-- not run: REASON -->``, and
 a command that is not run begins its comment with the reason, ``# (REASON)``.
@@ -51,7 +51,7 @@ class Block:
 
     @property
     def file(self) -> str | None:
-        """The file that a first line such as ``# scene.toml`` says it is."""
+        """Name of the file in a first line such as ``# scene.toml``; None without such a line."""
         found = re.match(r"# ([\w.-]+)\n", self.text)
         return found[1] if found and self.language in {"toml", "json", "yaml"} else None
 
@@ -81,12 +81,12 @@ def list_blocks(page: Path) -> list[Block]:
 
 
 def find_unfenced(page: Path) -> list[str]:
-    """Return lines that Markdown takes for code since they are indented."""
+    """Return indented lines, which Markdown shows as code."""
     return re.findall(r"(?<=\n\n) {4}(?![-*\d]).+", _FENCED.sub("", page.read_text(encoding="utf-8")))
 
 
 def find_command_fault(command: str) -> str | None:
-    """Return what is wrong with a command: a program, an option, a target or a module that there is not."""
+    """Return the fault of a command: a missing program, option, target or module; None if it has none."""
     words = shlex.split(command, comments=True)
     if ">" in words:  # where its output goes is no argument
         words = words[: words.index(">")]

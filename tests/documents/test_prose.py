@@ -74,24 +74,6 @@ def test_prose_of_a_python_file_is_extracted(source: str, found: list[tuple[int,
     assert [(line, " ".join(text.split())) for line, text in passages] == [(n, " ".join(t.split())) for n, t in found]
 
 
-def test_docstring_entries_are_separate_paragraphs() -> None:
-    """Each entry of a docstring's section is a paragraph of its own."""
-    ((_, text),) = prose_sources.passages("x.py", '"""It.\n\nArgs:\n    one: One thing\n    two: another\n"""')
-    assert list(prose.paragraphs(text)) == ["It.", "One thing", "another"]
-
-
-def test_prose_of_compiled_sources_is_extracted() -> None:
-    """Comments of C and Cython, and docstrings, are extracted; literals, file tables and C in Cython are not."""
-    c = '/* It is\n   one. */\nchar *x = "/* not one */"; // Another.\n'
-    read = [(line, " ".join(text.split())) for line, text in prose_sources.passages("x.h", c)]
-    assert read == [(1, "It is one."), (3, "Another.")]
-    cython = 'cdef class X:  # a class\n    """It is."""\n    cdef double x[3]\n'
-    assert list(prose_sources.passages("x.pyx", cython)) == [(2, "It is."), (1, "a class")]
-    ((_, table),) = prose_sources.passages("x.h", "/* Files\n   x.h   one\n   pic.pyx, .pxd  two\n   of C */")
-    assert table.split() == ["Files", "of", "C"]
-    assert not list(prose_sources.passages("x.pyx", 'cdef extern from *:\n    """\n    #define one two\n    """\n'))
-
-
 def test_word_count_excludes_generated_text() -> None:
     """Generated blocks and pages count no words, code and tables do; pages above their limits are reported."""
     assert prose.count_words("page.md", "one `two`\n<!-- made by x.py: y -->\nthree\n<!-- end -->\n| 4 |") == 5
@@ -99,13 +81,6 @@ def test_word_count_excludes_generated_text() -> None:
     assert list(prose.over_limit({"README.md": "word " * 701})) == ["README.md: 701 words, at most 700"]
     pages = {f"docs/{n}.md": "word " * 2999 for n in range(14)}
     assert list(prose.over_limit(pages)) == ["all pages: 41,986 words, at most 40,000"]
-
-
-def test_reading_ease_falls_with_long_sentences_and_words() -> None:
-    """Reading ease falls with the length of sentences and with the number of syllables."""
-    easy = prose.reading_ease("The disc hits the wall. It turns back.")
-    assert easy > prose.reading_ease("The disc hits the wall and then it turns back on its own way.") > 60
-    assert prose.reading_ease("Simultaneity necessitates conventional disambiguation.") < 0
 
 
 def test_scoring_tables_are_up_to_date() -> None:

@@ -1,10 +1,10 @@
-"""Which sources are tried, and the tests of each package: those that are run when it changes."""
+"""Packages of the mutation tests: their sources and their tests."""
 
 from typing import NamedTuple
 
 
 class Package(NamedTuple):
-    """Patterns of the sources, without those after "!", and the tests that must notice a fault in them."""
+    """Patterns of the sources (after "!": of exceptions), and the tests that must notice a fault in them."""
 
     sources: tuple[str, ...]
     tests: tuple[str, ...]

@@ -1,8 +1,8 @@
-"""Faults and the places for them: an operator, a comparison, a number or a constant that is another.
+"""Faults: replaced operators, comparisons, words, numbers and constants in the text of Python, Cython and C.
 
-A tool for Python alone would leave out the compiled core, which contains most of the numerics. So faults are found in
-the text of Python, Cython and C. In a copy of the sources each place becomes ``(another if chosen(7) else itself)``, in
-C ``(chosen(7) ? another : itself)``. One build contains many faults; a process has the one whose number it is given.
+A tool for Python alone would omit the compiled core, which contains most of the numerics. In a copy of the sources each
+place becomes ``(another if chosen(7) else itself)``, in C ``(chosen(7) ? another : itself)``. One build contains many
+faults, and an environment variable selects the fault of a process.
 """
 
 import io
@@ -23,13 +23,13 @@ VARIABLE = "CAROM_FAULT"
 
 _PAIRS = ("< <=", "> >=", "== !=", "+ -", "and or", "&& ||", "True False", "true false", "min max", "greater lesser")
 _OTHER = {one: other for pair in _PAIRS for one, other in (pair.split(), pair.split()[::-1])} | {"*": "+", "/": "*"}
-#: Tokens that may precede an operator of two sides.
+#: Ends of operands: a token before a binary operator.
 _ENDS = re.compile(r"[\w\])]$")
 _HEAD = r"\s+(?:(?:if|elif|while|return)\s|(?:cdef (?:double|bint) )?[\w.\[\]]+ [-+*]?= )"
 _STATEMENT = re.compile(rf"^(?P<head>{_HEAD})(?P<what>[^#]+?)(?P<tail>:?)$")
 _CONSTANT = re.compile(r"^(?P<head>_?[A-Z][A-Z_0-9]*(?:: \w+)? = )(?P<what>-?[\d._e*-]+)$")
 _FUNCTION = re.compile(r"^\s*(?:async def|def|cdef|cpdef) .*\($|^\s*(?:def|cdef|cpdef) .*\(.*\).*:$")
-#: What an expression that is doubled may not hold: an address, a cast, another target, a name or a loop of its own.
+#: An expression that is written twice must not contain an address, a cast, another assignment or a loop.
 _LEFT_OUT = re.compile(
     r"(?:^|[(,=\s])&\s*[a-z]|<\w[\w ]*\**>| = |<<|:=|lambda|yield|await|\bfor\b|unlikely|likely|sizeof|range\("
 )
@@ -40,7 +40,7 @@ _C_STATEMENT = re.compile(rf"^(?P<head>{_C_HEAD})(?P<what>.+?)(?P<tail>(?:;|\)|\
 _C_TOKEN = re.compile(
     r"0x[\da-f.]+p[-+]?\d+|\.?\d[\d.]*(?:e[-+]?\d+)?\w*|\w+|->|<<|>>|&&|\|\||[<>=!]=|\+\+|--|[-+*/%&|^]=|\S"
 )
-#: What an expression of C that is written twice must not contain: a cast to a pointer, another assignment.
+#: Likewise in C: no cast to a pointer, and no other assignment.
 _C_LEFT_OUT = re.compile(r"\w \*+\)| = |\+\+|--")
 
 _SWITCH_H = """
@@ -79,14 +79,14 @@ NUMBER = [int(os.environ.get("{VARIABLE}", "0"))]
 
 
 class Fault(NamedTuple):
-    """One thing that is otherwise.
+    """A fault in one line.
 
     Attributes:
         package: The package whose tests must notice it.
         path: The source, from the project's root.
         line: Number of the line, from 1.
-        before: The line as it is, without its indentation.
-        after: As it is with the fault.
+        before: The line without its indentation.
+        after: The line with the fault.
         constant: The name of the constant of a module that has another value; empty for a place in a function.
     """
 
@@ -111,12 +111,12 @@ class _Token(NamedTuple):
 
 
 def list_faults(root: Path) -> list[Fault]:
-    """Return all faults that the sources of all packages have room for, by path and line."""
+    """Return all possible faults of all packages, by path and line."""
     return list({fault.key: fault for package in PACKAGES for fault in iterate_faults(root, package)}.values())
 
 
 def iterate_faults(root: Path, package: str) -> Iterator[Fault]:
-    """Yield the faults of one package, each as it is found."""
+    """Yield the possible faults of one package."""
     for path in sorted(list_sources(root, package)):
         if path.suffix in (".py", ".pyx", ".pxd"):
             yield from _faults_of(package, path.relative_to(root).as_posix(), path.read_text())
@@ -125,7 +125,7 @@ def iterate_faults(root: Path, package: str) -> Iterator[Fault]:
 
 
 def list_sources(root: Path, package: str) -> set[Path]:
-    """Return the sources of a package: those of its patterns, without those of patterns that begin with "!"."""
+    """Return the sources of a package."""
     patterns = PACKAGES[package].sources
     found = {path for pattern in patterns if pattern[0] != "!" for path in root.glob(pattern)}
     return found - {path for pattern in patterns if pattern[0] == "!" for path in root.glob(pattern[1:])}
@@ -179,7 +179,7 @@ def _in_functions(lines: list[str]) -> Iterator[bool]:
 
 
 def _is_whole(line: str) -> bool:
-    """Whether a line is a statement by itself: its brackets close."""
+    """Whether a line is a complete statement with closed brackets."""
     return all(line.count(a) == line.count(b) for a, b in ("()", "[]", "{}")) and not line.rstrip().endswith(
         (",", "\\")
     )
@@ -195,7 +195,7 @@ def _tokens_of_python(expression: str) -> list[_Token]:
 
 
 def _alternatives(expression: str, tokens: Iterable[_Token], known: set[str]) -> Iterator[str]:
-    """Yield an expression with one thing otherwise, each in turn; a name only by one that the source contains."""
+    """Yield the expression with one token replaced, for each token; new names must occur in the source."""
     for kind, text, begin, after in tokens:
         other, end = _OTHER.get(text), after
         if kind == "name" and other not in known:
@@ -212,7 +212,7 @@ def _alternatives(expression: str, tokens: Iterable[_Token], known: set[str]) ->
 
 
 def make_copy(root: Path, copy: Path, faults: list[tuple[int, Fault]]) -> None:
-    """Make a copy of the project with these numbered faults in it, and build its extension."""
+    """Copy the project, plant these numbered faults in the copy, and build its extension."""
     shutil.rmtree(copy, ignore_errors=True)
     for name in ("src", "adapters", "tests", "benchmarks", "build_backend", "docs"):
         shutil.copytree(root / name, copy / name, ignore=shutil.ignore_patterns("__pycache__", "*.so", "node_modules"))

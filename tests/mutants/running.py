@@ -1,7 +1,7 @@
-"""A pytest plug-in that tries faults: the tests are collected once, and each fault has a process of its own to fail in.
+"""A pytest plug-in that tries faults: it collects the tests once, and forks a process for each fault.
 
-A process begins as a copy of the one that has collected, so a fault costs no more than the tests up to the first that
-fails. Those that have found faults come first, then the shortest.
+So a fault takes only the time of the tests up to the first that fails. Tests that have found faults run first, then the
+shortest tests.
 """
 
 import json
@@ -19,15 +19,15 @@ import pytest
 from tests.mutants.packages import PACKAGES
 from tests.mutants.planting import VARIABLE, Fault
 
-#: Environment variable with the file of what is to be tried.
+#: Environment variable with the path of the job: faults, time limit and the file for results.
 JOB = "CAROM_MUTANTS"
-#: A process that takes this many times the processor time of the tests without a fault, and some seconds more, has no
-#: end; nor one that takes many times that by the clock, which a busy machine does not.
+#: A process counts as endless if it takes this many times the processor time of the tests without a fault, plus some
+#: seconds, or `_BUSY` times that limit by the clock.
 _PATIENCE, _PATIENCE_S, _BUSY = 5.0, 20.0, 20.0
 
 
 class Stage:
-    """The tests of a package, in the order in which they are tried."""
+    """The tests of a package, their times, and how many faults each has found."""
 
     def __init__(self, items: list[pytest.Item], patterns: tuple[str, ...]) -> None:
         self.items = [item for item in items if item.nodeid.startswith(patterns)]
@@ -35,19 +35,8 @@ class Stage:
         self.found: Counter[str] = Counter()
 
     def sort_tests(self) -> list[pytest.Item]:
-        """Return the tests, those that have found most faults first."""
+        """Return the tests, first those that have found the most faults, then the shortest."""
         return sorted(self.items, key=lambda item: (-self.found[item.nodeid], self.seconds.get(item.nodeid, 0.0)))
-
-
-class Failures:
-    """Hears which tests have failed."""
-
-    def __init__(self) -> None:
-        self.failed = False
-
-    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Remember a failure, of set-up and tear-down too."""
-        self.failed = self.failed or report.failed
 
 
 def pytest_runtestloop(session: pytest.Session) -> bool:
@@ -75,7 +64,7 @@ def pytest_runtestloop(session: pytest.Session) -> bool:
 
 
 def _run_without_fault(session: pytest.Session, package: str) -> Stage:
-    """Run a package's tests without a fault, by which is known how long each takes."""
+    """Run the tests of a package without a fault, to measure their times."""
     stage = Stage(session.items, PACKAGES[package].tests)
     by, stage.seconds = run_with_fault(stage.items, 0, None, 3600.0)
     if by or not stage.items:
@@ -89,7 +78,7 @@ def run_with_fault(
     """Run tests in a process that has a fault.
 
     Returns:
-        What found it: the first test that fails, "a crash", or "no end"; empty for nothing. And seconds by test.
+        The first test that fails, "a crash" or "no end" (empty if no test notices the fault), and seconds by test.
     """
     reading, writing = os.pipe()
     child = os.fork()
@@ -99,19 +88,19 @@ def run_with_fault(
         _run(items, number, fault, writing)
     os.setpgid(child, child)  # also here, or a child that has not run yet could not be killed by its group
     os.close(writing)
-    ends_s, said = time.monotonic() + _BUSY * limit_s, b""
+    ends_s, output = time.monotonic() + _BUSY * limit_s, b""
     while (left_s := ends_s - time.monotonic()) > 0.0:
         if not select.select([reading], [], [], left_s)[0]:
             continue
         piece = os.read(reading, 2**16)
         if not piece:
             break
-        said += piece
+        output += piece
     os.close(reading)
     if left_s <= 0.0:
         os.killpg(child, signal.SIGKILL)
     _, status = os.waitpid(child, 0)
-    lines = [line.split("\t") for line in said.decode().splitlines()]
+    lines = [line.split("\t") for line in output.decode().splitlines()]
     seconds = {name: float(took) for verdict, name, took in lines if verdict == "passed"}
     failed = [name for verdict, name, _ in lines if verdict == "failed"]
     if failed:
@@ -121,7 +110,7 @@ def run_with_fault(
 
 
 def _run(items: list[pytest.Item], number: int, fault: Fault | None, writing: int) -> None:
-    """Run tests up to the first that fails, say of each how it ended, and end the process."""
+    """Run tests up to the first that fails, write the verdict of each to the pipe, and end the process."""
     os.setpgid(0, 0)
     silence = os.open(os.devnull, os.O_WRONLY)
     os.dup2(silence, 1)
@@ -134,16 +123,15 @@ def _run(items: list[pytest.Item], number: int, fault: Fault | None, writing: in
         name = fault.path.removeprefix("src/").removesuffix(".py").replace("/", ".")
         module = sys.modules.get(name) or __import__(name, fromlist=["*"])
         setattr(module, fault.constant, 2 * getattr(module, fault.constant))
-    failures = Failures()
-    for k, item in enumerate(items):
-        began_s = time.process_time()
-        item.config.pluginmanager.register(failures, "failures") if k == 0 else None
+    for item, following in zip(items, [*items[1:], None], strict=True):
+        begin_s = time.process_time()
         try:
-            item.config.hook.pytest_runtest_protocol(item=item, nextitem=items[k + 1] if k + 1 < len(items) else None)
-        except BaseException:  # noqa: BLE001 - whatever ends it is a failure
-            failures.failed = True
-        verdict = "failed" if failures.failed else "passed"
-        os.write(writing, f"{verdict}\t{item.nodeid}\t{time.process_time() - began_s:.6f}\n".encode())
-        if failures.failed:
+            item.config.hook.pytest_runtest_protocol(item=item, nextitem=following)
+            has_failed = item.session.testsfailed > 0
+        except BaseException:  # noqa: BLE001 - any exception here is a failure
+            has_failed = True
+        verdict = "failed" if has_failed else "passed"
+        os.write(writing, f"{verdict}\t{item.nodeid}\t{time.process_time() - begin_s:.6f}\n".encode())
+        if has_failed:
             break
     os._exit(0)

@@ -13,20 +13,18 @@ import json
 import os
 import re
 import shutil
-import subprocess
 import sys
-from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from importlib.metadata import version
 from pathlib import Path
 
 import pydantic
+from tests.packaging.building import ROOT, run
 from tests.packaging.digests import digests
 
 import carom
 from carom.core.extension import compute_sources_digest
 
-ROOT = Path(__file__).resolve().parents[2]
 #: bookworm: its Python is the oldest that the extension is made for.
 _DEBIAN, _PYTHON, _GLIBC = "bookworm", "3.11", "2.36"
 _PACKAGES = (
@@ -42,7 +40,7 @@ _FORMS = {"as wheels are": "-ffp-contract=off", "with products fused into sums":
 
 
 def main() -> int:
-    """Download what is missing, build and run both forms, and say what is equal; 1 where that is not as it must be."""
+    """Download, build and run both forms, and print the number of equal digests; return 1 if it is wrong."""
     parser = argparse.ArgumentParser(prog="python -m tests.packaging.arm", description=__doc__)
     parser.add_argument("folder", type=Path, help="where downloads and builds are kept")
     folder: Path = parser.parse_args().folder.resolve()
@@ -63,11 +61,11 @@ def _download(folder: Path) -> None:
     if (folder / "complete").exists():
         return
     pip = [sys.executable, "-m", "pip"]
-    _call([*pip, "install", "--quiet", "--target", folder / "zig", "ziglang"])
+    run(*pip, "install", "--quiet", "--target", folder / "zig", "ziglang")
     newest = (f"--platform=manylinux_2_{minor}_aarch64" for minor in (17, 24, 26, 27, 28))
     only = (f"--python-version={_PYTHON}", "--implementation=cp", "--abi=cp311", "--abi=abi3", "--only-binary=:all:")
     pinned = [f"{name}=={version(name)}" for name in _WHEELS]
-    _call([*pip, "install", "--quiet", "--no-deps", "--target", folder / "site", *newest, *only, *pinned])
+    run(*pip, "install", "--quiet", "--no-deps", "--target", folder / "site", *newest, *only, *pinned)
     for machine, packages, place in (("arm64", _PACKAGES, "system"), (_own_machine(), ("qemu-user-static",), "qemu")):
         apt, debs = folder / f"apt-{machine}", folder / f"debs-{place}"
         for part in ("state/lists/partial", "cache/archives/partial"):
@@ -86,16 +84,16 @@ def _download(folder: Path) -> None:
         }
         command = ["apt-get", "-qq", *(f"-o{name}={value}" for name, value in options.items())]
         debs.mkdir(exist_ok=True)
-        _call([*command, "update"])
-        _call([*command, "download", *packages], debs)
+        run(*command, "update")
+        run(*command, "download", *packages, cwd=debs)
         for deb in debs.glob("*.deb"):
-            _call(["dpkg", "-x", deb, folder / place])
+            run("dpkg", "-x", deb, folder / place)
     (folder / "complete").touch()
 
 
 def _own_machine() -> str:
     """Return Debian's word for this machine."""
-    return subprocess.run(["dpkg", "--print-architecture"], check=True, capture_output=True, text=True).stdout.strip()
+    return run("dpkg", "--print-architecture").stdout.strip()
 
 
 def _build(out: Path, system: Path, flag: str) -> Path:
@@ -113,7 +111,7 @@ def _build(out: Path, system: Path, flag: str) -> Path:
     def compile_module(name: Path) -> None:
         module = (out / name).with_suffix(".abi3.so")
         command: list[str | Path] = [*zig, f"-I{package.parent}", *modules[name], "-o", module]
-        _call(command, PYTHONPATH=system.parent / "zig")
+        run(*command, env={"PYTHONPATH": str(system.parent / "zig")})
 
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         list(pool.map(compile_module, sorted(modules)))
@@ -133,14 +131,7 @@ def _run(folder: Path, package: Path) -> dict[str, str]:
     emulator, python = folder / "qemu/usr/bin/qemu-aarch64-static", system / f"usr/bin/python{_PYTHON}"
     command: list[str | Path] = [emulator, "-L", system, python, "-S", "-m", "tests.packaging.digests"]
     path = os.pathsep.join(map(str, (package, folder / "site", ROOT, pure)))
-    return dict(json.loads(_call(command, ROOT, PYTHONPATH=path)))
-
-
-def _call(command: Sequence[str | Path], folder: Path | None = None, **environment: object) -> str:
-    """Return what a program prints; its errors are shown, and end this one."""
-    variables = {**os.environ, **{name: str(value) for name, value in environment.items()}}
-    words = [str(word) for word in command]
-    return subprocess.run(words, check=True, cwd=folder, env=variables, stdout=subprocess.PIPE, text=True).stdout
+    return dict(json.loads(run(*command, env={"PYTHONPATH": path}).stdout))
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Building and installing Carom, offline: with the tools of the environment that the tests run in."""
+"""Functions that build and install Carom offline, with the tools of the test environment."""
 
 import json
 import os
@@ -16,7 +16,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 def run(*command: str | Path, cwd: Path = ROOT, check: bool = True, env: Mapping[str, str] | None = None) -> Done:
-    """Run a command; what it printed is shown where it fails and that is not expected."""
+    """Run a command in a folder; an unexpected failure shows its output."""
     words, variables = [str(part) for part in command], {**os.environ, **(env or {})}
     done = subprocess.run(words, check=False, capture_output=True, text=True, cwd=cwd, env=variables)
     assert not check or done.returncode == 0, done.stdout + done.stderr
@@ -24,7 +24,7 @@ def run(*command: str | Path, cwd: Path = ROOT, check: bool = True, env: Mapping
 
 
 def copy_tree(target: Path) -> Path:
-    """Return a copy of what git keeps and of what is not committed yet, without anything built."""
+    """Copy all files that git tracks or does not ignore, and return the copy; it contains no builds."""
     listed = run("git", "ls-files", "--cached", "--others", "--exclude-standard", "-z").stdout
     for name in listed.rstrip("\0").split("\0"):
         if (ROOT / name).exists():  # a deleted file is listed until that is committed
@@ -34,7 +34,7 @@ def copy_tree(target: Path) -> Path:
 
 
 def make_wheel(tree: Path, out: Path, env: Mapping[str, str]) -> Done:
-    """Build the wheel of a tree as `pip install` would; variables of the environment say with which compiler."""
+    """Build the wheel of a tree like `pip install`; environment variables choose the compiler."""
     pip = (sys.executable, "-m", "pip", "--disable-pip-version-check")
     offline = ("--no-build-isolation", "--no-deps", "--no-index")
     return run(*pip, "wheel", "-v", *offline, "--wheel-dir", out, tree, check=False, env=env)

@@ -10,14 +10,12 @@ import subprocess
 import sys
 import tempfile
 import tomllib
-from collections.abc import Iterator
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 CORE_WASM = ROOT / "src/carom/web/core.wasm"
 SECTION = b"carom.sources"
-_MAGIC = b"\0asm\x01\0\0\0"
 _CUSTOM = 0
 #: Every file that is compiled. They include the loops.
 _COMPILED = ("wasm/memory.c", "wasm/pic.c", "wasm/pit.c")
@@ -38,7 +36,7 @@ def read_pinned_compiler() -> str:
 
 
 def compute_sources_digest() -> str:
-    """Return the digest of everything that the file is made of."""
+    """Return the digest of the sources, the flags and the version of the compiler."""
     digest = hashlib.sha256(" ".join([read_pinned_compiler(), *_COMPILED, *_FLAGS]).encode())
     core = ROOT / "src/carom/core"
     for path in sorted([*core.rglob("*.h"), *core.rglob("*.c")]):
@@ -49,8 +47,7 @@ def compute_sources_digest() -> str:
 
 def read_sources_digest(wasm: bytes) -> str:
     """Return the digest of the sources that a file was built from; empty if it has none."""
-    digests = (content for kind, content in _sections(wasm) if kind == _CUSTOM and content.startswith(_name(SECTION)))
-    return next(digests, b"").removeprefix(_name(SECTION)).decode()
+    return wasm.rpartition(_name(SECTION))[2].decode() if _name(SECTION) in wasm else ""  # it is the last section
 
 
 def build(root: Path = ROOT) -> bytes:
@@ -89,22 +86,6 @@ def _download_zig(folder: Path) -> str:
     pip = [sys.executable, "-m", "pip", "install", "--quiet", "--target", str(folder), read_pinned_compiler()]
     subprocess.run(pip, check=True)
     return str(folder)
-
-
-def _sections(wasm: bytes) -> Iterator[tuple[int, bytes]]:
-    """Yield kind and content of the sections of a file."""
-    if not wasm.startswith(_MAGIC):
-        raise ValueError("this is no WebAssembly")
-    place = len(_MAGIC)
-    while place < len(wasm):
-        kind, size, shift = wasm[place], 0, 0
-        while True:  # LEB128
-            place += 1
-            size |= (wasm[place] & 0x7F) << shift
-            shift += 7
-            if wasm[place] < 0x80:
-                break
-        yield kind, wasm[place + 1 : (place := place + 1 + size)]
 
 
 def _name(name: bytes) -> bytes:
