@@ -1,4 +1,4 @@
-"""Clocks of engines, coarse ones above all: counts of milliseconds or more, and clocks that stand, jump or run back."""
+"""Wrong clocks of engines: most count milliseconds or longer units, others stop, jump or run backwards."""
 
 import math
 from collections.abc import Iterator

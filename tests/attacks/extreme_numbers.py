@@ -162,7 +162,7 @@ def _draw_contact(draw: Random, wildness: str, scene: Scene, steps: int) -> Cont
 
     def alter(value: Any) -> Any:
         if isinstance(value, tuple):
-            # Of four values in a contact, the second and the last are those of the second body.
+            # The second and the last of a contact's four values belong to the second body.
             return tuple(
                 one if wall_stands and len(value) == 4 and k % 2 else alter(one) for k, one in enumerate(value)
             )
