@@ -140,7 +140,6 @@ def test_disc_that_can_leave_closing_racks_is_not_crushed() -> None:
         assert outcome in {Outcome.MAX_IMPACTS, Outcome.COMPLETED}, scene
 
 
-@pytest.mark.long
 @each("along_m_s", [0.5, -0.5])
 @each("place_m", [-0.999999, 0.999999])
 def test_disc_that_moves_along_with_rough_closing_racks_is_crushed(along_m_s: float, place_m: float) -> None:
