@@ -43,9 +43,6 @@ def attack(rng: Random, folder: Path) -> Iterator[str]:
 
     Only Carom's script runs, and the page shows a scene or a message.
     """
-    if shutil.which("node") is None:
-        while True:
-            yield "there is no node here, in which the page's modules would run"
     while shutil.which("node") is None:
         yield "there is no node here, in which the page's modules would run"
     command = ["node", str(Path(__file__).with_name("play.mjs")), str(SOURCES), pack_block(b"")]
