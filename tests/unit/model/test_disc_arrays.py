@@ -1,17 +1,14 @@
 """A start as arrays: what is refused, and what a scene keeps of its own."""
 
-import copy
 import math
-import pickle
 
 import numpy as np
 import pytest
 from tests.cases import each
-from tests.scene_builders import disc_at, staged, wall_at
+from tests.scene_builders import wall_at
 
 from carom.errors import InputError
 from carom.model.disc_arrays import DiscArrays
-from carom.model.scene import Disc, Scene
 
 
 def build_two_discs(**changed: object) -> DiscArrays:
@@ -50,38 +47,3 @@ def test_invalid_arrays_are_refused(changed: dict[str, object], words: str) -> N
     """Shapes and values that no disc or wall can have are refused with a message that names the field."""
     with pytest.raises(InputError, match=words):
         build_two_discs(**changed)
-
-
-def build_scene() -> Scene:
-    discs = disc_at(0, 0, 1, 2, m=2.0), disc_at(3, 0, r=0.25), disc_at(6, 1, r=1.0, m=math.inf)
-    return staged("three", *discs, wall_at(0, -3, 0, 2), restitution=0.5, wall_restitution=0.25, duration_s=1.0)
-
-
-def test_arrays_of_a_scene_hold_its_fields_read_only() -> None:
-    """A scene's arrays contain the fields of its discs and walls, are built once and can't be written to."""
-    made = build_scene()
-    start = made.arrays
-    assert start is made.arrays
-    assert start.position_m.tolist() == [[0.0, 0.0], [3.0, 0.0], [6.0, 1.0]]
-    assert start.velocity_m_s.tolist() == [[1.0, 2.0], [0.0, 0.0], [0.0, 0.0]]
-    assert start.radius_m.tolist() == [0.5, 0.25, 1.0]
-    assert start.mass_kg.tolist() == [2.0, 1.0, math.inf]
-    assert start.movable.tolist() == [True, True, False]
-    assert start.walls == ((0.0, -3.0, 0.0, 1.0),)
-    assert (start.restitution, start.wall_restitution) == (0.5, 0.25)
-    with pytest.raises(ValueError, match="read-only"):
-        start.position_m[0, 0] = 1.0
-
-
-@each("made_before", [False, True])
-def test_arrays_are_not_part_of_a_scenes_value(made_before: bool) -> None:
-    """Copies and pickles of a scene have arrays of their own, and a dump has none."""
-    first = build_scene()
-    if made_before:
-        assert len(first.arrays) == 3
-    other = first.model_copy(update={"discs": (Disc(position_m=(7, 7), radius_m=1.0),)})
-    assert other.arrays.position_m.tolist() == [[7.0, 7.0]]
-    assert copy.deepcopy(first).arrays is not first.arrays
-    assert first == build_scene()
-    assert b"DiscArrays" not in pickle.dumps(first)
-    assert "arrays" not in first.model_dump()

@@ -197,14 +197,6 @@ def test_missing_fields_of_a_file_have_defaults(tmp_path: Path) -> None:
     )
 
 
-def test_default_friction_and_spin_are_not_written() -> None:
-    """Fields of friction and spin with default values are not written, so that digests stay the same."""
-    discs = [{**disc.model_dump(), "spin_rad_s": 0, "inertia_factor": 0.5} for disc in SAMPLE.discs]
-    same = Scene(**{**SAMPLE.model_dump(), "discs": discs, "friction": 0, "wall_tangential_restitution": 0.0})
-    assert same.model_dump_json() == SAMPLE.model_dump_json()
-    assert set(to_json(same)["discs"][0]) == {"position_m", "velocity_m_s", "radius_m", "mass_kg"}
-
-
 # JSON Schema ----------------------------------------------------------------------------------------------------------
 
 

@@ -7,7 +7,6 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-import pytest
 from tests.cases import each, long_until
 from tests.installed_adapters import write_distribution
 from tests.processes import run_command
@@ -15,7 +14,6 @@ from tests.scene_builders import Named
 from tests.unit.engines.protocol.programs import build_crowd
 
 from carom.engines.protocol.adapter import ProgramAdapter, program_adapter
-from carom.engines.protocol.manifest import load_manifest
 from carom.engines.protocol.serve import PROFILE, Server, build_manifest
 from carom.engines.registry import list_adapter_points, load_adapter
 from carom.execution.adapter_profile import capabilities_of
@@ -147,19 +145,3 @@ def test_engine_output_goes_to_standard_error(tmp_path: Path) -> None:
     assert answers == [{"protocol": 1, "version": "3.0"}, {"error": {"kind": "failed", "message": "RuntimeError: no"}}]
     assert done.stderr.splitlines() == ["imported", "preparing"]
     assert done.returncode == 0
-
-
-@pytest.mark.long
-def test_too_old_release_is_not_served(tmp_path: Path) -> None:
-    """`carom serve` ends with exit code 2 and the reason, and its manifest makes the engine unavailable."""
-    done = run_talkative_server(tmp_path / "site", "1.5")
-    assert done.returncode == 2
-    reason = "Talkative 1.5 is older than 2.0, the oldest release that its adapter supports"
-    assert f"talkative: {reason}" in done.stderr
-    shown = run_command(
-        [sys.executable, "-m", "carom", "serve", "talkative", "--manifest", "talkative-1.5"],
-        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path / "site"), *sys.path])},
-    )
-    path = tmp_path / "engine.toml"
-    path.write_text(shown.stdout.removeprefix("imported\n"))
-    assert load_manifest(path).explain_unavailable(tmp_path) == reason

@@ -66,15 +66,6 @@ def build_moving_states(steps: int, *, slowing: float = 0.0, drift_m: float = 0.
     return [(APART + k * (DT * SPEED + aside), SPEED * (1 - slowing) ** k) for k in range(1, steps)]
 
 
-def build_kicked_states() -> Iterator[tuple[Array, Array]]:
-    """Yield states of `PARTING`, whose velocity grows in every second step."""
-    place = APART
-    for k in range(40):
-        kicked = SPEED * (1.0 + 1e-9 * (k // 2))
-        place = place + kicked * DT
-        yield place, kicked
-
-
 NEARING = [
     build_pair(5.0, -1.0),
     build_pair(5.0, -1.0, aside=1.5),
@@ -92,7 +83,6 @@ TOUCHING = staged("touching", disc_at(0, 0), disc_at(0.6, 0.8), duration_s=10.0)
         (PARTING, [(APART / 2, 0.0 * SPEED)] * 10, 64, False),  # they overlap, and may be pushed apart
         (TOUCHING, build_straight_states(TOUCHING), 64, False),
         (PARTING, build_moving_states(50, slowing=1e-12), 64, False),
-        (PARTING, [*build_kicked_states()], 64, False),
         *((PARTING, build_moving_states(50, drift_m=drift_m), 64, False) for drift_m in (1e-12, 1e-3, 0.01)),
         (PARTING, [*build_rounded_states()], 32, True),
         (PARTING, [*build_rounded_states()], 64, False),
