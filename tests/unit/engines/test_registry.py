@@ -1,8 +1,11 @@
 """Adapters found by entry point, without importing an engine."""
 
 import sys
+from collections.abc import Callable
 from importlib import metadata
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from tests.cases import each
@@ -12,7 +15,9 @@ from tests.installed_adapters import clear_entry_point_caches, write_distributio
 from carom.engines.api import Engine
 from carom.engines.registry import (
     ENTRY_POINT_GROUP,
+    explain_unavailable_adapter,
     explain_unavailable_engine,
+    find_version,
 )
 from carom.execution.describe_engines import describe_engines, engines
 
@@ -71,6 +76,23 @@ def test_release_older_than_the_oldest_supported_is_unavailable(
     engine = Engine("Nonesuch", module="json", distribution=name, install="pip install nonesuch", oldest=oldest)
     reason = f"Nonesuch {installed} is older than {oldest}, the oldest release that its adapter supports"
     assert explain_unavailable_engine(engine) == (f"{reason}; pip install nonesuch" if refused else "")
+
+
+@each(
+    "engine, own, reason, version",
+    [
+        (Engine("In its adapter"), {}, "", metadata.version("carom")),
+        (Engine("Of a module", module="json"), {}, "", "unknown"),
+        (Engine("Program"), {"version": str, "unavailable": lambda: "no node"}, "no node", "unknown"),
+        (Engine("Both", module=ABSENT), {"unavailable": lambda: "no licence"}, f"{ABSENT} is not installed", "unknown"),
+    ],
+)
+def test_adapter_reports_its_version_and_availability(
+    engine: Engine, own: dict[str, Callable[[], str]], reason: str, version: str
+) -> None:
+    """An adapter's own version and reason are used unless its engine's module has them."""
+    adapter: Any = SimpleNamespace(engine=engine, **own)
+    assert (explain_unavailable_adapter(adapter), find_version(adapter, "carom")) == (reason, version)
 
 
 def test_invalid_metadata_makes_only_its_own_entry_unavailable(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

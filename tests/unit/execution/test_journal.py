@@ -137,19 +137,6 @@ def test_journal_of_another_study_is_refused(tmp_path: Path) -> None:
         score_journal(path, resume=True)
 
 
-def test_full_disk_raises_and_keeps_earlier_entries(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """If a line can be written only in part, an OSError is raised, and earlier entries can still be read."""
-    path = tmp_path / "journal.jsonl"
-    write = os.write
-    with score_journal(path) as journal:
-        journal.add([build_entry(0.1)])
-        monkeypatch.setattr(os, "write", lambda file, data: write(file, data[:10]))
-        with pytest.raises(OSError, match="no space left"):
-            journal.add([build_entry(0.2)])
-        monkeypatch.undo()
-    assert read_steps(path) == [0.1]
-
-
 def test_interrupt_while_syncing_keeps_the_first_entry(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """An entry is kept if Ctrl-C comes after it is written and before the disk confirms it."""
     path = tmp_path / "journal.jsonl"

@@ -2,7 +2,10 @@
 
 import textwrap
 
-from carom.execution.settings_code import find_changed_lines, find_step_lines
+from tests.in_process_pool import InProcessPool
+from tests.scene_builders import disc_at, staged
+
+from carom.execution.settings_code import find_changed_code, find_changed_lines, find_step_lines
 
 #: A program like those of adapters, with fields for the step size, the number of steps, and values that depend on the
 #: step.
@@ -51,6 +54,14 @@ def test_models_and_javascript_modules_give_changed_lines() -> None:
     module = "// {n}\nimport a\nconst slop = {n};\n"
     assert find_changed_lines(module.format(n=2), module.format(n=1)) == "const slop = 2;"
     assert find_step_lines(module.format(n=2), module.format(n=1)) == ""
+
+
+def test_changed_setting_of_an_engine_gives_its_statement() -> None:
+    """A changed setting gives the statement of Pymunk that sets it; PIT has no code."""
+    scene, pool = staged("one", disc_at(0, 0, r=1.0), duration_s=7.0), InProcessPool()
+    changed = find_changed_code("pymunk", "default", (("iterations", 20),), scene, 1 / 60, pool)
+    assert changed == "space.iterations = 20"
+    assert find_changed_code("pit", "tuned", (), scene, 1 / 60, pool) == ""
 
 
 def test_changed_lines_include_statements_that_use_them() -> None:

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from tests.cases import each
-from tests.scene_builders import wall_at
+from tests.scene_builders import disc_at, staged, wall_at
 
 from carom.errors import InputError
 from carom.model.disc_arrays import DiscArrays
@@ -47,3 +47,9 @@ def test_invalid_arrays_are_refused(changed: dict[str, object], words: str) -> N
     """Shapes and values that no disc or wall can have are refused with a message that names the field."""
     with pytest.raises(InputError, match=words):
         build_two_discs(**changed)
+
+
+def test_arrays_of_a_scene_are_read_only() -> None:
+    """The arrays of a scene, which all solvers share, can't be written to."""
+    with pytest.raises(ValueError, match="read-only"):
+        staged("one", disc_at(0, 0), duration_s=1.0).arrays.position_m[0, 0] = 1.0

@@ -8,6 +8,7 @@ from tests.cases import each
 
 from carom import Chain, Disc, Ring, Scene, SceneError, Wall
 from carom.model.scene import Need
+from carom.solvers.units import Units
 
 DISC = Disc(position_m=(0.0, 0.0), radius_m=0.5)
 STADIUM = Chain(points_m=[(-2, -2), (2, -2), (2, 2), (-2, 2)], bulges=[0, 1, 0, 1], closed=True)
@@ -97,3 +98,13 @@ def test_finite_walls_have_needs_of_their_own() -> None:
     assert rubs.needs == {Need.WALLS, Need.WALL_MATERIALS, Need.FRICTION}
     same = Wall(point_m=(0, -9), normal=(0, 1), restitution=0.5, friction=0.0)
     assert build_scene(same, wall_restitution=0.5).needs == {Need.WALLS, Need.RESTITUTION}
+
+
+def test_units_of_a_run_scale_every_length_of_a_wall() -> None:
+    """In units of 2^10 m the points, half width and radius of walls are exactly 1/1024 of those in metres."""
+    made = build_scene(STADIUM.model_copy(update={"half_width_m": 0.125}), Ring(centre_m=(1, 2), radius_m=7))
+    chain, ring = Units(10, 0, 0).convert_scene(made).arrays.walls
+    assert not isinstance(chain, tuple)
+    assert not isinstance(ring, tuple)
+    assert chain.points[0] == (-2 / 1024, -2 / 1024)
+    assert (chain.half_width, ring.points, ring.radius) == (0.125 / 1024, ((1 / 1024, 2 / 1024),), 7 / 1024)

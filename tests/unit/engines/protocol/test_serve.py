@@ -7,6 +7,7 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+import pytest
 from tests.cases import each, long_until
 from tests.installed_adapters import write_distribution
 from tests.processes import run_command
@@ -145,3 +146,11 @@ def test_engine_output_goes_to_standard_error(tmp_path: Path) -> None:
     assert answers == [{"protocol": 1, "version": "3.0"}, {"error": {"kind": "failed", "message": "RuntimeError: no"}}]
     assert done.stderr.splitlines() == ["imported", "preparing"]
     assert done.returncode == 0
+
+
+@pytest.mark.long
+def test_too_old_release_is_not_served(tmp_path: Path) -> None:
+    """`carom serve` ends with exit code 2 and the reason if the engine's release is too old."""
+    done = run_talkative_server(tmp_path, "1.5")
+    assert done.returncode == 2
+    assert "talkative: Talkative 1.5 is older than 2.0, the oldest release that its adapter supports" in done.stderr

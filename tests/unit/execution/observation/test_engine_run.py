@@ -85,6 +85,18 @@ def test_impact_after_the_end_does_not_change_the_final_state() -> None:
     assert require_value(trace.final_spin_rad_s)[0] == pytest.approx(3.0 * math.exp(-0.5), rel=1e-14)
 
 
+def test_run_keeps_states_only_if_a_disc_can_rest() -> None:
+    """States are kept only if gravity can hold a disc at rest; samples have the positions at every step."""
+    bodies = disc_at(0.0, 0.5, 1.0), wall_at(0.0, 0.0, 0.0, 1.0), wall_at(1.0, 0.0, -1.0, 0.0)
+    for gravity_m_s2, rests in (((0.0, 0.0), False), ((0.0, -1.0), True)):
+        scene = staged("slide", *bodies, gravity_m_s2=gravity_m_s2, duration_s=1.0)
+        trace = observe_run(load_adapter("pic"), scene, "tuned", DT, samples=True)
+        samples = require_value(trace.samples)
+        assert samples.time_s.tolist() == [0.0, 0.25, 0.5, 0.75, 1.0]
+        assert samples.position_m[:, 0, 0].tolist() == [0.0, 0.25, 0.5, 0.25, 0.0]
+        assert (trace.observed_states is not None) is rests
+
+
 class OneByOne:
     """A world of another one's steps, without its `take_quiet_steps`."""
 
