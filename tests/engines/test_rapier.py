@@ -37,16 +37,8 @@ AS_NPM: dict[str, Setting] = {
 
 def list_contacts(observation: Observation) -> set[tuple[object, ...]]:
     """Reported contacts of a step, in no order; normals are made unit vectors by two libraries' square roots."""
-    return {
-        (
-            contact.first,
-            contact.second,
-            contact.time_s,
-            contact.impulse_n_s,
-            *np.asarray(contact.normal, np.float32).tolist(),
-        )
-        for contact in observation.contacts
-    }
+    contacts = observation.contacts
+    return {(one.first, one.second, one.time_s, one.impulse_n_s, *map(np.float32, one.normal)) for one in contacts}
 
 
 @each("scene", SCENES)

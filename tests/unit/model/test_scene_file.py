@@ -187,16 +187,6 @@ def test_saved_scene_of_odd_numbers_loads_equal(scene: Scene, tmp_path: Path) ->
     assert save_and_load(scene, tmp_path) == [scene, scene]
 
 
-def test_missing_fields_of_a_file_have_defaults(tmp_path: Path) -> None:
-    """A file with a name, a duration and one disc is valid; the mass is 1 kg and the frame rate 60 Hz."""
-    path = write_data(
-        tmp_path / "x.toml", 'name = "short"\nduration_s = 1\n[[discs]]\nposition_m = [0, 0]\nradius_m = 1\n'
-    )
-    assert load_scene(str(path)) == Scene(
-        name="short", duration_s=1.0, discs=[Disc(position_m=(0, 0), radius_m=1, mass_kg=1)], frame_rate_hz=60
-    )
-
-
 # JSON Schema ----------------------------------------------------------------------------------------------------------
 
 
