@@ -29,10 +29,10 @@ def build_pair(gap: float, velocity: float, *, aside: float = 0.0, walls: tuple[
     return staged("pair", disc_at(0, 0), disc_at(1 + gap, aside, velocity, 0), *walls, duration_s=10.0)
 
 
-def find_free_flight_step(scene: Scene, states: Iterable[tuple[Array, Array]], dt_s: float = DT, bits: int = 64) -> int:
+def find_free_flight_step(scene: Scene, states: Iterable[tuple[Array, Array]], bits: int = 64) -> int:
     """Return after which step, from 1, free flight is found; 0 for after none."""
-    flight = FreeFlight(scene, dt_s, bits)
-    found = (flight.has_begun(k * dt_s, Observation(p, v)) for k, (p, v) in enumerate(states, start=1))
+    flight = FreeFlight(scene, DT, bits)
+    found = (flight.has_begun(k * DT, Observation(p, v)) for k, (p, v) in enumerate(states, start=1))
     return next((k for k, begun in enumerate(found, start=1) if begun), 0)
 
 
