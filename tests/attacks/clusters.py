@@ -17,6 +17,7 @@ from unittest import mock
 from tests.attacks.guard import try_act
 from tests.in_process_pool import InProcessPool
 from tests.journal_lines import read_canonical_lines
+from tests.processes import PATIENT_S
 from tests.random_scenes import draw_scene
 
 from carom.execution import cluster
@@ -25,8 +26,6 @@ from carom.execution.job import Job, Method
 from carom.execution.pool import Pool
 from carom.execution.score_jobs import score_jobs, score_journal
 
-#: Long enough for a process to start on a machine that is busy.
-PATIENT_S = 120.0
 #: A cluster without a worker is given up after so long here, in seconds.
 WORKERLESS_S = 3.0
 #: Work that takes some seconds on a cluster of one worker.

@@ -43,8 +43,6 @@ BYTES = (
     *(b"\xff", b"\xff\xfe.toml", b"a\x80b.json", b"\xed\xa0\x80"),
     *(b"\x1b[31m.toml", b"\n", b"a" * 300, b"\xe2\x80\xae.toml"),
 )
-#: Exit codes that `carom --help` names.
-CODES = range(5)
 
 
 def attack(rng: Random, folder: Path) -> Iterator[str]:
@@ -75,7 +73,7 @@ def _run_carom(words: Sequence[str | bytes], work: Path, **options: Any) -> subp
 def _find_loss(done: subprocess.CompletedProcess[bytes], what: str, *, says: bool = True) -> str:
     """Return what is wrong with the end of a command."""
     said = (done.stdout or b"") + (done.stderr or b"")
-    if done.returncode not in CODES or b"Traceback" in said or b"Exception ignored" in said:
+    if done.returncode not in range(5) or b"Traceback" in said or b"Exception ignored" in said:
         return f"{what}: exit code {done.returncode}: {said[-600:]!r}"
     if says and done.returncode > 1 and not (done.stderr or b"").strip():
         return f"{what}: exit code {done.returncode} without a sentence"
@@ -154,9 +152,10 @@ def _can_mount() -> bool:
     return subprocess.run(command, capture_output=True, check=False).returncode == 0
 
 
-def _mount_command(script: str) -> tuple[str, ...]:
-    """Return the begin of a command that runs it after mounting something that no other process sees."""
-    return ("unshare", "-rm", "sh", "-c", f'{script} && exec "$@"', "sh")
+def _run_mounted(words: Sequence[str], mount: str, **options: Any) -> str:
+    """Return what is lost after a command, in `/`, that has something mounted which no other process sees."""
+    before = ("unshare", "-rm", "sh", "-c", f'{mount} && exec "$@"', "sh")
+    return _find_loss(_run_carom(words, Path("/"), before=before, **options), f"{words}, {mount}")
 
 
 def _mount_read_only(rng: Random, work: Path) -> str:
@@ -164,9 +163,7 @@ def _mount_read_only(rng: Random, work: Path) -> str:
     words = _draw_command(rng, work)
     root = rng.choice((Path(__file__).parents[2], Path(sys.prefix), Path("/")))
     bind = f'mount --bind "{root}" "{root}" && ' if root != Path("/") else ""
-    before = _mount_command(f'{bind}mount -o remount,bind,ro "{root}"')
-    done = _run_carom(words, Path("/"), before=before)
-    return _find_loss(done, f"{words}, with {root} read-only")
+    return _run_mounted(words, f'{bind}mount -o remount,bind,ro "{root}"')
 
 
 def _fill_disk(rng: Random, work: Path) -> str:
@@ -176,6 +173,4 @@ def _fill_disk(rng: Random, work: Path) -> str:
     place = rng.choice((work, temporary))
     size, files = rng.choice((4096, 8192, 65536, 2**20)), rng.choice((2, 10, 100))
     mount = f'mount -t tmpfs -o size={size},nr_inodes={files} tmpfs "{place}"'
-    surroundings = {**os.environ, "TMPDIR": str(temporary)}
-    done = _run_carom(words, Path("/"), before=_mount_command(mount), env=surroundings)
-    return _find_loss(done, f"{words}, {mount}")
+    return _run_mounted(words, mount, env={**os.environ, "TMPDIR": str(temporary)})

@@ -1,4 +1,4 @@
-"""Functions that several attacks need: a time limit, random damage, smaller inputs, and a search for leftovers."""
+"""Functions that several attacks need: a time limit, random damage, saved inputs, and a search for leftovers."""
 
 import json
 import os
@@ -6,6 +6,7 @@ import signal
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from hashlib import sha256
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -105,19 +106,11 @@ def check_strict_json(lines: str) -> None:
         json.loads(line, parse_constant=refuse)
 
 
-def shrink(data: bytes, fails: Callable[[bytes], bool]) -> bytes:
-    """Return a part of the data that still fails, from which no piece can be taken away."""
-    size = len(data) // 2
-    while size:
-        begin = 0
-        while begin < len(data):
-            without = data[:begin] + data[begin + size :]
-            if fails(without):
-                data = without
-            else:
-                begin += size
-        size //= 2
-    return data
+def save_input(folder: Path, suffix: str, data: bytes) -> str:
+    """Keep an input with which something was lost, and return a reference to its file."""
+    path = folder / f"found-{sha256(data).hexdigest()[:16]}{suffix}"
+    path.write_bytes(data)
+    return f"see {path.name}"
 
 
 def find_leftovers(mark: str, temporary: Path) -> str:

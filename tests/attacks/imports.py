@@ -8,13 +8,12 @@ import json
 import pickle
 from collections.abc import Iterator
 from contextlib import nullcontext
-from hashlib import sha256
 from pathlib import Path
 from random import Random
 from typing import Any
 from unittest.mock import patch
 
-from tests.attacks.guard import spoil, try_act
+from tests.attacks.guard import save_input, spoil, try_act
 from tests.attacks.scenes import mutate
 
 from carom.catalogue import all_scenes
@@ -71,11 +70,7 @@ def attack(rng: Random, folder: Path) -> Iterator[str]:
             if canary.exists():
                 lost = "a file ran a program"
                 canary.unlink()
-            if lost:
-                kept = folder / f"found-{sha256(data).hexdigest()[:16]}{suffix}"
-                kept.write_bytes(data)
-                lost = f"{lost}; see {kept.name}"
-            yield lost
+            yield lost and f"{lost}; {save_input(folder, suffix, data)}"
 
 
 def _build_sound_files() -> dict[str, list[bytes]]:

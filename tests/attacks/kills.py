@@ -5,7 +5,7 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from random import Random
 from shutil import rmtree
@@ -83,7 +83,9 @@ def attack(rng: Random, folder: Path) -> Iterator[str]:
                 continue
             for _ in range(KILLS):
                 _run_work(name, folder, out, kill_after_s=rng.uniform(0.0, took_s))
-                yield _find_orphans(name)
+                # Its temporary folders may remain until the next start.
+                left = find_leftovers(MARK, Path("/nowhere"))
+                yield left and f"{name}: {left}"
             done = _run_work(name, folder, out)
             if done.returncode or equal(out) != equal(alone):
                 yield f"{name}: taken up {KILLS} times it is not what one left alone is: {done.stderr[-300:]}"
@@ -94,46 +96,37 @@ def _make_reports(folder: Path) -> None:
     """Make the two reports that are compared."""
     for name, engine in REPORTS.items():
         if not (folder / name / "results.jsonl").exists():
-            asked = ("run", "paper", "-e", engine, "--no-timing", "--fail-on", "never", "--dt", "1/60")
-            run_carom(folder, *asked, "--report", str(folder / name))
+            words = f"run paper -e {engine} --no-timing --fail-on never --dt 1/60 --report".split()
+            _run_carom(folder, [*words, str(folder / name)])
 
 
 def _run_work(
-    name: str, folder: Path, out: Path, *, kill_after_s: float | None = None
+    name: str, folder: Path, out: Path, kill_after_s: float | None = None
 ) -> subprocess.CompletedProcess[str]:
     """Do a piece of work into a folder, or go on with it."""
     command, option, read = WORK[name]
-    words = [word.replace("FOLDER", str(folder)) for word in command.split()]
+    words = command.replace("FOLDER", str(folder)).split()
     if option:
         words += [option, str(out / "page.html" if option == "--page" else out)]
-    if read is not _read_files:
-        return run_carom(folder, *words, kill_after_s=kill_after_s)
-    out.mkdir(parents=True, exist_ok=True)
-    said = (folder if option == "--out" else out) / "printed.txt"
-    return run_carom(folder, *words, kill_after_s=kill_after_s, said=said)
+    printed = Path(os.devnull)
+    if read is _read_files and option != "--out":
+        out.mkdir(parents=True, exist_ok=True)
+        printed = out / "printed.txt"
+    return _run_carom(folder, words, printed, kill_after_s)
 
 
-def run_carom(
-    folder: Path, *arguments: str, kill_after_s: float | None = None, said: Path = Path(os.devnull)
+def _run_carom(
+    folder: Path, words: Sequence[str], printed: Path = Path(os.devnull), kill_after_s: float | None = None
 ) -> subprocess.CompletedProcess[str]:
-    """Run a command with a folder of its own for temporary files; kill it after a while if it still runs.
-
-    Its output goes into a file.
-    """
+    """Run a command with a folder of its own for temporary files; kill it after a while if it still runs."""
     name, _, value = MARK.partition("=")
     environment = {**os.environ, name: value, "TMPDIR": str(folder / "temporary")}
-    with said.open("w") as out:
-        command = [sys.executable, "-m", "carom", *arguments]
+    with printed.open("w") as out:
+        command = [sys.executable, "-m", "carom", *words]
         process = subprocess.Popen(command, env=environment, stdout=out, stderr=subprocess.PIPE, text=True)
         try:
             _, told = process.communicate(timeout=LONGEST_S if kill_after_s is None else kill_after_s)
         except subprocess.TimeoutExpired:
             process.kill()
             _, told = process.communicate()
-    return subprocess.CompletedProcess(arguments, process.returncode, "", told)
-
-
-def _find_orphans(name: str) -> str:
-    """Return the processes that survive a killed command; its temporary folders may remain until the next start."""
-    found = find_leftovers(MARK, Path("/nowhere"))
-    return found and f"{name}: {found}"
+    return subprocess.CompletedProcess(command, process.returncode, "", told)

@@ -15,6 +15,7 @@ from unittest.mock import patch
 
 from tests.attacks.guard import HangError, limit_time
 from tests.in_process_pool import InProcessPool
+from tests.processes import run_command
 from typer.testing import CliRunner
 
 from carom.cli import app
@@ -70,35 +71,31 @@ def attack(rng: Random, folder: Path) -> Iterator[str]:
 
 
 def _try_in_process(arguments: list[str], work: Path) -> str:
+    shown = " ".join(arguments)[:300]
     work.mkdir()
     try:
-        with chdir(work), patch("carom.execution.pool.LocalPool", _in_process), limit_time():
+        with chdir(work), patch("carom.execution.pool.LocalPool", lambda *_, **__: InProcessPool()), limit_time():
             result = CliRunner().invoke(app, arguments)
-    except HangError:
-        result = None
+            error = result.exception
+    except HangError as hang:
+        error = hang
     finally:
         rmtree(work)
-    if result is None or isinstance(result.exception, HangError):
-        return _try_as_command(arguments, work)
-    shown = " ".join(arguments)[:300]
-    if result.exception is not None and not isinstance(result.exception, SystemExit):
-        return f"{shown!r}: {type(result.exception).__name__}: {str(result.exception)[:200]!r}"
+    if isinstance(error, HangError):
+        return _try_as_command(arguments, shown, work)
+    if error is not None and not isinstance(error, SystemExit):
+        return f"{shown!r}: {type(error).__name__}: {str(error)[:200]!r}"
     if result.exit_code == 2 and not result.output.strip():
         return f"{shown!r}: refused without a sentence"
     return "" if "\x1b[31m" not in result.output else f"{shown!r}: an escape sequence in the output"
 
 
-def _in_process(*_: object, **__: object) -> InProcessPool:
-    return InProcessPool()
-
-
-def _try_as_command(arguments: list[str], work: Path) -> str:
-    shown = " ".join(arguments)[:300]
+def _try_as_command(arguments: list[str], shown: str, work: Path) -> str:
     work.mkdir()
     limited = [*arguments, "--time-limit", "3"] if arguments[0] in {"run", "bench", "advise", "stress"} else arguments
     try:
         command = [sys.executable, "-m", "carom", *limited]
-        done = subprocess.run(command, cwd=work, capture_output=True, text=True, timeout=LONGEST_S, check=False)
+        done = run_command(command, cwd=work, timeout=LONGEST_S, check=False)
     except subprocess.TimeoutExpired:
         return f"{shown!r}: no answer within {LONGEST_S:g} s, with a time limit of 3 s"
     finally:

@@ -5,6 +5,7 @@ The page's own modules run in node.
 
 import base64
 import hashlib
+import itertools
 import json
 import shutil
 from collections.abc import Iterator
@@ -43,9 +44,6 @@ def attack(rng: Random, folder: Path) -> Iterator[str]:
 
     Only Carom's script runs, and the page shows a scene or a message.
     """
-    if shutil.which("node") is None:
-        while True:
-            yield "there is no node here, in which the page's modules would run"
     while shutil.which("node") is None:
         yield "there is no node here, in which the page's modules would run"
     command = ["node", str(Path(__file__).with_name("play.mjs")), str(SOURCES), pack_block(b"")]
@@ -129,10 +127,6 @@ _LINK: list[Any] = [
 ]
 
 
-def _pack_link(values: Any) -> str:
-    return "2=" + base64.urlsafe_b64encode(json.dumps(values).encode("latin-1")).decode().rstrip("=")
-
-
 def _try_link(rng: Random, folder: Path, page: Talk) -> str:
     del folder
     values = _LINK
@@ -141,26 +135,16 @@ def _try_link(rng: Random, folder: Path, page: Talk) -> str:
     if rng.random() < 0.3:  # within what the page takes, and far from what a hand draws
         discs = [[*rng.choice(_EXTREMES), 1, 0, 0.5] for _ in range(rng.choice((2, 10)))]
         values = [discs, [], *_LINK[2:4], 60, 10000, 0.5, "pit"]
-    text = _pack_link(values)
+    text = "2=" + base64.urlsafe_b64encode(json.dumps(values).encode("latin-1")).decode().rstrip("=")
     if rng.random() < 0.3:
         text = mutate(rng, text.encode()).decode("latin-1")
     answer = _ask(page, do="link", text=text)
     return answer.get("lost", "") and f"the link {text[:400]!r}: {answer['lost']}"
 
 
-_EXTREMES = [
-    [x, y, vx, vy, r]
-    for x in (-1e4, 0, 1e4)
-    for y in (0, 1e-300)
-    for vx in (1e4, -1e4)
-    for vy in (0, 1e4)
-    for r in (1e-4, 1)
-]
-
-
-@cache
-def _pack(content: bytes) -> str:
-    return pack_block(content)
+#: Positions, velocities and radii of discs.
+_EXTREMES = [*itertools.product((-1e4, 0, 1e4), (0, 1e-300), (1e4, -1e4), (0, 1e4), (1e-4, 1))]
+_pack = cache(pack_block)
 
 
 def _try_block(rng: Random, folder: Path, page: Talk) -> str:

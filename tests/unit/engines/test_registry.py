@@ -4,6 +4,7 @@ import sys
 from collections.abc import Callable
 from importlib import metadata
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -17,9 +18,7 @@ from carom.engines.registry import (
     explain_unavailable_adapter,
     explain_unavailable_engine,
     find_version,
-    load_adapter,
 )
-from carom.errors import UnknownNameError
 from carom.execution.describe_engines import describe_engines, engines
 
 
@@ -32,15 +31,6 @@ def test_engines_lists_every_entry_point() -> None:
     for info in infos[:2]:
         assert (info.available, info.unavailable, info.version) == (True, "", metadata.version("carom"))
         assert info.own_profiles(["default", "tuned"]) == list(info.profiles)
-
-
-def test_unknown_engine_is_refused_with_all_names() -> None:
-    """The error for a misspelt engine contains that name and the names of all engines."""
-    with pytest.raises(UnknownNameError) as caught:
-        load_adapter("pimunk")
-    assert "'pimunk'" in str(caught.value)
-    for info in engines():
-        assert info.name in str(caught.value)
 
 
 HERE = sys.version_info[:2]
@@ -88,28 +78,21 @@ def test_release_older_than_the_oldest_supported_is_unavailable(
     assert explain_unavailable_engine(engine) == (f"{reason}; pip install nonesuch" if refused else "")
 
 
-class Guest:
-    """An adapter, as far as the registry reads one."""
-
-    def __init__(self, engine: Engine, **own: Callable[[], str]) -> None:
-        self.engine = engine
-        self.__dict__ |= own
-
-
-def test_adapter_reports_its_version_and_availability() -> None:
+@each(
+    "engine, own, reason, version",
+    [
+        (Engine("In its adapter"), {}, "", metadata.version("carom")),
+        (Engine("Of a module", module="json"), {}, "", "unknown"),
+        (Engine("Program"), {"version": str, "unavailable": lambda: "no node"}, "no node", "unknown"),
+        (Engine("Both", module=ABSENT), {"unavailable": lambda: "no licence"}, f"{ABSENT} is not installed", "unknown"),
+    ],
+)
+def test_adapter_reports_its_version_and_availability(
+    engine: Engine, own: dict[str, Callable[[], str]], reason: str, version: str
+) -> None:
     """An adapter's own version and reason are used unless its engine's module has them."""
-
-    def told(engine: Engine, **own: Callable[[], str]) -> tuple[str, str]:
-        guest: Any = Guest(engine, **own)
-        return explain_unavailable_adapter(guest), find_version(guest, "carom")
-
-    own = metadata.version("carom")
-    assert told(Engine("In its adapter")) == ("", own)
-    assert told(Engine("Of a module", module="json")) == ("", "unknown")
-    assert told(Engine("Of a distribution", module="json", distribution="carom")) == ("", own)
-    assert told(Engine("Program"), version=lambda: "7.1", unavailable=lambda: "no node") == ("no node", "7.1")
-    assert told(Engine("Program"), version=lambda: "", unavailable=lambda: "") == ("", "unknown")
-    assert told(Engine("Both", module="no_such_module"), unavailable=lambda: "no licence")[0].startswith("no_such")
+    adapter: Any = SimpleNamespace(engine=engine, **own)
+    assert (explain_unavailable_adapter(adapter), find_version(adapter, "carom")) == (reason, version)
 
 
 def test_invalid_metadata_makes_only_its_own_entry_unavailable(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -60,10 +60,6 @@ DECLARED = {
         "made(capabilities=Capabilities(float_bits=16))",
         "capabilities.float_bits must be one of [32, 64], got 16; declare 32 for narrower floats",
     ),
-    "words": (
-        "made(capabilities=Capabilities(max_speed_m_s='fast'))",
-        "capabilities.max_speed_m_s: Input should be a valid number, got 'fast'",
-    ),
     "nan": ("made(capabilities=Capabilities(max_speed_m_s=float('nan')))", "max_speed_m_s must be a number"),
     "order": ("made(capabilities=Capabilities(restitution=(1.0, 0.0)))", "must be a smallest and a largest value"),
     "no-engine": ("made(engine=None)", "engine must be Engine(...), got None"),

@@ -3,7 +3,6 @@
 import json
 import math
 import os
-import tracemalloc
 from collections.abc import Sequence
 from dataclasses import fields, replace
 from functools import partial
@@ -138,30 +137,6 @@ def test_journal_of_another_study_is_refused(tmp_path: Path) -> None:
         score_journal(path, resume=True)
 
 
-def test_journal_without_entries_is_restarted(tmp_path: Path) -> None:
-    """A journal that is closed before its first entry leaves no file, and one with a torn header can be resumed."""
-    path = tmp_path / "journal.jsonl"
-    score_journal(path).close()
-    assert list(tmp_path.iterdir()) == []
-    path.write_text('{"journal": "sco')
-    with score_journal(path, resume=True) as journal:
-        journal.add([build_entry(0.1)])
-    assert read_steps(path) == [0.1]
-
-
-def test_full_disk_raises_and_keeps_earlier_entries(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """If a line can be written only in part, an OSError is raised, and earlier entries can still be read."""
-    path = tmp_path / "journal.jsonl"
-    write = os.write
-    with score_journal(path) as journal:
-        journal.add([build_entry(0.1)])
-        monkeypatch.setattr(os, "write", lambda file, data: write(file, data[:10]))
-        with pytest.raises(OSError, match="no space left"):
-            journal.add([build_entry(0.2)])
-        monkeypatch.undo()
-    assert read_steps(path) == [0.1]
-
-
 def test_interrupt_while_syncing_keeps_the_first_entry(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """An entry is kept if Ctrl-C comes after it is written and before the disk confirms it."""
     path = tmp_path / "journal.jsonl"
@@ -176,20 +151,6 @@ def test_interrupt_while_syncing_keeps_the_first_entry(tmp_path: Path, monkeypat
     monkeypatch.undo()
     journal.close()
     assert read_steps(path) == [0.1]
-
-
-def test_large_torn_line_is_removed_without_reading_it(tmp_path: Path) -> None:
-    """A torn last line of 64 MiB is removed with less than 16 MiB of memory."""
-    path = write_journal(tmp_path, 0.1)
-    whole = path.read_bytes()
-    with path.open("ab") as file:
-        file.truncate(2**26)
-    tracemalloc.start()
-    assert read_steps(path) == [0.1]
-    _, peak = tracemalloc.get_traced_memory()
-    tracemalloc.stop()
-    assert peak < 16 * 2**20
-    assert path.read_bytes() == whole
 
 
 @each(

@@ -7,10 +7,9 @@ import pytest
 from tests.cases import each, long_until
 from tests.scene_builders import disc_at, require_value, run_cross_check, staged, wall_at
 
-import carom
 from carom import Scene, solve_pic
 from carom.catalogue import catalogue
-from carom.comparator.shifted_scenes import list_even_phases, shift_start, solve_shifted_references
+from carom.comparator.shifted_scenes import shift_start, solve_shifted_references
 from carom.errors import InputError
 from carom.execution.phases import compute_pit_miss_probability, generate_phases
 from carom.model.walls import Leg
@@ -38,13 +37,6 @@ def test_scene_that_cannot_start_earlier_starts_later() -> None:
     assert shifted.discs[0].position_m[0] == pytest.approx(-0.1)
     with pytest.raises(InputError, match="can't begin 2 s earlier or later"):
         shift_start(parting, 2.0)
-
-
-def test_even_phases_cover_one_step() -> None:
-    """Four phases are 0, 0.25, 0.5 and 0.75 of a step; a number of 0 phases is refused."""
-    assert list_even_phases(4) == (0.0, 0.25, 0.5, 0.75)
-    with pytest.raises(InputError, match="phases must be 1 or more, got 0"):
-        list_even_phases(0)
 
 
 def build_dropped_scene() -> Scene:
@@ -103,10 +95,3 @@ def test_miss_probability_requires_straight_paths() -> None:
     legs = (Leg(from_s=0.0, velocity_m_s=(0.0, 0.0)), Leg(from_s=0.05, velocity_m_s=(1.0, 0.0)))
     turning = staged("legs", small, fixed.model_copy(update={"driven": True, "legs": legs}), duration_s=1.0)
     assert all(math.isnan(compute_pit_miss_probability(scene, 1 / 5)) for scene in (one, later, turning))
-
-
-@each("phases", [-1, True])
-def test_invalid_number_of_phases_is_refused(phases: int) -> None:
-    """A negative, fractional or boolean number of phases is refused with the option's name."""
-    with pytest.raises(InputError, match="phases must be a whole number"):
-        carom.cross_check([build_passing_scene(0.0, 0.5)], ["pit"], phases=phases)

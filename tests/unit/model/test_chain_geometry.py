@@ -14,15 +14,6 @@ from carom.model.chain_geometry import Edge, Outline
 STADIUM = Outline(((-2.0, -2.0), (2.0, -2.0), (2.0, 2.0), (-2.0, 2.0)), (0.0, 1.0, 0.0, 1.0), 0.0, closed=True)
 
 
-def test_nearest_point_of_a_stadium() -> None:
-    """The nearest point is on a side at y = -2 or 2, or on a half circle of radius 2 about (-2, 0) or (2, 0)."""
-    assert STADIUM.find_nearest(0.5, -1.0) == (0.5, -2.0, 0, True)
-    assert STADIUM.find_nearest(3.5, 0.0)[:3] == (4.0, 0.0, 1)
-    foot = STADIUM.find_nearest(10.0, 6.0)
-    assert (foot.x, foot.y) == pytest.approx((2.0 + 2.0 * 0.8, 2.0 * 0.6), abs=1e-15)
-    assert STADIUM.compute_gap(0.0, 0.0, 0.5) == 1.5
-
-
 def test_enclosed_points_match_the_area_of_a_stadium() -> None:
     """Random points are inside a stadium as often as its area, 4 x 4 + 4 pi, is part of the sampled box."""
     points = np.random.default_rng(5).uniform((-4.5, -2.5), (4.5, 2.5), (4_000, 2))

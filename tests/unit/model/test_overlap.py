@@ -5,16 +5,12 @@ import math
 from fractions import Fraction
 
 import numpy as np
-import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from tests.cases import each
 
-from carom.errors import InputError, SceneError
 from carom.model.disc_arrays import DiscArrays
-from carom.model.scene import Disc, Scene
-from carom.solvers.event_driven.run import EventDrivenRun
 
 INF = math.inf
 
@@ -68,19 +64,6 @@ def test_overlap_within_rounding_is_accepted(
         assert refused
 
 
-def test_scene_lists_the_first_ten_overlaps() -> None:
-    """A scene of 100 discs at one place is refused with ten problems and a line that there are more."""
-    with pytest.raises(SceneError) as refusal:
-        Scene(name="heap", discs=[Disc(position_m=(1, 2), radius_m=0.5)] * 100, duration_s=1.0)
-    lines = str(refusal.value).splitlines()
-    assert len(refusal.value.problems) == 10
-    assert lines[2] == (
-        "discs[2].position_m: must not overlap discs[1] at the start, got (1.0, 2.0): "
-        "the two overlap by 1 m; move them apart"
-    )
-    assert lines[10:] == ["and more of them"]
-
-
 @each("immovable", [False, True])
 @each("walls", [1, 3])
 def test_movable_discs_in_walls_are_listed(walls: int, immovable: bool) -> None:
@@ -101,13 +84,3 @@ def test_immovable_and_tiny_discs_may_overlap() -> None:
     """Discs that never move may overlap, and so may discs smaller than the rounding of their positions."""
     build_discs(np.zeros((20_000, 2)), np.full(20_000, 0.5), INF).require_apart()
     build_discs(np.ones((20_000, 2)), np.full(20_000, 1e-17)).require_apart()
-
-
-def test_run_refuses_overlapping_arrays() -> None:
-    """A run from arrays with an overlap is refused with the disc, the other disc or wall, and the depth."""
-    start = build_discs(np.array([[0.0, 0.0], [5.0, 0.0], [0.75, 0.0]]), np.full(3, 0.5))
-    with pytest.raises(InputError, match=r"position_m\[2\] must not overlap disc 0 .* by 0.25 m; move them apart"):
-        EventDrivenRun(start)
-    walled = DiscArrays(np.array([[0.25, 1.0]]), np.zeros((1, 2)), np.array([0.5]), np.ones(1), ((0.0, 0.0, 1.0, 0.0),))
-    with pytest.raises(InputError, match=r"position_m\[0\] must not overlap wall 0 .* reaches 0.25 m into it"):
-        EventDrivenRun(walled)

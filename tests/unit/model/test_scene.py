@@ -43,26 +43,18 @@ BAD_DISC_FIELDS = [
     ("radius_m", -1.5, "radius_m: must be greater than 0, got -1.5"),
     ("radius_m", True, "radius_m: must be a valid number, got True"),
     ("radius_m", "1.5", "radius_m: must be a valid number, got '1.5'"),
-    ("radius_m", np.bool_(True), "radius_m: must be a valid number, got True"),
     ("radius_m", 10**5000, "radius_m: must be a valid number, got an integer with too many digits"),
     ("mass_kg", -2.5, "mass_kg: must be greater than 0, got -2.5"),
-    ("mass_kg", -INF, "mass_kg: must be greater than 0, got -inf"),
-    ("mass_kg", NAN, "mass_kg: must be greater than 0, got nan"),
     ("mass_kg", 1e200, "mass_kg: must be between 1.49e-154 and 6.7e153 (measure in other units), got 1e+200"),
-    ("mass_kg", 1e-310, "mass_kg: must be between 1.49e-154 and 6.7e153 (measure in other units), got 1e-310"),
     ("radius_m", 1e160, "radius_m: must be at most 6.7e153 in magnitude (measure in other units), got 1e+160"),
     ("position_m", [0, -1e160], "position_m[1]: must be at most 6.7e153 in magnitude (measure in other units), got "),
-    ("mass_kg", "heavy", "mass_kg: must be a valid number, got 'heavy'"),
     ("position_m", [NAN, 0.0], "position_m[0]: must be a finite number, got nan"),
     ("position_m", [1.0, 2.0, 3.0], "position_m: must hold two numbers, got [1.0, 2.0, 3.0]"),
     ("position_m", [1.0], "position_m[1]: is required, but missing"),
     ("position_m", "12", "position_m: must be a list, got '12'"),
-    ("velocity_m_s", [0.0, NAN], "velocity_m_s[1]: must be a finite number, got nan"),
     ("spin_rad_s", INF, "spin_rad_s: must be a finite number, got inf"),
     ("inertia_factor", 0.0, 'inertia_factor: must be from 6.22e-61 to 1, where all mass is in the rim, or "inf"'),
     ("inertia_factor", 1.5, "inertia_factor: must be from"),
-    ("inertia_factor", NAN, "inertia_factor: must be from"),
-    ("inertia_factor", "heavy", "inertia_factor: must be a valid number, got 'heavy'"),
 ]
 
 
@@ -84,7 +76,6 @@ BAD_SCENE_FIELDS = [
     ("wall_restitution", 1.0000000000000002, "wall_restitution: must be less than or equal to 1, got 1.00000000000000"),
     ("friction", -0.1, "friction: must be greater than or equal to 0, got -0.1"),
     ("friction", INF, "friction: must be a finite number, got inf"),
-    ("wall_friction", 1e160, "wall_friction: must be at most 6.7e153 in magnitude"),
     ("tangential_restitution", 1.5, "tangential_restitution: must be less than or equal to 1, got 1.5"),
     ("wall_tangential_restitution", -2.0, "wall_tangential_restitution: must be greater than or equal to -1, got -2.0"),
     ("duration_s", 0.0, "duration_s: must be greater than 0, got 0.0"),
@@ -93,7 +84,6 @@ BAD_SCENE_FIELDS = [
     ("frame_rate_hz", -60, "frame_rate_hz: must be greater than 0, got -60"),
     ("name", "", "name: must have at least 1 character, got ''"),
     ("name", "x" * 201, "name: must have at most 200 characters, got 'xxx"),
-    ("description", None, "description: must be a valid string, got None"),
 ]
 
 

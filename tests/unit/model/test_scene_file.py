@@ -187,24 +187,6 @@ def test_saved_scene_of_odd_numbers_loads_equal(scene: Scene, tmp_path: Path) ->
     assert save_and_load(scene, tmp_path) == [scene, scene]
 
 
-def test_missing_fields_of_a_file_have_defaults(tmp_path: Path) -> None:
-    """A file with a name, a duration and one disc is valid; the mass is 1 kg and the frame rate 60 Hz."""
-    path = write_data(
-        tmp_path / "x.toml", 'name = "short"\nduration_s = 1\n[[discs]]\nposition_m = [0, 0]\nradius_m = 1\n'
-    )
-    assert load_scene(str(path)) == Scene(
-        name="short", duration_s=1.0, discs=[Disc(position_m=(0, 0), radius_m=1, mass_kg=1)], frame_rate_hz=60
-    )
-
-
-def test_default_friction_and_spin_are_not_written() -> None:
-    """Fields of friction and spin with default values are not written, so that digests stay the same."""
-    discs = [{**disc.model_dump(), "spin_rad_s": 0, "inertia_factor": 0.5} for disc in SAMPLE.discs]
-    same = Scene(**{**SAMPLE.model_dump(), "discs": discs, "friction": 0, "wall_tangential_restitution": 0.0})
-    assert same.model_dump_json() == SAMPLE.model_dump_json()
-    assert set(to_json(same)["discs"][0]) == {"position_m", "velocity_m_s", "radius_m", "mass_kg"}
-
-
 # JSON Schema ----------------------------------------------------------------------------------------------------------
 
 

@@ -8,13 +8,11 @@ from pathlib import Path
 
 import pytest
 from tests.cases import each
-from tests.command import carom_command, printed_text
 from tests.fake_clock import Clock
 from tests.in_process_pool import InProcessPool
 from tests.processes import read_pid, wait_until_ended
 from tests.unit.engines.protocol.programs import build_still_scene, write_manifest
 
-import carom
 from carom.engines.api import Capabilities, ContactTimes, Stamp
 from carom.engines.protocol.manifest import load_manifest
 from carom.engines.registry import MANIFESTS, format_engine_argument, list_adapter_points, load_adapter, resolve_engine
@@ -72,15 +70,6 @@ def test_manifest_fields_are_loaded(tmp_path: Path) -> None:
     assert tuned.capabilities == replace(able, walls=True)  # what it leaves out is the engine's
 
 
-def test_missing_program_makes_the_engine_unavailable(tmp_path: Path) -> None:
-    """Words that begin with ./ or ../ are relative to the manifest's folder; a reason names the missing program."""
-    found = load_manifest(write_manifest_text(tmp_path, WHOLE))
-    assert found.resolve_command(tmp_path) == (str(tmp_path / "toy"), "--quiet", str(tmp_path.parent / "shared.js"))
-    assert found.explain_unavailable(tmp_path) == f"there is no program {tmp_path / 'toy'}; make toy"
-    other = load_manifest(write_manifest_text(tmp_path, WHOLE.replace('"./toy"', '"no-such-program-of-carom"')))
-    assert other.explain_unavailable(tmp_path) == "no-such-program-of-carom is not on the PATH; make toy"
-
-
 def test_npm_package_decides_availability_and_version(tmp_path: Path) -> None:
     """A missing npm package makes the engine unavailable; an installed one provides its version."""
     whole = WHOLE.replace('version = "1.2"', 'package = "../packages/toys/package.json"')
@@ -95,6 +84,9 @@ def test_npm_package_decides_availability_and_version(tmp_path: Path) -> None:
     package.write_text('{"name": "toys", "version": "3.4.5"}')
     assert found.explain_unavailable(tmp_path) == ""
     assert found.find_version(tmp_path) == "3.4.5"
+    assert "3.4.5 is older than 4.0, the oldest" in found.model_copy(update={"oldest": "4.0"}).explain_unavailable(
+        tmp_path
+    )
     package.write_text("{")
     assert found.find_version(tmp_path) == ""
 
@@ -106,10 +98,8 @@ def test_npm_package_decides_availability_and_version(tmp_path: Path) -> None:
         ('version = "1.2"', "version = 1.2", "version: must be a valid string, got 1.2;"),
         ("restitution = [0.0, 1.0]", "restitution = 1", "capabilities.restitution: must be a list, got 1;"),
         ('"instant"', '"middle"', "capabilities: stamp must be one of start, end, instant, got 'middle';"),
-        ('name = "toy"', 'name = "../toy"', "name"),
         ('name = "toy"', 'name = "toy"\nprotocol = 2', "protocol"),
         ('command = ["./toy", "--quiet", "../shared.js"]', "command = []", "command"),
-        ("walls = false", "wals = false", "'wals'"),
         ('description = "As shipped."', "", "profiles.default.description"),
         ("slop = 0.005", "slop = [1]", "settings.slop: must be a number, true, false or a text, got [1]"),
         ("slop = 0.005", "slop = inf", "settings.slop: must be finite, as JSON requires, got inf"),
@@ -161,16 +151,22 @@ def test_manifest_path_registers_its_engine(tmp_path: Path, monkeypatch: pytest.
 
 def test_engine_list_uses_the_manifest_without_starting_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Version and profiles come from the manifest; a missing program or an invalid manifest is a reason."""
-    for name, command in (("there", [sys.executable, "-c", "raise SystemExit(1)"]), ("gone", ["./gone"])):
+    commands = {
+        "there": [sys.executable, "-c", "raise SystemExit(1)"],
+        "gone": ["./gone"],
+        "absent": ["no-program"],
+    }
+    for name, command in commands.items():
         (tmp_path / name).mkdir()
         write_manifest(tmp_path / name, name=name, command=command, version="3.2", install="make it")
     (tmp_path / "broken.toml").write_text("name = 5")
-    known = [str(tmp_path / name) for name in ("there", "gone", "broken.toml")]
+    known = [str(tmp_path / name) for name in (*commands, "broken.toml")]
     monkeypatch.setenv(MANIFESTS, os.pathsep.join(known))
-    infos = {info.name: info for info in describe_engines(["there", "gone", "broken"], InProcessPool())}
+    infos = {info.name: info for info in describe_engines([*commands, "broken"], InProcessPool())}
     assert (infos["there"].version, infos["there"].unavailable) == ("3.2", "")
     assert sorted(infos["there"].profiles) == ["default", "tuned"]
     assert infos["gone"].unavailable == f"there is no program {tmp_path / 'gone' / 'gone'}; make it"
+    assert infos["absent"].unavailable == "no-program is not on the PATH; make it"
     assert f"{tmp_path / 'broken.toml'}: name" in infos["broken"].unavailable
 
 
@@ -198,14 +194,3 @@ def test_hanging_program_is_killed_with_its_worker(tmp_path: Path, monkeypatch: 
         answer = lane.run(ObserveTask(Job(build_still_scene(), Method(name, "tuned"), 0.5)))
     assert answer.status is Status.TIMED_OUT
     assert wait_until_ended(read_pid(pid))
-
-
-@pytest.mark.long
-def test_manifest_path_is_accepted_as_an_engine(tmp_path: Path) -> None:
-    """`carom run -e engine.toml` and `carom.run` run a manifest's program; a missing program gives exit code 3."""
-    path = write_manifest(tmp_path)
-    assert carom.run(build_still_scene(), str(path), dt=0.5).method == "toy"
-    write_manifest(tmp_path, command=["./gone"], install="make it")
-    result = carom_command("run", "paper/missed", "-e", str(path), "-p", "tuned", "--dt", "1/60")
-    assert result.exit_code == 3, result.output
-    assert "make it" in printed_text(result)

@@ -29,10 +29,10 @@ def build_pair(gap: float, velocity: float, *, aside: float = 0.0, walls: tuple[
     return staged("pair", disc_at(0, 0), disc_at(1 + gap, aside, velocity, 0), *walls, duration_s=10.0)
 
 
-def find_free_flight_step(scene: Scene, states: Iterable[tuple[Array, Array]], dt_s: float = DT, bits: int = 64) -> int:
+def find_free_flight_step(scene: Scene, states: Iterable[tuple[Array, Array]], bits: int = 64) -> int:
     """Return after which step, from 1, free flight is found; 0 for after none."""
-    flight = FreeFlight(scene, dt_s, bits)
-    found = (flight.has_begun(k * dt_s, Observation(p, v)) for k, (p, v) in enumerate(states, start=1))
+    flight = FreeFlight(scene, DT, bits)
+    found = (flight.has_begun(k * DT, Observation(p, v)) for k, (p, v) in enumerate(states, start=1))
     return next((k for k, begun in enumerate(found, start=1) if begun), 0)
 
 
@@ -66,15 +66,6 @@ def build_moving_states(steps: int, *, slowing: float = 0.0, drift_m: float = 0.
     return [(APART + k * (DT * SPEED + aside), SPEED * (1 - slowing) ** k) for k in range(1, steps)]
 
 
-def build_kicked_states() -> Iterator[tuple[Array, Array]]:
-    """Yield states of `PARTING`, whose velocity grows in every second step."""
-    place = APART
-    for k in range(40):
-        kicked = SPEED * (1.0 + 1e-9 * (k // 2))
-        place = place + kicked * DT
-        yield place, kicked
-
-
 NEARING = [
     build_pair(5.0, -1.0),
     build_pair(5.0, -1.0, aside=1.5),
@@ -92,7 +83,6 @@ TOUCHING = staged("touching", disc_at(0, 0), disc_at(0.6, 0.8), duration_s=10.0)
         (PARTING, [(APART / 2, 0.0 * SPEED)] * 10, 64, False),  # they overlap, and may be pushed apart
         (TOUCHING, build_straight_states(TOUCHING), 64, False),
         (PARTING, build_moving_states(50, slowing=1e-12), 64, False),
-        (PARTING, [*build_kicked_states()], 64, False),
         *((PARTING, build_moving_states(50, drift_m=drift_m), 64, False) for drift_m in (1e-12, 1e-3, 0.01)),
         (PARTING, [*build_rounded_states()], 32, True),
         (PARTING, [*build_rounded_states()], 64, False),
@@ -130,16 +120,6 @@ def test_earliest_near_pair_is_found_within_the_time_left(
     every = compute_pair_time(place, velocity, 2.0 * scene.arrays.radius_m, first, second)
     found = FreeFlight(scene, DT).compute_pair_wait(place, velocity, left_s)
     assert found == every if every <= left_s else found > left_s
-
-
-@each("units, begins", [(0, True), (4, True), (5, False), (-5, False)])
-def test_free_flight_tolerates_four_units_of_rounding(units: int, begins: bool) -> None:
-    """At 4 m, a step may deviate by four units in the last place, each 2^-50 m, but not by five."""
-    scene, speed = build_pair(3.5, 1.0), np.array([(0.0, 0.0), (1.0, 0.0)])
-    dt_s = 2.0**-6  # every number below is exact
-    drift = np.array([(0.0, 0.0), (units * 2.0**-50, 0.0)])
-    states = [(np.array([(0.0, 0.0), (4.0, 0.0)]) + (speed * dt_s + drift) * k, speed) for k in range(1, 9)]
-    assert (find_free_flight_step(scene, states, dt_s) > 0) is begins
 
 
 @each("steps_after_the_end, begins", [(1, False), (1.5, False), (2.5, True)])
