@@ -36,9 +36,9 @@ def print_document(document: Document, width: int, *, full: bool = False) -> lis
     return buffer.getvalue().splitlines()
 
 
-def print_as_line(document: Document, width: int = 80) -> str:
+def print_as_line(document: Document, width: int = 80, *, full: bool = False) -> str:
     """Return what a terminal of a width shows, in one line."""
-    return " ".join(" ".join(print_document(document, width)).split())
+    return " ".join(" ".join(print_document(document, width, full=full)).split())
 
 
 def test_marks_have_ascii_replacements(document: Document) -> None:

@@ -1,4 +1,4 @@
-"""Every study gives the same results on a cluster of two workers as on this machine."""
+"""Studies give the same results on a cluster of two workers as on this machine."""
 
 import dataclasses
 from collections.abc import Callable, Iterator
@@ -9,9 +9,6 @@ import pytest
 from tests.cases import each
 
 import carom
-from carom.execution.journal import MemoryJournal
-from carom.studies.bench.options import BenchPlan
-from carom.studies.bench.run import measure_work_precision
 from carom.studies.stress.options import StressOptions
 from carom.studies.stress.run import JOURNAL, run_stress_campaign
 
@@ -30,10 +27,6 @@ def address() -> Iterator[str]:
         yield cluster.scheduler_address
 
 
-def run_engine(where: str | None, _folder: Path) -> Any:
-    return carom.run("paper/wrong-direction", "pit", scheduler=where)
-
-
 def run_cross_check(where: str | None, _folder: Path) -> Any:
     found = carom.cross_check(["paper"], ["pic", "pit"], phases=2, scheduler=where)
     assert all(row.timing is not None for row in found.rows if row.job.refinement == 0), "run times are measured here"
@@ -46,24 +39,7 @@ def run_stress(where: str | None, folder: Path) -> Any:
     return found.cells, {path.name: path.read_text() for path in (folder / "scenes").iterdir()}
 
 
-def run_advise(where: str | None, _folder: Path) -> Any:
-    pytest.importorskip("pymunk", reason="pymunk is not installed")
-    return repr(carom.advise("paper/missed", ["pymunk"], phases=2, scheduler=where).answers)
-
-
-def run_tune(where: str | None, _folder: Path) -> Any:
-    pytest.importorskip("optuna", reason="optuna, extra tune, is not installed")
-    pytest.importorskip("pymunk", reason="pymunk is not installed")
-    return repr(carom.tune("pymunk", ["paper/late"], trials=2, scheduler=where).best)
-
-
-def run_bench(where: str | None, _folder: Path) -> Any:
-    plan = BenchPlan(["pit"], [1 / 60, 1 / 120], timing=False, phases=2, scheduler=where)
-    scenes = [carom.scene("paper/wrong-direction")]
-    return repr(measure_work_precision(scenes, plan, plan.open_pool(), notes=MemoryJournal()).scenes)
-
-
-@each("study", [run_engine, run_cross_check, run_stress, run_advise, run_tune, run_bench])
+@each("study", [run_cross_check, run_stress])
 def test_results_on_a_cluster_are_identical(
     study: Callable[[str | None, Path], Any], address: str, tmp_path: Path
 ) -> None:

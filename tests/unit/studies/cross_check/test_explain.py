@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -10,7 +9,7 @@ from tests.cases import each, release_after
 from tests.in_process_pool import InProcessPool
 from tests.scene_builders import require_value
 
-from carom.catalogue import catalogue
+from carom.catalogue import all_scenes, catalogue
 from carom.execution import scene_reference
 from carom.execution.job import Answer, Job, Method, Status, Task
 from carom.execution.observation.engine_run import ObserveTask
@@ -43,14 +42,17 @@ from carom.studies.cross_check.sections.skipping import build_skipping_section
                 " of 75 frames are tested, because no pair can touch ",
             ],
         ),
-        ("paper/late", {"phases": 5}, ["phases: 5 of 5"]),
+        ("paper/late", {"phases": 5}, ["phases: 5 of 5", "PIC's last impact at"]),
+        ("classics/miss", {}, ["because no discs meet in PIC"]),
+        ("gravity/free-fall", {}, ["engines: run for all .*: gravity changes velocities"]),
+        ("spin/bounce-to-roll", {}, ["the comparison with PIC ends at 1.5 s, when a disc rolls along a wall"]),
     ],
 )
 def test_explanation_describes_what_runs_and_what_is_skipped(
     name: str, options: dict[str, Any], said: list[str]
 ) -> None:
     """The explanation lists work that a scene does not need, PIC's form, PIT's frames, steps and phases."""
-    text = "\n".join(explain(build_plan([catalogue()[name]], Options(["pit"], **options), InProcessPool())))
+    text = "\n".join(explain(build_plan([all_scenes()[name]], Options(["pit"], **options), InProcessPool())))
     assert [words for words in said if not re.search(words, text)] == []
 
 
@@ -76,15 +78,6 @@ def test_report_has_section_on_skipped_work() -> None:
     assert "classics/gas" in figures.items[0].draw(False)
     assert not build_skipping_section(build_grid(cross_check(["paper/late"], ["pit"], **asked, timing=False))).blocks
     assert not cross_check(["paper/late"], ["pit"], **asked, samples=False).skipped
-
-
-def test_explanation_lists_engine_that_is_not_installed() -> None:
-    """An engine that is not installed is listed with the install command, and is not planned."""
-    found = build_plan([catalogue()["paper/late"]], Options(profiles=["tuned"]), InProcessPool())
-    gone = replace(found.engines[0], name="gone", unavailable="gone is not installed; pip install gone")
-    text = "\n".join(explain(found._replace(engines=(*found.engines, gone))))
-    assert "gone is not available: gone is not installed; pip install gone" in text
-    assert "gone tuned" not in text
 
 
 class Noting(InProcessPool):
@@ -150,11 +143,3 @@ def test_explanation_agrees_with_jobs_that_run(
             if profile in planned.profiles and Method(info.name, profile).label not in there
         ]
         assert set(others) <= {"skipped: another profile has the same settings"}
-
-
-def test_explanation_without_jobs_names_the_missing_profile() -> None:
-    """Without any job, each engine is listed with the remark that its profile does not exist, and PIT is not run."""
-    planned = build_plan([catalogue()["paper/late"]], Options(["pymunk"]), InProcessPool())
-    lines = list(explain(planned._replace(jobs=(), profiles=("absent",))))
-    assert lines[-1] == "  pymunk absent: skipped: no such profile"
-    assert not any(line.startswith("  PIT at") for line in lines)

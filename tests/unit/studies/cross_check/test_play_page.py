@@ -14,7 +14,6 @@ from tests.scene_builders import disc_at, run_cross_check, staged
 
 import carom
 from carom import Scene
-from carom.catalogue import all_scenes
 from carom.studies.cross_check import demo as module
 from carom.studies.cross_check.document import build_report
 from carom.studies.cross_check.grid import build_grid
@@ -29,12 +28,6 @@ MANY = staged("many", disc_at(-1.5, 0, 1), *(disc_at(2 * k, 0) for k in range(10
 def test_play_link_percent_encodes_the_scene_name() -> None:
     """The link to the play page percent-encodes slashes, spaces and symbols of the scene's name."""
     assert build_play_link(PAIR) == "play.html#mine%2Fa%20pair%20%26%20more"
-
-
-@each("name", ["tables/box-of-edges", "driven/paddle", "contact/slide-to-roll", "contact/table-pair"])
-def test_scene_with_edges_driven_walls_or_contact_has_play_link(name: str) -> None:
-    """Scenes with edges, driven walls, lasting contact or table deceleration have a link to the play page."""
-    assert build_play_link(all_scenes()[name].scene)
 
 
 @each("scene, linked", [(PAIR, True), (MANY, False)])

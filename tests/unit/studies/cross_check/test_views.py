@@ -8,27 +8,22 @@ from pathlib import Path
 
 from rich.console import Console
 from tests.cases import each
-from tests.scene_builders import disc_at, require_value, staged
+from tests.scene_builders import require_value
 
-from carom.comparator import Grade, Score, Verdict, compare
+from carom.comparator import Grade, compare
 from carom.engines.api import Capabilities
 from carom.engines.registry import EngineInfo
-from carom.execution.environment import Environment
-from carom.execution.job import Job, Method, Status
+from carom.execution.job import Status
 from carom.execution.results import Results, Row
-from carom.model.scene import Scene
-from carom.model.trace import Outcome, Trace
+from carom.model.trace import Outcome
 from carom.report import formatting
 from carom.report.document import Lines, Media
-from carom.report.impact_rows import build_impact_rows
 from carom.report.outcome_marks import Mark
 from carom.report.render.html import render_html
 from carom.report.render.markdown import render_markdown
 from carom.report.render.terminal import render_terminal
-from carom.solvers.pic import solve_pic
-from carom.solvers.pit.solve import solve_pit
 from carom.studies.cross_check.document import cross_check_document
-from carom.studies.cross_check.grid import GridCell, build_grid
+from carom.studies.cross_check.grid import build_grid
 from carom.studies.cross_check.sections.trend import build_trend
 
 
@@ -96,46 +91,6 @@ def test_runs_without_reliable_impacts_are_ungraded(results: Results) -> None:
     (table,) = re.findall(r"(?s)paper/late.*?paper/missed[^\n]*", render_text(bare))[:1]
     assert "✓" not in table
     assert "≈" not in table
-
-
-def build_cell(scene: Scene, observed: Trace, dt_s: float) -> tuple[GridCell, Score]:
-    """What a grid of one cell shows of a trace, and its score."""
-    reference = solve_pic(scene)
-    found = compare(reference, observed, sampling=solve_pit(scene, frame_rate_hz=1.0 / dt_s))
-    row = Row(Job(scene, Method("toy", "tuned"), dt_s), Status.RAN, trace=observed, score=found)
-    here = Environment("", "", "", "", "", 1, {})
-    grid = build_grid(Results((row,), {scene.name: reference}, {}, (), here, "", 0.0))
-    return grid.rows[0].cells[0], found
-
-
-def test_late_impact_is_late_in_verdict_grid_and_replay() -> None:
-    """An impact that is 2.5e-4 s late in a 32-bit run of 30 s is late in verdict, grid and replay."""
-    scene = staged("slow", disc_at(-5, 0, 1, 0, r=0.5), disc_at(0, 0, r=0.5), duration_s=30.0)
-    right = solve_pic(scene)
-    impacts = right.impacts.copy()
-    impacts["time_s"] += 2.5e-4
-    cell, score = build_cell(scene, replace(right, impacts=impacts, dt_s=1 / 60, float_bits=32), 1 / 60)
-    assert Verdict.LATE in score.verdicts
-    assert cell.figure == "0.015 steps late"
-    (told,) = build_impact_rows(right, require_value(require_value(cell.row).trace), score)
-    assert (told["flag"], told["became"]) == ("late", "0.015 steps late")
-
-
-def test_impact_in_last_step_is_undecided() -> None:
-    """A run that has not found the one impact in the last step shows "1 of 1 undecided" and no grade."""
-    scene = staged("last", disc_at(-5, 0, 1, 0, r=0.5), disc_at(0, 0, r=0.5), duration_s=4.01)
-    right = solve_pic(scene)
-    assert len(right.impacts) == 1
-    start = scene.arrays
-    before = replace(
-        right,
-        impacts=right.impacts[:0],
-        dt_s=1 / 60,
-        final_velocity_m_s=start.velocity_m_s,
-        final_position_m=start.position_m + 4.01 * start.velocity_m_s,
-    )
-    cell, _ = build_cell(scene, before, 1 / 60)
-    assert (cell.mark, cell.figure) == (Mark.UNGRADED, "1 of 1 undecided")
 
 
 def test_run_that_ends_early_is_not_counted_as_missing_impacts(results: Results) -> None:

@@ -60,9 +60,8 @@ class Toy:
 
 
 @cache
-def run_search(seed: int, again: int = 0) -> tuple[TriedSettings, KnobSearch, Toy]:
-    """Return what is found in 60 trials; another number for `again` searches again."""
-    del again
+def run_search(seed: int) -> tuple[TriedSettings, KnobSearch, Toy]:
+    """Return the result of 60 trials."""
     toy = Toy()
     search = KnobSearch(Method("toy", "default"), SPACE, SCENES, cast(Evaluator, toy))
     return search.run(60, seed), search, toy
@@ -103,12 +102,6 @@ def test_trials_that_rank_behind_the_best_end_early() -> None:
     assert len(scenes) == search.trials + 1
     assert len(early) == search.abandoned
     assert all(best.rank < (search.evaluate(SPACE.point_of(method.overrides))[0], 0) for method in early)
-
-
-@pytest.mark.long
-def test_search_is_deterministic_for_a_seed() -> None:
-    """Two searches with the same seed evaluate the same settings on the same scenes, in the same order."""
-    assert run_search(0)[2].requests == run_search(0, again=1)[2].requests
 
 
 def test_search_without_improvement_returns_first_profile() -> None:
