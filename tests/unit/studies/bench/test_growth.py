@@ -85,3 +85,12 @@ def test_run_skipped_for_budget_is_retried_with_larger_budget(
         second = growth.measure_growth(GrowthOptions(["pit"], sizes=[2], own=False), notes=journal)
     assert second.curves[0].points[0].reason == ""
     assert recorded_runs == PLAIN_AND_FALLING
+
+
+def test_later_curve_may_use_the_budget_that_others_left(recorded_runs: list[tuple[str, int]]) -> None:
+    """A run that needs about 150 s is skipped if its curve has 100 s. The last curve may use what is left."""
+    options = GrowthOptions(["pit"], sizes=[2, 3, 225], own=False, budget_s=100.0, time_limit_s=1e3)
+    plain, falling = (curve.points[-1].reason for curve in growth.measure_growth(options).curves)
+    assert plain.startswith("it would take about 150 s according to the run with 3 discs, and only ")
+    assert falling == ""
+    assert recorded_runs[4:] == [("pit", 225)]

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -78,6 +79,15 @@ def test_report_has_section_on_skipped_work() -> None:
     assert "classics/gas" in figures.items[0].draw(False)
     assert not build_skipping_section(build_grid(cross_check(["paper/late"], ["pit"], **asked, timing=False))).blocks
     assert not cross_check(["paper/late"], ["pit"], **asked, samples=False).skipped
+
+
+def test_explanation_lists_engine_that_is_not_installed() -> None:
+    """An engine that is not installed is listed with the install command, and is not planned."""
+    found = build_plan([catalogue()["paper/late"]], Options(profiles=["tuned"]), InProcessPool())
+    gone = replace(found.engines[0], name="gone", unavailable="gone is not installed; pip install gone")
+    text = "\n".join(explain(found._replace(engines=(*found.engines, gone))))
+    assert "gone is not available: gone is not installed; pip install gone" in text
+    assert "gone tuned" not in text
 
 
 class Noting(InProcessPool):

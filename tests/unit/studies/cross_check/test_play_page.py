@@ -14,6 +14,7 @@ from tests.scene_builders import disc_at, run_cross_check, staged
 
 import carom
 from carom import Scene
+from carom.catalogue import all_scenes
 from carom.studies.cross_check import demo as module
 from carom.studies.cross_check.document import build_report
 from carom.studies.cross_check.grid import build_grid
@@ -30,7 +31,7 @@ def test_play_link_percent_encodes_the_scene_name() -> None:
     assert build_play_link(PAIR) == "play.html#mine%2Fa%20pair%20%26%20more"
 
 
-@each("scene, linked", [(PAIR, True), (MANY, False)])
+@each("scene, linked", [(PAIR, True), (all_scenes()["driven/paddle"].scene, True), (MANY, False)])
 @pytest.mark.usefixtures("blank_pages")
 def test_report_has_play_page_only_if_a_scene_supports_it(scene: Scene, linked: bool, tmp_path: Path) -> None:
     """A report includes and links the play page only if one of its scenes can be thrown."""

@@ -14,7 +14,6 @@ from matplotlib import rc_context
 from matplotlib.animation import FFMpegWriter, FuncAnimation
 from matplotlib.patches import Circle
 from PIL import Image
-from tests.scene_builders import disc_at, staged
 
 import carom
 from carom.catalogue import find_scenes
@@ -116,13 +115,6 @@ def test_film_shows_positions_and_magnifies_the_missed_impact(missed_replay: Rep
         circles = [part for part in axes.patches if isinstance(part, Circle)]
         places = np.array([circle.get_center() for circle in circles[: len(expected)]])
         assert places == pytest.approx(expected, abs=1e-5)
-
-
-def test_film_of_large_discs_has_no_inset() -> None:
-    """Discs that are already large in the picture have no magnifying inset."""
-    scene = staged("large", disc_at(0, 0, 1, r=1), disc_at(3, 0, r=1), duration_s=2.0, frame_rate_hz=3.0)
-    shown = carom.replay(carom.solve_pic(scene), carom.solve_pit(scene))
-    assert build_film(shown)._fig.axes[1].child_axes == []  # type: ignore[attr-defined]  # noqa: SLF001
 
 
 @pytest.mark.long

@@ -16,7 +16,7 @@ from carom.studies.tune.objective import SceneResult, compute_error_on_scale, co
 
 
 def test_merit_ranks_wrong_scenes_before_errors_and_cost() -> None:
-    """Merits rank by wrong scenes, then scenes neither exact nor close, then the error, then the cost."""
+    """Merits and their numbers rank by wrong scenes, then scenes neither exact nor close, then the error and cost."""
     exact = SceneResult(Grade.EXACT, 0.0, seconds=1.0)
     order = [
         [replace(exact, seconds=9.0)] * 2,
@@ -28,7 +28,9 @@ def test_merit_ranks_wrong_scenes_before_errors_and_cost() -> None:
     first = [exact] * 2
     merits = [compute_merit(results, first) for results in order]
     assert merits == sorted(merits)
-    assert len({*merits}) == len(merits)
+    numbers = [merit.to_number(len(first)) for merit in merits]
+    assert numbers == sorted(numbers)
+    assert len({*merits}) == len({*numbers}) == len(merits)
 
 
 def test_cost_is_median_time_ratio_to_first_profile() -> None:

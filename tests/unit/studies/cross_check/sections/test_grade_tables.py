@@ -9,10 +9,10 @@ from carom.catalogue import find_scenes
 from carom.comparator import Grade
 from carom.execution.job import Status
 from carom.execution.results import Results, Row
-from carom.report.document import Cell, Media, Table
+from carom.report.document import Cell, Lines, Media, Table
 from carom.report.outcome_marks import Mark
 from carom.studies.cross_check.grid import build_grid, compute_standing
-from carom.studies.cross_check.sections.grade_tables import build_methods_section
+from carom.studies.cross_check.sections.grade_tables import build_impacts_section, build_methods_section
 
 
 @pytest.fixture(scope="module")
@@ -77,3 +77,13 @@ def test_methods_are_ranked_by_grade_then_error_ratio(results_with_profiles: Res
     assert standing(exact) == standing(narrow)
     wrong = replace(row, score=replace(row.score, grade=Grade.WRONG))
     assert standing(row, row, row) < standing(close, wrong, row)
+
+
+def test_methods_with_equal_verdicts_share_a_line_on_a_terminal() -> None:
+    """Two profiles of an engine that miss the same impact have one line of verdicts, which names both and the step."""
+    pytest.importorskip("pymunk", reason="pymunk is not installed")
+    missed, profiles = find_scenes(["paper/missed"]), ["default", "tuned"]
+    results = run_cross_check(missed, ["pic", "pymunk"], profiles=profiles, dts=[1 / 24, 1 / 12])
+    section = build_impacts_section(build_grid(results))
+    ((line,),) = [block.items for block in section.select_for(Media.TERMINAL) if isinstance(block, Lines)]
+    assert line.startswith("pymunk default and pymunk tuned at 1/12 s: an impact is missed;")

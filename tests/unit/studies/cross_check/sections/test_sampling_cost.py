@@ -56,12 +56,13 @@ def get_toy_row(results: Results) -> dict[str, str]:
 
 
 def test_engine_equal_to_pit_has_no_error_not_from_sampling(results: Results) -> None:
-    """An engine that equals PIT in all 3 scenes has an error not from sampling of 0."""
+    """An engine that equals PIT in all 3 scenes has PIT's error, and an error not from sampling of 0."""
     (toy,) = measure_engine_costs(build_grid(results))
     assert (toy.method.engine, len(toy.cells), toy.scenes_unlike_pit) == ("toy", 3, [])
     said = get_toy_row(results)
     own = said["velocity error not from sampling, median"]
     assert (said["equals PIT"], own, said["worse than PIT"]) == ("3 of 3", "0", "0 of 3")
+    assert said["error / PIT's, median"].startswith("1 (")
     assert build_section(results).heading in {section.heading for section in cross_check_document(results).sections}
 
 

@@ -8,7 +8,8 @@ from typing import Any
 import pytest
 from tests.scene_builders import disc_at, require_value, run_cross_check, staged
 
-from carom.comparator import Grade
+from carom.comparator import Grade, Verdict
+from carom.comparator.verdict import Finding
 from carom.execution.job import Job, Method
 from carom.execution.results import Results, Row
 from carom.report.document import Media, Section, Table, Text
@@ -58,7 +59,7 @@ def join_paragraphs(section: Section, medium: Media) -> str:
 
 
 def test_runs_are_ranked_by_misses_then_other_step_errors(graze_results: Results) -> None:
-    """Steps are ranked by misses that PIT does not share, then invented, early, error, energy, not compared."""
+    """Steps are ranked by misses that PIT does not share, then other errors. A run that was cut short is last."""
     base: dict[str, Any] = dict.fromkeys(("missed", "missed_by_pit", "invented", "early"), 0)
     base |= {"ratio": (0.2, 1.0), "energy": 0.0}
     worse: dict[str, dict[str, Any]] = {
@@ -71,7 +72,11 @@ def test_runs_are_ranked_by_misses_then_other_step_errors(graze_results: Results
         "misses": {"missed": 1, "ratio": (0.0, 0.0)},
     }
     rows = {name: {**base, **other} for name, other in reversed(worse.items())}
-    assert list_ranking(replace_rows(graze_results, rows)) == list(worse)
+    ranked = replace_rows(graze_results, rows)
+    assert list_ranking(ranked) == list(worse)
+    *others, best = ranked.rows
+    cut = replace(require_value(best.score), findings=(Finding(Verdict.CUT_SHORT, "at 0.1 s"),))
+    assert list_ranking(replace(ranked, rows=(*others, replace(best, score=cut))))[-1] == "as-pit"
 
 
 def test_misses_shared_with_pit_are_shown_separately(graze_results: Results) -> None:
