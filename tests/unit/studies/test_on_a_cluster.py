@@ -17,11 +17,9 @@ def test_results_on_a_cluster_are_identical_and_resume_locally(tmp_path: Path) -
     """A campaign on a Dask cluster has the results of this machine, which resumes it; run times are measured here."""
     distributed: Any = pytest.importorskip("distributed", reason="distributed, extra cluster, is not installed")
     tests, options = ["tunnelling", "reversal", "mujoco-441"], StressOptions(["pic", "pit"], quick=True)
-    out, how = (
-        tmp_path / "out",
-        {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None, "silence_logs": 50},
-    )
-    with distributed.LocalCluster(**how) as cluster:
+    out = tmp_path / "out"
+    workers = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None, "silence_logs": 50}
+    with distributed.LocalCluster(**workers) as cluster:
         there = replace(options, scheduler=cluster.scheduler_address)
         found = run_stress_campaign(tests, there, out=out)
         results = carom.cross_check(["paper/late"], ["pit"], scheduler=cluster.scheduler_address)

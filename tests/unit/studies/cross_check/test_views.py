@@ -142,7 +142,7 @@ def test_report_names_engines_that_are_not_installed(results: Results) -> None:
 
 
 def test_trend_uses_scenes_with_errors_at_every_step(results: Results, nasty: str) -> None:
-    """The trend shows medians over scenes in which PIT errs at each step: PIT's falls, and PIC's is 0."""
+    """The trend shows medians over scenes in which PIT has errors at each step: PIT's falls, and PIC's is 0."""
     trend = build_trend(build_grid(results))
     assert (trend.parts, trend.scenes) == ((1.0, 0.25), ("paper/late",))
     assert {name for names in trend.left_out.values() for name in names} == {"paper/missed", nasty}

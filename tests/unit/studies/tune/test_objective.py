@@ -23,6 +23,7 @@ def test_merit_ranks_wrong_scenes_before_errors_and_cost() -> None:
         [SceneResult(Grade.CLOSE, 1e-3, seconds=1.0), exact],
         [SceneResult(Grade.SAMPLED, 0.5, seconds=1.0), exact],
         [SceneResult(Grade.INACCURATE, 5.0, seconds=1.0), exact],
+        [SceneResult(Grade.INACCURATE, math.inf, seconds=1.0)] * 2,
         [SceneResult(Grade.WRONG, 0.0, seconds=0.1), replace(exact, seconds=0.1)],
     ]
     first = [exact] * 2
