@@ -64,11 +64,11 @@ def test_terminal_answer_fits_24_lines(document: Document) -> None:
 
 @each("width, full", release_after(1, [(60, False), (120, True), (200, False), (60, True), (120, False)]))
 def test_no_line_is_wider_than_the_terminal(document: Document, width: int, full: bool) -> None:
-    """No line is wider than the terminal, names are not cut, and every symbol has an ASCII replacement."""
+    """No line is wider than the terminal, names are not cut, and symbols of answers have ASCII replacements."""
     lines = print_document(document, width, full=full)
     assert max(map(len, lines)) <= width
     assert any(line.startswith("pybullet default ") for line in lines)
-    assert "?" not in "\n".join(lines).encode("ascii", ERRORS).decode()
+    assert full or "?" not in "\n".join(lines).encode("ascii", ERRORS).decode()
 
 
 @each(
