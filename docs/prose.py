@@ -57,6 +57,11 @@ INSTEAD = {
     r"hand(s|ed)? over": "return, pass",
     r"in place of": "instead of",
     r"as its definition does": "like its definition",
+    r"(?<!\")parted": "diverged",
+    r"errs?|erred": "is off by, has an error of",
+    r"(hangs?|hung|hanging) on": "depends on",
+    r"impacts (are )?lost": "impacts missed or spurious",
+    r"may be believed": "is reliable",
 }
 _WORDS = re.compile(rf"\b({'|'.join(INSTEAD)})\b", re.IGNORECASE)
 #: Word orders in which the subject comes last.

@@ -4,14 +4,12 @@ import dataclasses
 import math
 import re
 from collections.abc import Callable
-from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.cases import each, release_after
-from tests.command import carom_command
+from tests.cases import each
 
 import carom
 from carom import studies
@@ -119,77 +117,11 @@ def test_wrong_option_value_is_refused_in_python(study: type[DeclaredOptions]) -
             study(**{name: value})
 
 
-def list_wrong_texts() -> list[tuple[type[DeclaredOptions], str, str]]:
-    """Every option that a shell has, with each wrong value that is a number or is no number."""
-    found = []
-    for study, name, value in WRONG:
-        one = list_declared_options(study)[name]
-        item = value[0] if one.many and isinstance(value, list) else value
-        number = isinstance(item, int | float) and not isinstance(item, bool)
-        if one.many and not isinstance(value, list):
-            continue
-        worded = one.kind.word not in {"", "NAME", "ANGLE", "NAME=VALUE", "OLD=NEW"}
-        if STUDIES[study] and one.flags and worded and (number or item == "x"):
-            found.append((study, name, str(item)))
-    return found
-
-
-@each("study, name, text", release_after(1, list_wrong_texts()))
-def test_wrong_option_value_is_refused_on_the_command_line(study: type[DeclaredOptions], name: str, text: str) -> None:
-    """A wrong value ends a command with exit code 2 and the flag, the declared requirement and the value."""
-    one = list_declared_options(study)[name]
-    result = carom_command(*STUDIES[study], one.flags[0], text)
-    assert result.exit_code == 2, result.output
-    assert f"carom: {one.flags[0]} must be {one.kind.requirement}, got {text!r}" in result.output
-
-
 @each("study", STUDIES)
 def test_command_line_and_python_have_equal_defaults(study: type[DeclaredOptions]) -> None:
     """Options parsed from an empty command line equal the options that Python builds without arguments."""
     assert study.parse_command_line({}) == study()
     assert study.parse_command_line(dict.fromkeys(list_declared_options(study))) == study()
-
-
-#: Another sensible value of each option that is neither yes or no nor a number, by name.
-OTHER: dict[str, Any] = {
-    "engines": ["pit"],
-    "profiles": ["tuned"],
-    "versions": ["1.0"],
-    "profile": "located",
-    "dts": [0.25],
-    "sizes": [3],
-    "settings": {"iterations": 3},
-    "error": "time",
-    "certified": True,
-    "miss_probability": 0.5,
-    "match": [("pit", "pic")],
-    "fail_on": "close",
-    "scheduler": "tcp://host:8786",
-}
-#: The options of each study, except those that the study can't have and refuses.
-TAKEN = [
-    (study, name)
-    for study in STUDIES
-    for name, one in list_declared_options(study).items()
-    if name not in OTHER or OTHER[name] not in list_wrong_values(one)
-]
-
-
-@each("study, name", TAKEN)
-def test_journal_stamp_depends_only_on_fixed_options(study: type[DeclaredOptions], name: str) -> None:
-    """Another value of an option changes the journal's stamp exactly if the option is declared as fixed on resume."""
-    usual = study()
-    value = getattr(usual, name)
-    if isinstance(value, bool):
-        other: Any = not value
-    elif name in OTHER:
-        other = OTHER[name]
-    else:
-        assert value is None or isinstance(value, int | float), f"{name} needs another sensible value in OTHER"
-        other = value + 1 if value else 2
-    changed = study(**{name: other})
-    assert getattr(changed, name) != value
-    assert (changed.stamp != usual.stamp) is (name in study.fixed_on_resume)
 
 
 def test_lists_whole_seconds_and_step_series_are_accepted() -> None:
@@ -206,10 +138,8 @@ def test_lists_whole_seconds_and_step_series_are_accepted() -> None:
     "call, given, error, words",
     [
         (carom.run, (7, "pit"), InputError, "^scene must be a Scene or the name of one in the catalogue, got 7"),
-        (partial(carom.run, dt=0.1, time_limit_s=-1.0), ("paper/missed", "pit"), InputError, "^time_limit_s must be"),
         (carom.advise, ("paper/lat",), UnknownNameError, "paper/late"),
         (carom.advise, ("paper/late", ["pymonk"]), UnknownNameError, "pymunk"),
-        (carom.tune, ("pymunk", ["paper/lat"]), UnknownNameError, "paper/late"),
         (carom.tune, ("pymonk",), UnknownNameError, "pymunk"),
     ],
 )

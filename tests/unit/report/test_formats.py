@@ -2,8 +2,6 @@
 
 import base64
 import hashlib
-import html
-import io
 import json
 import re
 import sys
@@ -15,7 +13,6 @@ from xml.etree import ElementTree as ET
 
 import pytest
 from docs.figures.raw_records import read_raw_records
-from rich.console import Console
 from tests.cases import each
 
 import carom
@@ -24,13 +21,9 @@ from carom.comparator import Grade
 from carom.errors import InputError, MissingExtraError
 from carom.execution.job import Status
 from carom.execution.results import Results, is_violation
-from carom.report.document import Column, Document, Media, Section, Table
 from carom.report.junit import render_junit
-from carom.report.render.html import render_html as html_of
-from carom.report.render.markdown import render_markdown as markdown_of
-from carom.report.render.terminal import render_terminal
 from carom.report.results_file.results_jsonl import read_records
-from carom.studies.cross_check.document import build_report, cross_check_document
+from carom.studies.cross_check.document import build_report
 from carom.support.escaping import escape_controls
 from carom.support.limits import MOST_BYTES, MOST_VALUES
 
@@ -256,27 +249,3 @@ def test_markdown_tables_are_well_formed(folder: Path) -> None:
         assert len({len(re.findall(r"(?<!\\)\|", line)) for line in block}) == 1, block
     assert "<script" not in text.replace("\\<", "")
     assert "carom run --report 'a & b'" in text
-
-
-def test_page_and_markdown_have_the_same_sections_in_order(results: Results, folder: Path) -> None:
-    """Page and Markdown have the same headings, except that only the page has "All cells at all steps"."""
-    document = cross_check_document(results)
-    on_page, in_text = ([one.heading for one in document.select_for(medium)] for medium in (Media.PAGE, Media.MARKDOWN))
-    headings = re.findall(r"<h[23]>(.*?)</h[23]>", (folder / "index.html").read_text(encoding="utf-8"))
-    assert [html.unescape(heading) for heading in headings] == on_page
-    text = (folder / "report.md").read_text(encoding="utf-8")
-    assert re.findall(r"^#{2,3} (.*)$", text, re.MULTILINE) == in_text
-    assert [heading for heading in on_page if heading != "All cells at all steps"] == in_text
-
-
-def test_added_column_appears_in_every_format() -> None:
-    """A column that is added to a table appears in the page, in the Markdown and on the terminal."""
-    table = Table((Column("scene", str.title), Column("discs", lambda _: "2")), ["one"], title="Sizes")
-    wider = table._replace(columns=(*table.columns, Column("added", lambda _: "here")))
-    document = Document("A report", ("It is a report.",), (Section("Sizes", (wider,)),))
-    _answer, _heading, printed = render_terminal(document, 160)
-    buffer = io.StringIO()
-    Console(file=buffer, width=100).print(printed)
-    for text in (html_of(document), markdown_of(document), buffer.getvalue()):
-        assert "added" in text
-        assert "here" in text

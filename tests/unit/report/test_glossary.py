@@ -1,37 +1,9 @@
 """`carom explain`: the meaning of each word of a report."""
 
-import re
-from pathlib import Path
-
 from tests.cases import each
 from tests.command import carom_command
 
-from carom.comparator.explanations import GRADE_CONDITIONS, VERDICT_CONDITIONS
-from carom.comparator.grades import Grade
-from carom.comparator.verdict import Verdict
 from carom.report.glossary import find_meanings, list_meanings
-from carom.report.outcome_marks import Mark
-
-PAGE = (Path(__file__).resolve().parents[3] / "docs" / "theory" / "scoring.md").read_text(encoding="utf-8")
-
-
-def read_table(heading: str) -> list[tuple[str, str]]:
-    """Return the rows of the page's table with this heading."""
-    rows = re.findall(rf"^\| {heading} \| when \|\n\|[-| ]+\|\n((?:\|.*\n)+)", PAGE, re.MULTILINE)
-    assert len(rows) == 1
-    return re.findall(r"^\| (.+?) \| (.+) \|$", rows[0], re.MULTILINE)
-
-
-def test_documented_verdicts_match_the_code() -> None:
-    """Each verdict is explained, and the table in docs/theory/scoring.md has the same words: edit both."""
-    assert list(VERDICT_CONDITIONS) == list(Verdict)
-    assert sorted(read_table("verdict")) == sorted((one.value, when) for one, when in VERDICT_CONDITIONS.items())
-
-
-def test_documented_grades_match_the_code() -> None:
-    """Each grade is explained, and the table in docs/theory/scoring.md has the same words in the same order."""
-    assert list(GRADE_CONDITIONS) == list(Grade)
-    assert read_table("grade") == [(Mark[grade.name].word, when) for grade, when in GRADE_CONDITIONS.items()]
 
 
 def test_every_word_of_a_report_is_explained() -> None:

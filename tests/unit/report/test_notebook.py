@@ -3,7 +3,6 @@
 import html
 import re
 from collections import Counter
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -127,7 +126,7 @@ def test_motion_along_a_line_is_drawn_against_time() -> None:
 
 
 def test_results_plot_counts_marks(scene: Scene) -> None:
-    """The bar of each mark is as long as the number of runs with it, and a method's bars are stacked."""
+    """The bar of each mark is as long as the number of runs with it."""
     results = run_cross_check([scene], ["pic", "pit"], dts=[1 / 8, 1 / 16])
     axes = results.plot(Figure().add_subplot())
     methods = [label.get_text() for label in axes.get_yticklabels()]
@@ -138,9 +137,6 @@ def test_results_plot_counts_marks(scene: Scene) -> None:
             drawn[method, str(bars.get_label())] += round(bar.get_width())
     marks = [(row.job.method.name, mark_of(row)) for row in results.rows]
     assert +drawn == Counter((method, f"{mark.symbol} {mark.word}") for method, mark in marks)
-    for row in range(len(methods)):
-        bars_of_row = [bars[row] for bars in axes.containers]
-        assert all(b.get_x() == a.get_x() + a.get_width() for a, b in pairwise(bars_of_row))
 
 
 def test_plot_without_axes_uses_a_pyplot_figure(scene: Scene) -> None:

@@ -21,13 +21,12 @@ from carom.errors import InputError, UnknownNameError
 from carom.execution.job import Answer, Method, Status
 from carom.execution.score_jobs import Measures, score_journal
 from carom.studies.bench.convergence import Convergence
-from carom.studies.bench.growth import GrowthPoint, measure_growth, select_same_method
+from carom.studies.bench.growth import GrowthPoint, select_same_method
 from carom.studies.bench.machine_noise import Spread
-from carom.studies.bench.options import BenchPlan, GrowthOptions, compute_geometric_steps, parse_step_series
+from carom.studies.bench.options import BenchPlan, compute_geometric_steps, parse_step_series
 from carom.studies.bench.result import Point, find_cheapest, find_pareto_front
 from carom.studies.bench.run import measure_work_precision
 from carom.studies.bench.timing_pass import CellTiming, TimeScene
-from carom.support.limits import MOST_DISCS
 
 
 @pytest.fixture
@@ -69,7 +68,7 @@ def test_malformed_step_series_is_refused(text: str) -> None:
 def test_pareto_front_contains_only_unbeaten_points() -> None:
     """The front contains points without a miss that none beats; `find_cheapest` is the fastest within a target."""
     a, b, c = build_point("a", 1, 0.1), build_point("b", 2, 0.2), build_point("c", 3, 0.01)
-    points = [a, b, c, build_point("d", 0.5, 0.0, missed=1)]
+    points = [a, b, c, build_point("d", 0.5, 0.0, missed=1), build_point("e", 0.5, math.inf)]
     assert find_pareto_front(points) == (a, c)
     assert find_pareto_front([a, build_point("e", 1.5, 0.1 - 1e-16)]) == (a,)
     assert [find_cheapest(points, target) for target in (0.1, 0.05, 0.001)] == [a, c, None]
@@ -140,21 +139,6 @@ def test_invalid_bench_plan_is_refused(scene: Scene) -> None:
     ):
         with pytest.raises(error, match=words):
             measure_work_precision(scenes, wrong, InProcessPool())
-
-
-@pytest.mark.long
-def test_growth_measures_each_size_or_reports_why_not(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each number of discs has a run time and a ratio to PIT, or a reason."""
-    monkeypatch.setattr("carom.studies.bench.growth.time", Clock())  # nothing uses up a budget, however slow it is
-    found = measure_growth(GrowthOptions(["pit", "pic"], sizes=(2, 40), budget_s=60.0))
-    for curve in found.curves:
-        ran = [entry for entry in curve.points if not entry.reason]
-        assert [entry.discs for entry in ran][:2] == [2, 40]
-        assert all(entry.advance_s > 0 and entry.ratio > 0 for entry in ran[:2])
-    pit = next(curve for curve in found.curves if curve.engine == "pit")
-    curve, _ = measure_growth(GrowthOptions(["pic"], sizes=(2, 40, MOST_DISCS), budget_s=1e-3, own=False)).curves
-    assert "according to the run with 40 discs" in curve.points[-1].reason
-    assert all(entry.ratio == 1.0 for entry in pit.points if not entry.reason)
 
 
 def test_power_law_is_fitted_after_the_last_drop_in_run_time() -> None:

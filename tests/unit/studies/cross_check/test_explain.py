@@ -10,7 +10,7 @@ from tests.cases import each, release_after
 from tests.in_process_pool import InProcessPool
 from tests.scene_builders import require_value
 
-from carom.catalogue import catalogue
+from carom.catalogue import all_scenes, catalogue
 from carom.execution import scene_reference
 from carom.execution.job import Answer, Job, Method, Status, Task
 from carom.execution.observation.engine_run import ObserveTask
@@ -43,14 +43,17 @@ from carom.studies.cross_check.sections.skipping import build_skipping_section
                 " of 75 frames are tested, because no pair can touch ",
             ],
         ),
-        ("paper/late", {"phases": 5}, ["phases: 5 of 5"]),
+        ("paper/late", {"phases": 5}, ["phases: 5 of 5", "PIC's last impact at"]),
+        ("classics/miss", {}, ["because no discs meet in PIC"]),
+        ("gravity/free-fall", {}, ["engines: run for all .*: gravity changes velocities"]),
+        ("spin/bounce-to-roll", {}, ["the comparison with PIC ends at 1.5 s, when a disc rolls along a wall"]),
     ],
 )
 def test_explanation_describes_what_runs_and_what_is_skipped(
     name: str, options: dict[str, Any], said: list[str]
 ) -> None:
     """The explanation lists work that a scene does not need, PIC's form, PIT's frames, steps and phases."""
-    text = "\n".join(explain(build_plan([catalogue()[name]], Options(["pit"], **options), InProcessPool())))
+    text = "\n".join(explain(build_plan([all_scenes()[name]], Options(["pit"], **options), InProcessPool())))
     assert [words for words in said if not re.search(words, text)] == []
 
 
@@ -150,11 +153,3 @@ def test_explanation_agrees_with_jobs_that_run(
             if profile in planned.profiles and Method(info.name, profile).label not in there
         ]
         assert set(others) <= {"skipped: another profile has the same settings"}
-
-
-def test_explanation_without_jobs_names_the_missing_profile() -> None:
-    """Without any job, each engine is listed with the remark that its profile does not exist, and PIT is not run."""
-    planned = build_plan([catalogue()["paper/late"]], Options(["pymunk"]), InProcessPool())
-    lines = list(explain(planned._replace(jobs=(), profiles=("absent",))))
-    assert lines[-1] == "  pymunk absent: skipped: no such profile"
-    assert not any(line.startswith("  PIT at") for line in lines)

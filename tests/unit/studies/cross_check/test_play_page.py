@@ -31,13 +31,7 @@ def test_play_link_percent_encodes_the_scene_name() -> None:
     assert build_play_link(PAIR) == "play.html#mine%2Fa%20pair%20%26%20more"
 
 
-@each("name", ["tables/box-of-edges", "driven/paddle", "contact/slide-to-roll", "contact/table-pair"])
-def test_scene_with_edges_driven_walls_or_contact_has_play_link(name: str) -> None:
-    """Scenes with edges, driven walls, lasting contact or table deceleration have a link to the play page."""
-    assert build_play_link(all_scenes()[name].scene)
-
-
-@each("scene, linked", [(PAIR, True), (MANY, False)])
+@each("scene, linked", [(PAIR, True), (all_scenes()["driven/paddle"].scene, True), (MANY, False)])
 @pytest.mark.usefixtures("blank_pages")
 def test_report_has_play_page_only_if_a_scene_supports_it(scene: Scene, linked: bool, tmp_path: Path) -> None:
     """A report includes and links the play page only if one of its scenes can be thrown."""

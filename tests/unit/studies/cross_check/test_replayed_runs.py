@@ -5,7 +5,6 @@ import gzip
 import json
 import re
 import sys
-from dataclasses import replace
 from html import unescape
 from pathlib import Path
 
@@ -15,12 +14,10 @@ from matplotlib import rc_context
 from matplotlib.animation import FFMpegWriter, FuncAnimation
 from matplotlib.patches import Circle
 from PIL import Image
-from tests.scene_builders import disc_at, staged
 
 import carom
 from carom.catalogue import find_scenes
 from carom.errors import InputError, MissingExtraError
-from carom.model.trace import ImpactRecord, build_impact_array
 from carom.studies.cross_check import replay_film as films
 from carom.studies.cross_check.replay import Replay
 
@@ -118,24 +115,6 @@ def test_film_shows_positions_and_magnifies_the_missed_impact(missed_replay: Rep
         circles = [part for part in axes.patches if isinstance(part, Circle)]
         places = np.array([circle.get_center() for circle in circles[: len(expected)]])
         assert places == pytest.approx(expected, abs=1e-5)
-
-
-def test_film_of_large_discs_has_no_inset() -> None:
-    """Discs that are already large in the picture have no magnifying inset."""
-    scene = staged("large", disc_at(0, 0, 1, r=1), disc_at(3, 0, r=1), duration_s=2.0, frame_rate_hz=3.0)
-    shown = carom.replay(carom.solve_pic(scene), carom.solve_pit(scene))
-    assert build_film(shown)._fig.axes[1].child_axes == []  # type: ignore[attr-defined]  # noqa: SLF001
-
-
-def test_film_of_an_invented_impact_magnifies_the_run() -> None:
-    """A film whose first fault is an impact that PIC does not have magnifies the place of the run's first disc."""
-    scene = staged("invented", disc_at(0, 0, 1, r=0.1), disc_at(3, 1, r=0.1), duration_s=2.0, frame_rate_hz=3.0)
-    record = ImpactRecord(1.0, 0, 1, (1.0, 0.0), (1.0, 0.0), (0.0, 0.0), (1.0, 0.0), (0.0, 0.0))
-    invented = replace(carom.solve_pit(scene), impacts=build_impact_array([record]))
-    shown = carom.replay(carom.solve_pic(scene), invented)
-    assert shown.score.spurious == (0,)
-    (inset,) = build_film(shown)._fig.axes[1].child_axes  # type: ignore[attr-defined]  # noqa: SLF001
-    assert np.mean([inset.get_xlim(), inset.get_ylim()], axis=1) == pytest.approx(np.array([1.0, 0.0]))
 
 
 @pytest.mark.long

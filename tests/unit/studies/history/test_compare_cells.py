@@ -62,15 +62,9 @@ BEFORE, WORSE = speeds(0.1, 0.2), speeds(0.3, 0.4, digest="c")
         (build_cell(RAN), build_cell(RAN), ChangeKind.NOTHING),
         (build_cell(RAN), build_cell(replace(RAN, settings=(("dt_s", "0.1"), ("new", "1")))), ChangeKind.NOTHING),
         (build_cell(RAN), build_cell(replace(RAN, digest="b", velocity=0.25 + 1e-14)), ChangeKind.ROUNDING),
-        (
-            build_cell(RAN),
-            build_cell(replace(RAN, digest="b", velocity_errors_m_s=(0.25 + 1e-14, 0.0))),
-            ChangeKind.ROUNDING,
-        ),
         (BEFORE, WORSE, ChangeKind.WORSE),
         (speeds(0.3, 0.4), speeds(0.1, 0.2, digest="c"), ChangeKind.BETTER),
         (speeds(0.1, 0.3), speeds(0.2, 0.4, digest="c"), ChangeKind.OVERLAP),
-        (BEFORE, speeds(0.2, 0.4, digest="c"), ChangeKind.OVERLAP),  # they touch
         (BEFORE, speeds(0.22, 0.32, digest="c"), ChangeKind.OVERLAP),  # a phase between may fill a gap of 0.02
         (BEFORE, speeds(0.23, 0.33, digest="c"), ChangeKind.WORSE),
         (BEFORE, speeds(0.3, 0.4, digest="c", settings=(("dt_s", "0.2"),)), ChangeKind.OTHER_SETTINGS),

@@ -17,7 +17,7 @@ from carom.studies.history.compare_cells import ChangeKind
 from carom.studies.history.document import build_history_document
 from carom.studies.history.options import HistoryOptions
 from carom.studies.history.release_cache import ReleaseCache
-from carom.studies.history.run import bisect_change, run_history
+from carom.studies.history.run import run_history
 
 PAIR = staged("pair", disc_at(-1, 0, 1, r=0.25), disc_at(1, 0, -1, 0.125, r=0.25), duration_s=2.0, frame_rate_hz=20.0)
 
@@ -71,14 +71,6 @@ def test_cached_releases_run_without_network(registry: Toys, tmp_path: Path) -> 
     assert run_history("toy", [PAIR], kept, build_options("1.0,1.2")).releases == first.releases
     with pytest.raises(UnavailableError, match=r"no network; --versions can name these cached releases: 1\.0, 1\.2$"):
         run_history("toy", [PAIR], kept, build_options())
-
-
-@pytest.mark.release
-def test_bisection_without_change_finds_no_release(registry: Toys, tmp_path: Path) -> None:
-    """If the oldest and newest release agree, bisection returns None and installs only those two."""
-    cache = ReleaseCache(tmp_path / "kept")
-    assert bisect_change("toy", PAIR, "default", 1 / 20, cache, build_options("1.2", "1.3")) is None
-    assert registry.installed == ["1.2", "1.3"]
 
 
 @pytest.mark.release

@@ -23,7 +23,7 @@ from carom.studies.stress.bug_reports import find_symptom
 from carom.studies.stress.failure_search import RESOLUTION, find_failure
 from carom.studies.stress.options import StressOptions
 from carom.studies.stress.result import CellEnding
-from carom.studies.stress.run import STRESS_TESTS, list_rows, run_stress_campaign
+from carom.studies.stress.run import STRESS_TESTS, run_stress_campaign
 from carom.studies.stress.stress_test import StressTest
 
 METHOD = Method("pic", "tuned")
@@ -142,9 +142,3 @@ def test_campaign_distinguishes_pic_and_pit(tmp_path: Path) -> None:
     assert 1.0 < require_value(results.cells["tunnelling", "pit/tuned"].value) <= 10.0
     with pytest.raises(InputError, match="its quick is True, but this study's is False; name another folder"):
         run_stress_campaign(["reversal"], replace(options, quick=False), out=tmp_path, resume=True)
-
-
-def test_stress_test_names_are_unique() -> None:
-    """No two stress tests have the same name."""
-    names = [line.name for line in list_rows()]
-    assert len(set(names)) == len(names)

@@ -11,11 +11,6 @@ from tests.scene_builders import disc_at, staged
 
 from carom import Scene, Trace, solve_pic
 from carom.catalogue import CatalogueScene, Tag, catalogue
-from carom.comparator import Errors
-from carom.execution.score_jobs import Measures
-from carom.studies.bench.axes import ErrorKind
-from carom.studies.bench.result import Point
-from carom.studies.bench.run import compute_error
 from carom.studies.stress.invariances import build_base_scene, build_rough_scene, list_invariances
 from carom.studies.stress.true_motion import UndecidedError, compute_true_motion
 
@@ -32,17 +27,6 @@ def test_true_motion_agrees_with_known_answers(entry: CatalogueScene) -> None:
     speed = max(math.hypot(*disc.velocity_m_s) for disc in scene.discs)
     assert np.allclose(motion.final_velocity_m_s, known.final_velocity_m_s or (), rtol=0, atol=1e-12 * speed)
     assert motion.convention == (Tag.CONVENTION in entry.tags)
-
-
-def build_graze(offset_m: float) -> Scene:
-    """Stage two discs of contact distance 1 whose paths pass at this offset."""
-    return staged("graze", disc_at(-2.0, 0.0, 1.0, 0.0), disc_at(0.0, offset_m), duration_s=4.0)
-
-
-def test_last_bit_of_offset_decides_a_graze() -> None:
-    """At an offset one unit in the last place below the contact distance there is an impact, at it none."""
-    assert len(compute_true_motion(build_graze(math.nextafter(1.0, 0.0))).impacts) == 1
-    assert not compute_true_motion(build_graze(1.0)).impacts
 
 
 @each(
@@ -82,14 +66,3 @@ def test_invariance_deviates_infinitely_for_nan_results(field: str, disc: int) -
     assert held
     for invariance in held:
         assert invariance.deviation(base, run) == math.inf, invariance.name
-
-
-def test_infinite_error_is_not_a_sound_point() -> None:
-    """An infinite velocity error makes the whole error infinite, and such a point is not sound."""
-    scene = catalogue()["paper/late"].scene
-    total = Errors(**{field.name: math.inf for field in dataclasses.fields(Errors)} | {"time_s": 0.5})
-    measures = Measures(total, 1, 1, 0, 0, 0, duration_s=scene.duration_s, outcome="completed")
-    assert compute_error(measures, ErrorKind.IMPACT) == math.inf
-    point = Point("x", "tuned", 0.1, math.inf, math.inf, math.inf, phases=1, expected=1, missed=0, spurious=0)
-    assert not point.is_correct
-    assert dataclasses.replace(point, error=0.1).is_correct

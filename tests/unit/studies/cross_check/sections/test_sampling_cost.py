@@ -56,35 +56,14 @@ def get_toy_row(results: Results) -> dict[str, str]:
 
 
 def test_engine_equal_to_pit_has_no_error_not_from_sampling(results: Results) -> None:
-    """An engine that equals PIT in all 3 scenes has an error not from sampling of 0."""
+    """An engine that equals PIT in all 3 scenes has PIT's error, and an error not from sampling of 0."""
     (toy,) = measure_engine_costs(build_grid(results))
     assert (toy.method.engine, len(toy.cells), toy.scenes_unlike_pit) == ("toy", 3, [])
     said = get_toy_row(results)
     own = said["velocity error not from sampling, median"]
     assert (said["equals PIT"], own, said["worse than PIT"]) == ("3 of 3", "0", "0 of 3")
+    assert said["error / PIT's, median"].startswith("1 (")
     assert build_section(results).heading in {section.heading for section in cross_check_document(results).sections}
-
-
-def test_accurate_engine_has_small_error_ratio_and_error_not_from_sampling(results: Results) -> None:
-    """An engine with errors of 1e-9 has 1e-6 of PIT's error, 2e-9 not from sampling, and never equals PIT."""
-
-    def solve(row: Row) -> Trace:
-        truth = results.references[row.job.scene.name]
-        return speed_up(replace(truth, method="toy", dt_s=row.job.dt_s), 1 + 1e-9)
-
-    accurate = rescore_toy(results, solve)
-    said = get_toy_row(accurate)
-    heads = ("error / PIT's, median", "velocity error not from sampling, median")
-    paid, own = (float(said[head].split()[0]) for head in heads)
-    assert 0 < paid < 1e-6
-    assert own < 2e-9
-    assert said["equals PIT"] == "0 of 3"
-    (score,) = (
-        row.score
-        for row in accurate.rows
-        if (row.job.engine, row.job.scene.name, row.job.refinement) == ("toy", "paper/late", 0)
-    )
-    assert require_value(require_value(score).against_pit).velocity > 0.001  # far from PIT, for being right
 
 
 def test_added_velocity_error_is_the_engines_own(results: Results) -> None:

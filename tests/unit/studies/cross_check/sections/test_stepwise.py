@@ -58,13 +58,8 @@ def join_paragraphs(section: Section, medium: Media) -> str:
     return "\n".join(block.text for block in section.select_for(medium) if isinstance(block, Text))
 
 
-def test_no_stepwise_table_for_fully_comparable_runs(graze_results: Results) -> None:
-    """Without a horizon, a rest or a diverged trajectory, there is no table of single steps."""
-    assert not build_steps_section(build_grid(graze_results)).blocks
-
-
 def test_runs_are_ranked_by_misses_then_other_step_errors(graze_results: Results) -> None:
-    """Steps are ranked by misses that PIT does not share, then invented, early, error, energy, not compared."""
+    """Steps are ranked by misses that PIT does not share, then other errors. A run that was cut short is last."""
     base: dict[str, Any] = dict.fromkeys(("missed", "missed_by_pit", "invented", "early"), 0)
     base |= {"ratio": (0.2, 1.0), "energy": 0.0}
     worse: dict[str, dict[str, Any]] = {
@@ -77,16 +72,11 @@ def test_runs_are_ranked_by_misses_then_other_step_errors(graze_results: Results
         "misses": {"missed": 1, "ratio": (0.0, 0.0)},
     }
     rows = {name: {**base, **other} for name, other in reversed(worse.items())}
-    assert list_ranking(replace_rows(graze_results, rows)) == list(worse)
-
-
-def test_run_cut_short_is_ranked_last(graze_results: Results) -> None:
-    """A run that was cut short ranks after a complete run with five missed impacts."""
-    results = replace_rows(graze_results, {"short": {"missed": 0}, "whole": {"missed": 5}})
-    short, whole = results.rows
-    cut = replace(require_value(short.score), findings=(Finding(Verdict.CUT_SHORT, "at 0.1 s"),))
-    results = replace(results, rows=(replace(short, score=cut), whole))
-    assert list_ranking(results) == ["whole", "short"]
+    ranked = replace_rows(graze_results, rows)
+    assert list_ranking(ranked) == list(worse)
+    *others, best = ranked.rows
+    cut = replace(require_value(best.score), findings=(Finding(Verdict.CUT_SHORT, "at 0.1 s"),))
+    assert list_ranking(replace(ranked, rows=(*others, replace(best, score=cut))))[-1] == "as-pit"
 
 
 def test_misses_shared_with_pit_are_shown_separately(graze_results: Results) -> None:
