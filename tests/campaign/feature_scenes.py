@@ -84,31 +84,6 @@ def law_of(scene: Scene) -> Law:
     return Law.DAMPED if scene.damping_per_s else Law.STRAIGHT
 
 
-def features_of(scene: Scene) -> list[str]:
-    """Return the names of the features that a scene has, for counting which of them meet."""
-    arrays = scene.arrays
-    chains = [wall for wall in scene.walls if isinstance(wall, Chain)]
-    restitutions = {material.restitution for material in arrays.materials} | {scene.restitution}
-    named = {
-        "friction or spin": arrays.turns,
-        "driven walls": any(wall.driven for wall in scene.walls),
-        "driven discs": bool(arrays.driven_discs),
-        "legs": any(body.legs for body in (*scene.walls, *scene.discs)),
-        "belts": arrays.belts_m_s is not None,
-        "half-planes": any(isinstance(wall, Wall) for wall in scene.walls),
-        "chains": bool(chains),
-        "arcs": any(any(chain.bulges) for chain in chains),
-        "circles": any(isinstance(wall, Ring) for wall in scene.walls),
-        "thick walls": any(wall.half_width_m > 0.0 for wall in scene.walls if not isinstance(wall, Wall)),
-        "immovable discs": any(disc.immovable and not disc.driven for disc in scene.discs),
-        "rolling resistance": scene.wall_rolling_resistance > 0.0,
-        "restitution 0": 0.0 in restitutions,
-        "restitution 1": 1.0 in restitutions,
-        "no walls": not scene.walls,
-    }
-    return [name for name, present in named.items() if present]
-
-
 class _Drawing:
     """One scene as it is drawn: choices that several parts of it depend on."""
 
