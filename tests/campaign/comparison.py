@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict, deque
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import NamedTuple
@@ -163,40 +163,33 @@ class _Comparison:
             )
             return
         k = self._impacts[key].popleft()
-        row = record.impacts[k]
+        row, what = record.impacts[k], f"impact {k}, of {_format_bodies(*key)},"
         if not _overlaps(row["time_s"], impact.time, event.time_s):
             closing, known = closing_speed(self.scene, record, k)
-            text = f"impact {k}, of {_format_bodies(*key)}, is at {float(row['time_s'])!r} s, "
-            text += f"not at {_format_ball(impact.time)} s; closes at {closing!r} m/s"
+            text = f"{what} is at {float(row['time_s'])!r} s, not at {_format_ball(impact.time)} s; "
+            text += f"closes at {closing!r} m/s"
             kind = Kind.ROUNDING if closing <= known else Kind.TIME
             yield Difference(kind, min(float(row["time_s"]), _middle(impact.time)), text)
             return
         if not event.is_ordered:
             return
-        fields = [("velocity_first_after", impact.after[:2], 0), ("velocity_second_after", impact.after[2:], 1)]
+        velocities = [("velocity_first_after", impact.after[:2], 0), ("velocity_second_after", impact.after[2:], 1)]
         if impact.before is not None:
-            fields += [
-                ("velocity_first_before", impact.before[:2], 0),
-                ("velocity_second_before", impact.before[2:], 1),
-            ]
-        for name, balls, side in fields:
-            for value, ball in zip(row[name], balls, strict=True):
-                if not _overlaps(value, ball, event.rounding.velocities[side]):
-                    text = (
-                        f"impact {k}, of {_format_bodies(*key)}, has {name} {value!r} m/s, not {_format_ball(ball)} m/s"
-                    )
-                    yield Difference(Kind.VELOCITY, float(row["time_s"]), text)
-                    return
+            before = impact.before
+            velocities += [("velocity_first_before", before[:2], 0), ("velocity_second_before", before[2:], 1)]
+        values = [
+            (name, value, ball, event.rounding.velocities[side])
+            for name, balls, side in velocities
+            for value, ball in zip(row[name], balls, strict=True)
+        ]
+        yield from _find_first_off(Kind.VELOCITY, row["time_s"], what, values)
         if record.spins is not None:
-            for side, name in enumerate(("first_after", "second_after")[: 2 if key[1] >= 0 else 1]):
-                value, ball = record.spins[k][name], impact.spins_after[side]
-                if not _overlaps(value, ball, event.rounding.spins[side]):
-                    text = f"impact {k}, of {_format_bodies(*key)}, has the spin {name} {value!r}, "
-                    text += f"not {_format_ball(ball)} rad/s"
-                    yield Difference(Kind.SPIN, float(row["time_s"]), text)
-                    return
+            sides = list(enumerate(("first_after", "second_after")))[: 2 if key[1] >= 0 else 1]
+            spins, own = record.spins[k], event.rounding.spins
+            values = [(f"spin {name}", spins[name], impact.spins_after[side], own[side]) for side, name in sides]
+            yield from _find_first_off(Kind.SPIN, row["time_s"], what, values)
         if record.edges is not None and event.is_on_one_edge and tuple(record.edges[k]) != impact.edge:
-            text = f"impact {k}, of {_format_bodies(*key)}, is on edge {tuple(record.edges[k])}, not on {impact.edge}"
+            text = f"{what} is on edge {tuple(record.edges[k])}, not on {impact.edge}"
             yield Difference(Kind.EDGE, float(row["time_s"]), text)
 
     def _of_mode(self, event: EnvelopeMode) -> Iterator[Difference]:
@@ -210,14 +203,14 @@ class _Comparison:
             return
         k = self._modes[key].popleft()
         row = record.modes[k]
-        what = f"mode {k}, of disc {mode.disc} on {body_name(mode.wall)}"
+        what = f"mode {k}, of disc {mode.disc} on {body_name(mode.wall)},"
         is_still = not (row["velocity"].any() or row["acceleration"].any())
         if row["after"] != mode.after and is_still != (row["after"] == Mode.REST):
-            text = f"{what}, is {Mode(row['after']).name}, which does not match its velocity and acceleration"
+            text = f"{what} is {Mode(row['after']).name}, which does not match its velocity and acceleration"
             yield Difference(Kind.MODE, float(row["time_s"]), text)
             return
         if not _overlaps(row["time_s"], mode.time, event.time_s):
-            text = f"{what}, begins at {row['time_s']!r} s, not at {_format_ball(mode.time)} s"
+            text = f"{what} begins at {row['time_s']!r} s, not at {_format_ball(mode.time)} s"
             yield Difference(Kind.MODE, float(row["time_s"]), text)
             return
         gap_m, speed_m_s = self.envelope.gap_m, event.speed_m_s
@@ -236,12 +229,7 @@ class _Comparison:
             *zip(("ax", "ay"), row["acceleration"], mode.acceleration, (16 * UNIT * pull,) * 2, strict=True),
             ("spin", row["spin"], mode.spin, speed_m_s / radius),
         ]
-        for name, value, ball, own in values:
-            if not _overlaps(value, ball, own):
-                yield Difference(
-                    Kind.MODE, float(row["time_s"]), f"{what}, has {name} {value!r}, not {_format_ball(ball)}"
-                )
-                return
+        yield from _find_first_off(Kind.MODE, row["time_s"], what, values)
 
     def _has_with_next(self, event: EnvelopeMode) -> bool:
         """Whether the run has this change and the disc's next one as one: its clock does not distinguish their times.
@@ -310,11 +298,7 @@ class _Comparison:
             values = [(name, *pair, own) for name, row, balls, own in rows for pair in zip(row, balls, strict=True)]
             if record.final_spin_rad_s is not None:
                 values.append(("spin", record.final_spin_rad_s[i], state.spin, state.spin_rad_s))
-            for name, value, ball, own in values:
-                if not _overlaps(value, ball, own):
-                    text = f"disc {i} ends with {name} {value!r}, not {_format_ball(ball)}"
-                    yield Difference(Kind.FINAL_STATE, record.end_time_s, text)
-                    return
+            yield from _find_first_off(Kind.FINAL_STATE, record.end_time_s, f"disc {i} at the end", values)
 
 
 def _sticking(mode: int) -> int:
@@ -329,6 +313,16 @@ def _time_of(event: EnvelopeImpact | EnvelopeMode) -> arb:
 def _overlaps(value: float, ball: arb, rounding: float) -> bool:
     """Whether a number of a run may be one that a ball holds, each off by its own rounding."""
     return bool(arb(float(value), rounding).overlaps(ball))
+
+
+def _find_first_off(
+    kind: Kind, time_s: float, what: str, values: Iterable[tuple[str, float, arb, float]]
+) -> Iterator[Difference]:
+    """Yield the first number of a run that its ball does not hold."""
+    for name, value, ball, own in values:
+        if not _overlaps(value, ball, own):
+            yield Difference(kind, float(time_s), f"{what} has {name} {value!r}, not {_format_ball(ball)}")
+            return
 
 
 def _middle(ball: arb) -> float:

@@ -61,7 +61,6 @@ class Gas:
         impacts: How many impacts it is followed over, at most; of rough gases, which lose their energy, fewer.
         contact_duration_s: Contact time of the TC model, in seconds; 0 for none.
         gravity_m_s2: Acceleration of every disc that moves.
-        duration_s: It is followed by impacts, and not by time.
     """
 
     number: int
@@ -71,15 +70,11 @@ class Gas:
     impacts: int
     contact_duration_s: float = 0.0
     gravity_m_s2: tuple[float, float] = (0.0, 0.0)
-    wall_rolling_resistance: float = 0.0
-    table_deceleration_m_s2: float = 0.0
-    duration_s: float = math.inf
 
     @property
     def scene(self) -> ScaledScene:
-        """Its discs, walls and forces, from which a run can start."""
-        forces = self.gravity_m_s2, self.wall_rolling_resistance, self.table_deceleration_m_s2
-        return ScaledScene(self.start, *forces, self.duration_s)
+        """Its discs, walls and gravity, from which a run can start; it is followed by impacts, and not by time."""
+        return ScaledScene(self.start, self.gravity_m_s2, 0.0, 0.0, math.inf)
 
 
 def draw_gas(number: int, kind: Kind | None = None, *, most_discs: int = MOST_DISCS) -> Gas:

@@ -73,26 +73,20 @@ def test_state_file_of_an_earlier_version_is_refused(tmp_path: Path, capsys: pyt
     assert f"state of an earlier version: delete {state}" in capsys.readouterr().err
 
 
-class Gains(EventDrivenRun):
-    """A run whose impacts all give back `FACTOR` times what the law says."""
-
-    FACTOR = 1.0
-
-    def __init__(self, start: DiscArrays, **options: Any) -> None:
-        wrong = replace(start)
-        object.__setattr__(wrong, "restitution", self.FACTOR)  # beyond what is accepted
-        object.__setattr__(wrong, "wall_restitution", self.FACTOR)
-        super().__init__(wrong, **options)
-
-
-@each(
-    "factor, rule", release_after(1, [(1e150, "row"), (1.0 + 1e-9, "law"), (1.25, "law"), (2.0, "row"), (100.0, "row")])
-)
+@each("factor, rule", [(1e150, "row"), (1.0 + 1e-9, "law")])
 def test_kernel_that_gains_energy_violates_a_rule(factor: float, rule: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """A kernel whose speeds grow at every impact, up to overflow, violates a named rule and raises nothing."""
-    monkeypatch.setattr(Gains, "FACTOR", factor)
+
+    class Gains(EventDrivenRun):
+        def __init__(self, start: DiscArrays, **options: Any) -> None:
+            wrong = replace(start)
+            for name in ("restitution", "wall_restitution"):
+                object.__setattr__(wrong, name, factor)  # beyond what is accepted
+            super().__init__(wrong, **options)
+
     monkeypatch.setattr(gas_checks, "EventDrivenRun", Gains)
-    assert rule in {violation.rule for violation in gas_checks.check_run(draw_gas(0, most_discs=64)).violations}
+    monkeypatch.setattr(gas_checks, "draw_gas", lambda number: draw_gas(number, most_discs=64))
+    assert rule in {finding.kind for finding in gas_checks.check_gas(0).findings}
 
 
 @pytest.mark.release

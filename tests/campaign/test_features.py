@@ -271,21 +271,6 @@ def test_end_of_a_slip_that_is_rounding_is_no_finding() -> None:
     assert Kind.MODE.value in find_certified_kinds(check_scene(slides, solve_with(turned_later)))
 
 
-def test_impact_that_is_rounding_has_its_own_kind() -> None:
-    """An extra impact at a rounding's speed is reported as rounding, and not as spurious."""
-    wall = wall_at(-2.0, 0.0, 1.0, 0.0, velocity_m_s=(0.125, 0.0))
-    scene = staged("stays", disc_at(0.0, 0.0, -1.0, 0.25), wall, wall_restitution=0.0, duration_s=4.0)
-
-    def again(trace: Trace) -> Trace:
-        before = (0.125 * (1.0 - 2.0**-53), 0.25)
-        return alter_impact(
-            keep_rows(trace, [0, 0]), 1, time_s=trace.impacts["time_s"][0] + 1.0, velocity_first_before=before
-        )
-
-    assert check_scene(scene).findings == []
-    assert find_certified_kinds(check_scene(scene, solve_with(again))) == {Kind.ROUNDING.value}
-
-
 OTHER_BITS = [("start_pic_run", Check.PIECES), ("all_pairs_run", Check.ALL_PAIRS), ("rotate_scene", Check.ROTATED)]
 
 
