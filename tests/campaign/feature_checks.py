@@ -57,20 +57,13 @@ class OutOfTimeError(BaseException):
 
 
 @contextlib.contextmanager
-def time_limit(seconds: float) -> Iterator[None]:
-    """Raise `OutOfTimeError` in the block after some seconds of processor time."""
+def time_limit(seconds: float, error: type[BaseException] = OutOfTimeError) -> Iterator[None]:
+    """Raise an exception in the block after some seconds of processor time; an outer limit continues after it."""
 
     def end(_signal: int, _frame: FrameType | None) -> None:
-        raise OutOfTimeError
+        raise error
 
-    with _alarm(seconds, end):
-        yield
-
-
-@contextlib.contextmanager
-def _alarm(seconds: float, handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
-    """Call a handler after some seconds of processor time in the block; an outer limit continues after it."""
-    before = signal.signal(signal.SIGPROF, handler)
+    before = signal.signal(signal.SIGPROF, end)
     left, _ = signal.setitimer(signal.ITIMER_PROF, seconds)
     begin_s = time.process_time()
     try:
@@ -169,12 +162,9 @@ class Oracle:
 
 def certify_within(seconds: float, scene: Scene, impacts: int) -> CertifiedTrace:
     """Return what `carom.certify` proves of a scene within some seconds of processor time, or little more."""
-
-    def interrupt(_signal: int, _frame: FrameType | None) -> None:
-        raise KeyboardInterrupt  # which ends a certified run, and keeps what was certified
-
     run = CertifiedRun(scene, CertifyOptions(max_impacts=impacts))
-    with contextlib.suppress(KeyboardInterrupt), _alarm(seconds, interrupt):
+    # `KeyboardInterrupt` ends a certified run, and keeps what was certified.
+    with contextlib.suppress(KeyboardInterrupt), time_limit(seconds, KeyboardInterrupt):
         run.advance()
     if run.ending is None:  # interrupted between two attempts
         run = CertifiedRun(scene, CertifyOptions(max_impacts=0))

@@ -19,11 +19,11 @@ from carom.execution.describe_engines import engines
 def main() -> int:
     """Measure, print the rows of each engine, and write the page if `--write` is given."""
     parser = argparse.ArgumentParser(prog="python -m tests.hazards", description=__doc__)
-    parser.add_argument("engines", nargs="*", default=ENGINES, help="which engines, all unless told; 'none' for none")
+    parser.add_argument("engines", nargs="*", default=ENGINES, help="which engines (all)")
     parser.add_argument("--figures", type=Path, help="keep the figures in this file, which `make atlas` reads")
     parser.add_argument("--write", type=Path, help="write the page; figures of every engine must be there")
     asked = parser.parse_args()
-    names = [] if asked.engines == ["none"] else list(asked.engines)
+    names = list(asked.engines)
     missing = {name: reason for name in names if (reason := explain_unavailable_adapter(load_adapter(name)))}
     for name, reason in missing.items():
         sys.stderr.write(f"{name}: {reason}\n")

@@ -181,6 +181,12 @@ def measure_velocity_change(adapter: Adapter, scene: Scene, profile: str, **chan
     return float(np.abs(end - start).max() / np.abs(start).max())
 
 
+def _measure_velocity_error(entry: CatalogueScene, adapter: Adapter, scene: Scene, profile: str) -> float:
+    """Return the velocity error at the end of a scene at some phase, divided by its greatest speed."""
+    error = run_to_end(adapter, scene, 1 / scene.frame_rate_hz, profile).velocity_m_s - velocities_after(entry)
+    return float(np.hypot(*error.T).max()) / max(math.hypot(*disc.velocity_m_s) for disc in entry.scene.discs)
+
+
 def measure_energy_ratio(adapter: Adapter, scene: Scene, profile: str) -> float:
     """The kinetic energy at the end over that at the start, of elastic impacts: mechanics says 1."""
     return 1 + energy_change(scene, run_to_end(adapter, scene, DT_S, profile))
@@ -188,7 +194,7 @@ def measure_energy_ratio(adapter: Adapter, scene: Scene, profile: str) -> float:
 
 @dataclass(frozen=True)
 class Finding:
-    """A sentence of `docs/engines`, measured.
+    """A measurement: a sentence of `docs/engines`, or a cell of another table.
 
     Attributes:
         says: What the figure is.
@@ -199,6 +205,7 @@ class Finding:
         right: What mechanics says.
         changes: Settings that replace the profile's.
         count: Number of phases.
+        table: Table of the page.
     """
 
     says: str
@@ -209,6 +216,7 @@ class Finding:
     right: float
     changes: Mapping[str, Setting] = field(default_factory=dict)
     count: int = STARTS
+    table: str = "findings"
 
 
 def _restitution(told: str, engine: str, profile: str, scene: Scene, right: float = 1.0, **changes: Setting) -> Finding:
@@ -248,10 +256,10 @@ def _findings() -> Iterator[Finding]:
             yield _pass(name, "default", gap)
     for closing in (100.0, 160.0, 199.0):
         yield _restitution(f"{closing:g} m/s, discs of 5 m", "dart", "default", build_large_discs(closing))
-    says, film = "velocity error / speed in engines/film", _load_film_scene().scene
+    says, film = "velocity error / speed in engines/film", _load_entry("engines/film")
     swept = (("planck", "swept"), ("planck", "event-driven"), *((n, "swept") for n in ("jolt", "rapier2d", "rapier")))
     for name, profile in swept:
-        yield Finding(says, name, profile, film, measure_film_error, 0.0)
+        yield Finding(says, name, profile, film.scene, partial(_measure_velocity_error, film), 0.0)
     for says, seconds in CHAOTIC.items():
         scene = _load_entry(GAS).scene.model_copy(update={"duration_s": seconds})
         yield Finding(says, "mujoco", "default", scene, measure_distance_from_plane, 0.0, count=GAS_STARTS)
@@ -277,10 +285,6 @@ def _build_crush_scene() -> Scene:
     return _load_entry("driven/crush").scene.model_copy(update={"duration_s": 3.5, "frame_rate_hz": 1 / DT_S})
 
 
-def _load_film_scene() -> CatalogueScene:
-    return _load_entry("engines/film")
-
-
 def build_large_discs(closing_m_s: float) -> Scene:
     """Two discs of 5 m close, both at half the speed, from a tenth of a second away; at most 100 m/s each."""
     gap = 0.1 * closing_m_s
@@ -291,11 +295,6 @@ def build_large_discs(closing_m_s: float) -> Scene:
         duration_s=0.2,
         frame_rate_hz=256.0,
     )
-
-
-def measure_film_error(adapter: Adapter, scene: Scene, profile: str) -> float:
-    """The velocity error at the end of `engines/film` over its speed: mechanics says 0."""
-    return _measure_velocity_error(adapter, _load_film_scene(), scene, profile)
 
 
 def measure_distance_from_plane(adapter: Adapter, scene: Scene, profile: str) -> float:
@@ -369,50 +368,15 @@ def list_starts(scene: Scene, count: int = STARTS) -> tuple[Scene, ...]:
     return tuple(build_starts(scene, count))
 
 
-def compute_spread(finding: Finding, adapter: Adapter) -> Spread:
-    """Measure a finding."""
-    values = [
-        finding.figure(adapter, scene, finding.profile, **finding.changes)
-        for scene in list_starts(finding.scene, finding.count)
-    ]
-    return Spread(tuple(values), finding.right)
-
-
-def _measure_group(adapter: Adapter) -> Iterator[Figure]:
-    for entry in find_scenes(["engines"]):
-        if entry.name != GAS:
-            value = partial(_measure_velocity_error, adapter, entry)
-            yield _build_figure("group", entry.name, adapter.name, "default", entry.scene, value, 0.0)
-
-
 def list_profiles(adapter: Adapter, *names: str) -> list[str]:
     """Return those of the named profiles that an adapter has; PIT has one profile, which is returned once."""
     known = dict.fromkeys(Method(adapter.name, name).profile for name in names)
     return [name for name in known if name in adapter.profiles]
 
 
-def _measure_velocity_error(adapter: Adapter, entry: CatalogueScene, scene: Scene, profile: str = "default") -> float:
-    """Return the velocity error at the end of a scene at some phase, divided by its greatest speed."""
-    error = run_to_end(adapter, scene, 1 / scene.frame_rate_hz, profile).velocity_m_s - velocities_after(entry)
-    return float(np.hypot(*error.T).max()) / max(math.hypot(*disc.velocity_m_s) for disc in entry.scene.discs)
-
-
-def _measure_bounces(adapter: Adapter) -> Iterator[Figure]:
-    for profile in list_profiles(adapter, "default", "tuned"):
-        for speed in SPEEDS:
-            value = partial(measure_restitution, adapter, profile=profile)
-            scene = build_head_on_scene(speed)
-            yield _build_figure("bounces", f"{speed:g} m/s", adapter.name, profile, scene, value, 1.0)
-
-
-def _measure_gas(adapter: Adapter) -> Iterator[Figure]:
-    def change(profile: str, scene: Scene) -> float:
-        return energy_change(scene, run_to_end(adapter, scene, DT_S, profile))
-
-    for profile in list_profiles(adapter, "default", "tuned", "swept"):
-        if (adapter.name, profile) not in NO_GAS:
-            scene, value = _load_entry(GAS).scene, partial(change, profile)
-            yield _build_figure("gas", GAS, adapter.name, profile, scene, value, 0.0, GAS_STARTS)
+def measure_energy_change(adapter: Adapter, scene: Scene, profile: str) -> float:
+    """Return by which part of that at the start the kinetic energy changes: mechanics says 0."""
+    return energy_change(scene, run_to_end(adapter, scene, DT_S, profile))
 
 
 #: What is driven, by columns of the page: a scene, what is read of it, what mechanics says.
@@ -432,31 +396,37 @@ DRIVEN: dict[str, tuple[Scene, Callable[..., float], float]] = {
 }
 
 
-def _measure_driven(adapter: Adapter) -> Iterator[Figure]:
+def _list_measurements(adapter: Adapter) -> Iterator[Finding]:
+    """Yield what is measured of every engine: scenes of a group, bounces, what is driven, a gas."""
+    name = adapter.name
+    for entry in find_scenes(["engines"]):
+        if entry.name != GAS:
+            figure = partial(_measure_velocity_error, entry)
+            yield Finding(entry.name, name, "default", entry.scene, figure, 0.0, table="group")
     for profile in list_profiles(adapter, "default", "tuned"):
-        if adapter.capabilities.driven_walls:
-            for of, (scene, figure, right) in DRIVEN.items():
-                value = partial(figure, adapter, profile=profile)
-                yield _build_figure("driven", of, adapter.name, profile, scene, value, right)
+        for speed in SPEEDS:
+            scene = build_head_on_scene(speed)
+            yield Finding(f"{speed:g} m/s", name, profile, scene, measure_restitution, 1.0, table="bounces")
+    for profile in list_profiles(adapter, "default", "tuned") if adapter.capabilities.driven_walls else ():
+        for of, (scene, read, right) in DRIVEN.items():
+            yield Finding(of, name, profile, scene, read, right, table="driven")
+    for profile in list_profiles(adapter, "default", "tuned", "swept"):
+        if (name, profile) not in NO_GAS:
+            scene = _load_entry(GAS).scene
+            yield Finding(GAS, name, profile, scene, measure_energy_change, 0.0, count=GAS_STARTS, table="gas")
 
 
-def _build_figure(
-    table: str,
-    of: str,
-    engine: str,
-    profile: str,
-    scene: Scene,
-    value: Callable[[Scene], float],
-    right: float,
-    count: int = STARTS,
-) -> Figure:
+def measure_finding(finding: Finding, adapter: Adapter) -> Figure:
+    """Return the figure of a finding, or why the engine refuses the scene."""
+    names = (finding.table, finding.says, finding.engine, finding.profile)
+    starts = list_starts(finding.scene, finding.count)
     try:
-        values = tuple(value(start) for start in list_starts(scene, count))
+        values = tuple(finding.figure(adapter, scene, finding.profile, **finding.changes) for scene in starts)
     except AdapterError as error:
-        return Figure(table, of, engine, profile, None, str(error))
+        return Figure(*names, None, str(error))
     if any(map(math.isnan, values)):
-        return Figure(table, of, engine, profile, None, "not a number")
-    return Figure(table, of, engine, profile, Spread(values, right))
+        return Figure(*names, None, "not a number")
+    return Figure(*names, Spread(values, finding.right))
 
 
 def measure_engines(
@@ -467,16 +437,7 @@ def measure_engines(
         adapter = load_adapter(name)
         if explain_unavailable_adapter(adapter):
             continue
-        measures = {
-            "group": _measure_group,
-            "bounces": _measure_bounces,
-            "driven": _measure_driven,
-            "gas": _measure_gas,
-        }
-        for table, of in measures.items():
-            if not tables or table in tables:
-                yield from of(adapter)
-        if tables and "findings" not in tables:
-            continue
-        for finding in (one for one in FINDINGS if one.engine == name and (chaotic or one.says not in CHAOTIC)):
-            yield Figure("findings", finding.says, name, finding.profile, compute_spread(finding, adapter))
+        own = (one for one in FINDINGS if one.engine == name and (chaotic or one.says not in CHAOTIC))
+        for finding in (*_list_measurements(adapter), *own):
+            if not tables or finding.table in tables:
+                yield measure_finding(finding, adapter)

@@ -1,6 +1,5 @@
 """Figures over many phases, and the scenes at these phases."""
 
-import math
 import statistics
 from dataclasses import dataclass
 
@@ -22,11 +21,6 @@ class Spread:
 
     values: tuple[float, ...]
     right: float
-    off: float = OFF
-
-    def __post_init__(self) -> None:
-        if not self.values or any(map(math.isnan, self.values)):
-            raise ValueError(f"a spread is of numbers, got {self.values}")
 
     @property
     def least(self) -> float:
@@ -46,7 +40,7 @@ class Spread:
     @property
     def starts_off(self) -> int:
         """The number of phases at which the value is wrong."""
-        return sum(abs(value - self.right) > self.off for value in self.values)
+        return sum(abs(value - self.right) > OFF for value in self.values)
 
     @property
     def share(self) -> str:
