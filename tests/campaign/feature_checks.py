@@ -95,7 +95,8 @@ def check_scene(scene: Scene, solve: Callable[..., Trace] = solve_pic) -> Checke
         sums.update(oracle[0].counts(record))
         differences = oracle[0].differences(record)
         kinds = {difference.kind for difference in differences}
-        sums["contact from low hops"], sums["contact kept"] = Kind.LOW_HOPS in kinds, Kind.KEPT_CONTACT in kinds
+        sums["contact from low hops"] = int(Kind.LOW_HOPS in kinds)
+        sums["contact kept"] = int(Kind.KEPT_CONTACT in kinds)
         return _first_of_each_kind(Check.CERTIFIED, differences)
 
     checks: dict[Check, Callable[[], Iterable[Finding]]] = {

@@ -202,34 +202,20 @@ def test_contact_may_replace_hops_below_the_gap_resolution() -> None:
     assert not found.sums["contact from low hops"]
 
 
-EXPLAINED = [
-    221048,
-    26802,
-    31459,
-    47302,
-    107541,
-    228982,
-    57329,
-    41057,
-    43248,
-    46411,
-    61741,
-    104896,
-    131771,
-    221475,
-    231155,
-]
+EXPLAINED = [221048, 43248, 107541, 228982, 46411, 61741, 221475, 231155]
 
 
-@each("number", release_after(6, EXPLAINED))
+@each("number", release_after(4, EXPLAINED))
 def test_differences_explained_by_rounding_are_no_findings(number: int) -> None:
-    """Scenes whose differences rounding explains, or that have low hops inside an arc, have no findings."""
-    # They have a collapse that may begin after certified events, friction whose result is a float, or a start almost at
-    # rest. In scene 46411 a change of mode in contact rounds a position by one unit in the last place before an impact.
-    # In scene 61741 the run ends among the last bounces before a landing. In scene 107541 a disc lands at rest, and
-    # roundings could make it roll. In scene 221048 the end of a contact has no upper bound at the first precision. In
-    # scene 228982 slip and spin end at times that the clock does not distinguish. In scene 221475 the first hop that is
-    # too low to resolve ends before PIC's landing. In scene 231155 all copies end where the certified run ends.
+    """Scenes whose differences rounding explains have no findings."""
+    # 221048: the end of a contact has no upper bound at the first precision.
+    # 43248: contact begins inside an arc, where hops are lower than the resolution of the gap.
+    # 107541: a disc lands at rest, and roundings could make it roll.
+    # 228982: slip and spin end at times that the clock does not distinguish.
+    # 46411: a change of mode in contact rounds a position by one unit in the last place before an impact.
+    # 61741: the run ends among the last bounces before a landing.
+    # 221475: the first hop that is too low to resolve ends before PIC's landing.
+    # 231155: all copies end where the certified run ends.
     assert check_scene(draw_scene(number)).findings == []
 
 
@@ -258,13 +244,8 @@ def test_missing_hop_that_is_certain_is_found() -> None:
     assert not found.sums["contact kept"]
 
 
-def test_end_of_a_slip_that_is_rounding_is_no_finding() -> None:
-    """A slip that exists only by rounding may end at any time; a wrong end of another slip is a finding."""
-    disc = disc_at(2.01744849513864, 2.4495002648363497, r=0.09769212210352762)
-    slope = wall_at(-1.4810976512154, -2.608898186507903, 0.4936992170718, 0.8696327288359676)
-    pull = {"gravity_m_s2": (-0.1314417357473424, -0.23152970753906155)}
-    scene = staged("across the slope", disc, slope, wall_restitution=0.0, duration_s=28.0, **pull)
-    assert check_scene(scene).findings == []
+def test_wrong_end_of_a_slip_is_found() -> None:
+    """A slip that reverses 0.125 s later than certified is a finding."""
     turned_later = change_mode(1, "time_s", lambda time_s: time_s + 0.125)
     slides = SLIDE.model_copy(update={"gravity_m_s2": (-4.0, -10.0)})
     assert check_scene(slides).findings == []

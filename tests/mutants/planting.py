@@ -224,7 +224,8 @@ def _plant(path: Path, planted: list[tuple[int, Fault]]) -> None:
         chosen = f"NUMBER[0] == {number}" if is_python else f"has_fault({number})"
         switched = f"(carom_has_fault({number}) ? {one} : {two})" if is_c else f"({one} if {chosen} else {two})"
         lines[fault.line - 1] = f"{place['head']}{switched}{place['tail']}"
-    head, at = "from carom.planted cimport has_fault", _after_docstring(lines)
+    docstring = "\n".join(lines).split('"""')[:2]
+    head, at = "from carom.planted cimport has_fault", "".join(docstring).count("\n") + 1
     if is_c:
         head = '#include "carom/planted.h"'
         at = next(k for k, line in enumerate(lines) if line.startswith("#include"))
@@ -232,13 +233,3 @@ def _plant(path: Path, planted: list[tuple[int, Fault]]) -> None:
         head = "from carom.planted import NUMBER"
         at = next((k + 1 for k, line in enumerate(lines) if line.startswith("from __future__")), at)
     path.write_text("\n".join([*lines[:at], head, *lines[at:]]) + "\n")
-
-
-def _after_docstring(lines: list[str]) -> int:
-    """Return how many lines the docstring of a module takes."""
-    marks = 0
-    for k, line in enumerate(lines):
-        marks += line.count('"""')
-        if marks == 2:
-            return k + 1
-    return 0
