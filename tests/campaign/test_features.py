@@ -98,21 +98,15 @@ def change_field(name: str, part: float) -> Doctor:
     return lambda trace: alter_impact(trace, 2, **{name: trace.impacts[name][2] * (1.0 + part)})
 
 
-def change_mode(row: int, name: str, change: Callable[[Any], Any]) -> Doctor:
-    """Return what changes one field of a change of mode."""
+def change_row(rows: str, row: int, name: str, change: Callable[[Any], Any]) -> Doctor:
+    """Return what changes one field of a row of the trace's modes or spins."""
 
     def doctor(trace: Trace) -> Trace:
-        modes = require_value(trace.modes).copy()
-        modes[name][row] = change(modes[name][row])
-        return replace(trace, modes=modes)
+        found = require_value(getattr(trace, rows)).copy()
+        found[name][row] = change(found[name][row])
+        return replace(trace, **{rows: found})
 
     return doctor
-
-
-def change_spin(trace: Trace) -> Trace:
-    spins = require_value(trace.spins).copy()
-    spins["first_after"][1] += 1e-11
-    return replace(trace, spins=spins)
 
 
 def end_early(trace: Trace) -> Trace:
@@ -132,7 +126,7 @@ FAULTS: list[tuple[Doctor, Kind]] = [
     (change_field("time_s", 1e-13), Kind.TIME),
     (change_field("velocity_first_after", 1e-13), Kind.VELOCITY),
     (change_field("velocity_first_before", 1e-13), Kind.VELOCITY),
-    (change_spin, Kind.SPIN),
+    (change_row("spins", 1, "first_after", lambda spin: spin + 1e-11), Kind.SPIN),
     (lambda trace: replace(trace, final_position_m=trace.final_position_m + 1e-12), Kind.FINAL_STATE),
     (end_early, Kind.EARLY_END),
     (end_late, Kind.ENDING),
@@ -179,8 +173,8 @@ def test_fault_of_a_contact_mode_is_found() -> None:
     assert require_value(solve_pic(SLIDE).modes)["after"][-1] == Mode.ROLL
     doctors: tuple[Doctor, ...] = (
         lambda trace: replace(trace, modes=require_value(trace.modes)[:-1]),
-        change_mode(-1, "time_s", lambda time_s: time_s * (1.0 + 1e-13)),
-        change_mode(-1, "after", lambda _: Mode.REST),
+        change_row("modes", -1, "time_s", lambda time_s: time_s * (1.0 + 1e-13)),
+        change_row("modes", -1, "after", lambda _: Mode.REST),
     )
     for doctor in doctors:
         assert find_certified_kinds(check_scene(SLIDE, solve_with(doctor))) == {Kind.MODE.value}
@@ -246,7 +240,7 @@ def test_missing_hop_that_is_certain_is_found() -> None:
 
 def test_wrong_end_of_a_slip_is_found() -> None:
     """A slip that reverses 0.125 s later than certified is a finding."""
-    turned_later = change_mode(1, "time_s", lambda time_s: time_s + 0.125)
+    turned_later = change_row("modes", 1, "time_s", lambda time_s: time_s + 0.125)
     slides = SLIDE.model_copy(update={"gravity_m_s2": (-4.0, -10.0)})
     assert check_scene(slides).findings == []
     assert Kind.MODE.value in find_certified_kinds(check_scene(slides, solve_with(turned_later)))

@@ -51,14 +51,14 @@ def main() -> int:
 
 
 def _record(figure: Figure) -> dict[str, object]:
-    """Return a figure as JSON has it: its values, and what is reduced from them."""
+    """Return a figure as JSON: its values, and the numbers that are computed from them."""
     spread = figure.spread
-    said = {"table": figure.table, "of": figure.of, "engine": figure.engine, "profile": figure.profile}
+    names = {"table": figure.table, "of": figure.of, "engine": figure.engine, "profile": figure.profile}
     if spread is None:
-        return {**said, "refused": figure.refused}
+        return {**names, "refused": figure.refused}
     numbers = {"least": spread.least, "median": spread.median, "most": spread.most, "right": spread.right}
     counts = {"starts_off": spread.starts_off, "starts": len(spread.values)}
-    return {**said, **numbers, **counts, "values": list(spread.values)}
+    return {**names, **numbers, **counts, "values": list(spread.values)}
 
 
 def _figure(row: dict[str, object]) -> Figure:

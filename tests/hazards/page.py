@@ -57,9 +57,12 @@ def _spread_columns(shown: Callable[[float], str]) -> list[Column]:
     return [*map(said, ("least", "median", "most")), off]
 
 
+_METHOD = Column("method", lambda figure: Method(figure.engine, figure.profile).label)
+
+
 def _build_findings_table(figures: Sequence[Figure]) -> Table:
     columns = [
-        Column("method", lambda figure: Method(figure.engine, figure.profile).label),
+        _METHOD,
         Column("figure", lambda figure: figure.of),
         Column("correct", lambda figure: _format_value(figure.spread.right), number=True),
     ]
@@ -68,8 +71,7 @@ def _build_findings_table(figures: Sequence[Figure]) -> Table:
 
 
 def _build_gas_table(figures: Sequence[Figure]) -> Table:
-    method = Column("method", lambda figure: Method(figure.engine, figure.profile).label)
-    return Table([method, *_spread_columns(format_percent)], [figure for figure in figures if figure.table == "gas"])
+    return Table([_METHOD, *_spread_columns(format_percent)], [figure for figure in figures if figure.table == "gas"])
 
 
 def _build_changes_table(adapters: Sequence[Adapter]) -> Table:
