@@ -1,4 +1,4 @@
-"""Commands that check one random case after another in processes, and add up what is found from call to call."""
+"""Commands that check random cases in processes, and add up the counts of all calls."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ KEPT, PRINTED = 1000, 10
 
 
 class Finding(NamedTuple):
-    """A difference, a broken rule or a crash: what is counted, and a sentence."""
+    """A difference, a broken rule or a crash: the kind, which is counted, and a sentence."""
 
     kind: str
     text: str
@@ -36,13 +36,13 @@ class Finding(NamedTuple):
 
 @dataclass
 class Checked:
-    """What the checks of a case have found.
+    """Result of the checks of a case.
 
     Attributes:
-        kind: Kind of the case: a row of the table.
+        kind: Kind of the case, which has a row in the table.
         sums: Numbers that are added up over the cases of a kind.
-        most: Numbers of which the largest is kept.
-        findings: What is wrong.
+        most: Numbers whose maximum over the cases is kept.
+        findings: Errors that the checks found.
         seconds: Processor time.
     """
 
@@ -55,7 +55,7 @@ class Checked:
 
 @dataclass
 class Tally:
-    """All that a campaign has found so far; `sums` and `most` are by kind and name."""
+    """Counts of a campaign so far; `sums` and `most` are by kind and name."""
 
     begun: int = 0
     sums: dict[str, dict[str, float]] = field(default_factory=dict)
@@ -105,18 +105,18 @@ class Tally:
         return cls(**kept)
 
     def save(self, path: Path) -> None:
-        """Write all to a file, whole or not at all."""
+        """Write the file completely or not at all."""
         write_file(path, json.dumps(vars(self), indent=1) + "\n")
 
 
 def _start_worker() -> ProcessPoolExecutor:
-    """Return a process of its own for each job, so that a crash ends one case only; it ignores Ctrl-C."""
+    """Return a pool of one process, so that a crash ends one case only; the process ignores Ctrl-C."""
     ignore = (signal.SIGINT, signal.SIG_IGN)
     return ProcessPoolExecutor(1, get_context("spawn"), initializer=signal.signal, initargs=ignore)
 
 
 def _check_in_time(check: Callable[[int], Checked], number: int, seconds: float) -> Checked:
-    """Check a case; the system ends the process after some seconds, also in compiled code."""
+    """Check a case; the operating system ends the process after some seconds, even in compiled code."""
     signal.setitimer(signal.ITIMER_REAL, seconds)
     try:
         return check(number)
@@ -130,12 +130,12 @@ class Campaign:
 
     Attributes:
         program: Module of the command.
-        about: What the command does.
-        case: What a case is: with `--gas 42`, say, one is checked.
-        goal: What is counted up to a number that is asked for, and the number by default: "cases", or a sum.
-        check: Returns what is found of the case of a number; called in another process.
+        about: Description of the command.
+        case: Name of a case; the option of this name, for example `--gas 42`, checks one case.
+        goal: "cases" or the name of a sum; the campaign ends when it reaches a number. Second, its default.
+        check: Checks the case of a number, in another process.
         hanging_s: Seconds of clock time after which a process that checks one case is terminated.
-        save: Takes the number of a case with findings, these, and the folder of `--out`; returns what to print.
+        save: Saves a case with findings in the folder of `--out`, and returns a text to print.
     """
 
     program: str
@@ -147,7 +147,7 @@ class Campaign:
     save: Callable[[int, Checked, Path], str] = lambda *_: ""
 
     def main(self, arguments: Sequence[str] | None = None) -> int:
-        """Return 1 if anything was found, 130 after Ctrl-C, else 0."""
+        """Run the command; return 1 after findings, 130 after Ctrl-C, else 0."""
         goal, default = self.goal
         many = f"{self.case}s" if goal == "cases" else goal
         parser = argparse.ArgumentParser(f"python -m {self.program}", description=self.about)
@@ -222,7 +222,7 @@ class Campaign:
             signal.signal(signal.SIGINT, handler)
 
     def count(self, tally: Tally, number: int, checked: Checked, out: Path, *, printed: int | None = PRINTED) -> None:
-        """Count a case; print its findings, or the first ones, and how to see it again."""
+        """Count a case; print its findings, or the first ones, and the command that repeats it."""
         tally.add(number, checked)
         if checked.findings:
             for finding in checked.findings[:printed]:

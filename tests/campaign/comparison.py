@@ -1,4 +1,4 @@
-"""Differences between a run of PIC and what is proven of its scene."""
+"""Differences between a run of PIC and the rounding envelope of its scene."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ Rows = NDArray[np.void]
 
 
 class Kind(StrEnum):
-    """What differs; its value is how tables name it."""
+    """Kind of a difference; tables show its value."""
 
     MISSED = "missed impact"
     SPURIOUS = "spurious impact"
@@ -48,7 +48,7 @@ class Kind(StrEnum):
     EARLY_END = "end before certified events"
     EARLY_LANDING = "landing before certified bounces"
     NOTE = "note of an ending"
-    #: PIC states this: it is counted, and no finding.
+    #: A documented limit of PIC, which is counted and is no finding.
     LOW_HOPS = "contact where hops are lower than a gap's resolution"
     #: Likewise of a disc that an impact may lift off the wall that it is in contact with.
     KEPT_CONTACT = "contact kept where rounding decides whether a disc hops"
@@ -64,7 +64,7 @@ class Difference(NamedTuple):
 
 @dataclass(frozen=True)
 class Record:
-    """What a run has found: the fields of `carom.Trace` that are compared."""
+    """Result of a run: the fields of `carom.Trace` that are compared."""
 
     impacts: Rows
     spins: Rows | None
@@ -84,18 +84,18 @@ class Record:
 
     @property
     def is_cut(self) -> bool:
-        """Whether the run was ended by a limit, so that it may have gone on."""
+        """Whether a limit ended the run, so that more events may follow."""
         return self.outcome is Outcome.MAX_IMPACTS
 
 
 def compare_with_envelope(scene: Scene, envelope: Envelope, record: Record) -> list[Difference]:
-    """Return how a run differs from every run whose roundings stay within what PIC states, in order of time."""
+    """Return the differences of a run from all runs within PIC's rounding bounds, in order of time."""
     with ctx.workprec(PRECISION):
         return sorted(_Comparison(scene, envelope, record).differences(), key=lambda found: found.time_s)
 
 
 def impact_rounding(scene: Scene, record: Record, k: int) -> Rounding:
-    """Return how far the roundings of the flights to an impact, and of the impact, may have its velocities off."""
+    """Return bounds of the rounding errors of an impact, including those of the flights before it."""
     row = record.impacts[k]
     pair = (int(row["first"]), int(row["second"]))
     discs = [body for body in pair if body >= 0]
@@ -109,7 +109,7 @@ def impact_rounding(scene: Scene, record: Record, k: int) -> Rounding:
 
 
 def closing_speed(scene: Scene, record: Record, k: int) -> tuple[float, float]:
-    """Return how fast the two bodies of an impact approach each other, and how far roundings may have that off."""
+    """Return the approach speed of the bodies of an impact, and a bound of its rounding error."""
     row = record.impacts[k]
     closing = float((row["velocity_first_before"] - row["velocity_second_before"]) @ row["normal"])
     return closing, sum(impact_rounding(scene, record, k).velocities)
@@ -127,7 +127,7 @@ class _Comparison:
             self._modes[disc, wall, *map(_sticking, (before, after))].append(k)
 
     def differences(self) -> Iterator[Difference]:
-        """Yield what differs, kind by kind; after a missed event nothing that comes later says anything."""
+        """Yield the differences up to the first event that differs: later events are not comparable."""
         for event in self.envelope.events:
             if self._ends_by_name_before(event):
                 text = f"ends by {self.record.outcome.name} at {self.record.end_time_s!r} s, before the event at "
@@ -143,7 +143,7 @@ class _Comparison:
             yield from self._of_end()
 
     def _ends_by_name_before(self, event: EnvelopeImpact | EnvelopeMode) -> bool:
-        """Whether the run ends otherwise than by a limit, and certainly before an event."""
+        """Whether the run certainly ends before an event, for another reason than a limit."""
         if self.record.outcome in {Outcome.COMPLETED, Outcome.MAX_IMPACTS}:
             return False
         return bool(_time_of(event).lower() > self.record.end_time_s + event.time_s)
@@ -232,7 +232,7 @@ class _Comparison:
         yield from _find_first_off(Kind.MODE, row["time_s"], what, values)
 
     def _has_with_next(self, event: EnvelopeMode) -> bool:
-        """Whether the run has this change and the disc's next one as one: its clock does not distinguish their times.
+        """Whether the run combines this change with the disc's next one, because their times are equal on its clock.
 
         The run's change then counts as the next one, which may be beyond the envelope.
         """
@@ -258,7 +258,7 @@ class _Comparison:
         return any(_overlaps(time, event.impact.time, event.time_s) for time in landings["time_s"])
 
     def _left_over(self) -> Iterator[Difference]:
-        """Yield the impacts that the run has, and no run with its roundings can have."""
+        """Yield impacts and mode changes of the run that no run within the rounding bounds has."""
         record, horizon_s = self.record, self.envelope.horizon_s
         for k in sorted(k for rows in self._impacts.values() for k in rows):
             row = record.impacts[k]
@@ -302,7 +302,7 @@ class _Comparison:
 
 
 def _sticking(mode: int) -> int:
-    """Return a mode, and for rest that of rolling: roundings decide which of them a speed near 0 is."""
+    """Return a mode; rest counts as rolling, because rounding decides between them at a speed near 0."""
     return int(Mode.ROLL if mode == Mode.REST else mode)
 
 
@@ -311,14 +311,14 @@ def _time_of(event: EnvelopeImpact | EnvelopeMode) -> arb:
 
 
 def _overlaps(value: float, ball: arb, rounding: float) -> bool:
-    """Whether a number of a run may be one that a ball holds, each off by its own rounding."""
+    """Whether a number of a run is in a ball, except for the run's own rounding error."""
     return bool(arb(float(value), rounding).overlaps(ball))
 
 
 def _find_first_off(
     kind: Kind, time_s: float, what: str, values: Iterable[tuple[str, float, arb, float]]
 ) -> Iterator[Difference]:
-    """Yield the first number of a run that its ball does not hold."""
+    """Yield the first number of a run that is not in its ball."""
     for name, value, ball, own in values:
         if not _overlaps(value, ball, own):
             yield Difference(kind, float(time_s), f"{what} has {name} {value!r}, not {_format_ball(ball)}")

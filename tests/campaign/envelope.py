@@ -1,4 +1,4 @@
-"""Rounding envelope of a scene: balls that hold every run whose roundings stay within what PIC states.
+"""Rounding envelope of a scene: balls that contain every run within PIC's rounding bounds.
 
 It is a certified run whose state is widened by the roundings of a float64 run. A centre is widened by the resolution of
 a gap (`carom.core.resolution`), a velocity or spin after an impact by the roundings of the impact law that
@@ -48,7 +48,7 @@ LANDING_PART = 1e-15
 
 
 class Rounding(NamedTuple):
-    """How far roundings of one impact may have velocities off, metres per second, and spins, radians per second."""
+    """Bounds of the rounding errors of velocities (m/s) and spins (rad/s) at one impact."""
 
     velocities: tuple[float, float]
     spins: tuple[float, float]
@@ -74,7 +74,7 @@ class EnvelopeImpact(NamedTuple):
 
 
 class EnvelopeMode(NamedTuple):
-    """A change of how a disc moves in contact: balls, and how far roundings may have its velocity and time off."""
+    """A change of a disc's mode of contact: balls, and bounds of the rounding errors of velocity and time."""
 
     mode: BallMode
     speed_m_s: float
@@ -82,7 +82,7 @@ class EnvelopeMode(NamedTuple):
 
 
 class FinalState(NamedTuple):
-    """Balls for centre, velocity and spin of a disc at the end of the scene, and what its own roundings may add."""
+    """Balls for centre, velocity and spin of a disc at the scene's end, and bounds of a run's own rounding errors."""
 
     place: tuple[arb, arb]
     velocity: tuple[arb, arb]
@@ -94,7 +94,7 @@ class FinalState(NamedTuple):
 
 @dataclass
 class Envelope:
-    """The events that every run has whose roundings stay within what PIC states.
+    """The events that every run within PIC's rounding bounds has.
 
     Attributes:
         events: Impacts and changes of modes, in an order in which they may come.
@@ -122,7 +122,7 @@ def compute_envelope(scene: Scene, trace: Trace, most: int) -> Envelope:
 
 
 def compute_extent(scene: Scene, trace: Trace, until_s: float) -> float:
-    """Return a bound on what a body's coordinates, its radius and the terms of its way add up to, in metres."""
+    """Return an upper bound of all lengths that a gap is computed from, in metres."""
     arrays = scene.arrays
     sizes = [float(np.abs(disc.position_m).sum()) + disc.radius_m for disc in scene.discs]
     for flight in free_flights(trace):
@@ -140,7 +140,7 @@ def compute_extent(scene: Scene, trace: Trace, until_s: float) -> float:
 def law_rounding(
     scene: Scene, first: int, second: int, speeds: Sequence[float], rims: Sequence[float], falls: Sequence[float]
 ) -> Rounding:
-    """Return how far the roundings of one impact may have velocities and spins off.
+    """Return bounds of the rounding errors of velocities and spins at one impact.
 
     Args:
         scene: The scene.
@@ -186,7 +186,7 @@ class _Widened:
         self._pull = math.hypot(*scene.gravity_m_s2) + scene.table_deceleration_m_s2
 
     def envelope(self, most: int) -> Envelope:
-        """Return the envelope, with a limit of events."""
+        """Return the envelope with at most some number of events."""
         found, bodies = self.found, self.bodies
         try:
             if (trouble := find_degenerate_start(bodies)) is not None:
@@ -232,7 +232,7 @@ class _Widened:
                 self._widen_in_contact(i, 0.0, self._fall_m_s(i, ZERO))
 
     def _mark_unordered(self) -> None:
-        """Note that the last impact may as well come before another, or after it."""
+        """Record that the last impact may come before or after another one."""
         for k in reversed(range(len(self.found.events))):
             event = self.found.events[k]
             if isinstance(event, EnvelopeImpact):
@@ -240,7 +240,7 @@ class _Widened:
                 return
 
     def _delayed(self, begun: Meeting, i: int, most_s: float, length: arb) -> Meeting:
-        """Return the impact of a disc at time 0, whose gap was set to 0, as up to so much later.
+        """Return the impact of a disc whose gap was set to 0, at a time from 0 to a bound.
 
         What it falls meanwhile is in its velocity.
         """
@@ -321,7 +321,7 @@ class _Widened:
     # Roundings --------------------------------------------------------------------------------------------------------
 
     def _rounding(self, meeting: Meeting) -> Rounding:
-        """Return how far the roundings of one impact may have velocities and spins off."""
+        """Return bounds of the rounding errors of velocities and spins at one impact."""
         bodies, (first, second) = self.bodies, meeting[:2]
         movers = [first, second] if second >= 0 and second != first else [first]
         falls = [self._fall_m_s(i, meeting.time) for i in movers]
@@ -332,7 +332,7 @@ class _Widened:
         return law_rounding(self.scene, first, bodies.trace_body(second), speeds, rims, falls)
 
     def _fall_m_s(self, i: int, time: arb) -> float:
-        """Return how far roundings of a flight under gravity, or on a table, may have a velocity off."""
+        """Return a bound of the rounding error of a velocity after a flight under gravity, or on a table."""
         if not self._pull or not self.bodies.movable[i]:
             return 0.0
         time_s = _size(time)
@@ -364,12 +364,12 @@ class _Widened:
         events.insert(position, EnvelopeImpact(impact, rounding, own_s, is_on_one_edge))
 
     def _clock(self, time: arb) -> float:
-        """Return a time of the undamped run as a clock has it, in seconds."""
+        """Convert a time of the undamped run to seconds of the scene's clock."""
         shown = damped_time(self.scene.damping_per_s, time)
         return float(shown.mid()) if shown.is_finite() else math.inf
 
     def _earliest_s(self, selection: Selection) -> float:
-        """Return a time before which no event is left out, after the last one that was carried out."""
+        """Return a time before which the envelope has all events, after the last applied event."""
         try:
             choice = selection.next_impact()
         except Undecided as undecided:
@@ -401,5 +401,5 @@ def _widen_point(x: arb, y: arb, by: float) -> tuple[arb, arb]:
 
 
 def _size(ball: arb) -> float:
-    """Return a bound on the magnitude of what a ball holds."""
+    """Return an upper bound of the magnitude of a ball's numbers."""
     return float(abs(ball).upper())

@@ -42,7 +42,7 @@ PIECES = 12
 
 
 class Check(StrEnum):
-    """What a run is compared with; its value is how tables name it."""
+    """Comparison of a run with another one; tables show its value."""
 
     CERTIFIED = "certified run"
     ROTATED = "rotated by 90 degrees"
@@ -53,7 +53,7 @@ class Check(StrEnum):
 
 
 class OutOfTimeError(BaseException):
-    """The processor time of a check is used up; no `Exception`, so that nothing takes it for one of its own."""
+    """A check used up its processor time. It is no `Exception`, so that no other code handles it."""
 
 
 @contextlib.contextmanager
@@ -75,7 +75,7 @@ def time_limit(seconds: float, error: type[BaseException] = OutOfTimeError) -> I
 
 
 def all_pairs_run(scene: Scene) -> Run:
-    """Return a run that looks for impacts among all pairs of bodies instead of in cells."""
+    """Return a run that searches all pairs of bodies instead of cells."""
     return start_pic_run(scene, all_pairs=True)
 
 
@@ -128,7 +128,7 @@ def _first_of_each_kind(check: Check, differences: Sequence[Difference]) -> list
 
 
 class Oracle:
-    """What is proven of a scene, and how far roundings may have a run off."""
+    """Certified events of a scene, and bounds of the rounding errors of a run."""
 
     def __init__(self, scene: Scene, trace: Trace, solve: Callable[..., Trace]) -> None:
         self._scene, self._solve, self._impacts = scene, solve, len(trace.impacts)
@@ -137,11 +137,11 @@ class Oracle:
 
     @cached_property
     def copies(self) -> Copies:
-        """Runs of copies of the scene, made where they are asked for."""
+        """Runs of copies of the scene, computed on first use."""
         return Copies(self._scene, self._solve, self._impacts, self.envelope.gap_m)
 
     def differences(self, record: Record) -> list[Difference]:
-        """Return how a run of the scene differs from what is proven, in order of time."""
+        """Return the unexplained differences of a run from the certified events, in order of time."""
         found = compare_with_envelope(self._scene, self.envelope, record)
         if found or self.envelope.end is not None:
             return found
@@ -162,7 +162,7 @@ class Oracle:
 
 
 def certify_within(seconds: float, scene: Scene, impacts: int) -> CertifiedTrace:
-    """Return what `carom.certify` proves of a scene within some seconds of processor time, or little more."""
+    """Return a certified run that is limited to some seconds of processor time."""
     run = CertifiedRun(scene, CertifyOptions(max_impacts=impacts))
     # `KeyboardInterrupt` ends a certified run, and keeps what was certified.
     with contextlib.suppress(KeyboardInterrupt), time_limit(seconds, KeyboardInterrupt):
@@ -174,13 +174,13 @@ def certify_within(seconds: float, scene: Scene, impacts: int) -> CertifiedTrace
 
 
 def _of_reordered(scene: Scene, solve: Callable[..., Trace], oracle: Oracle) -> list[Difference]:
-    """Return how a run of the rotated scene, its discs in reverse order, differs from what is proven of the scene."""
+    """Return the differences of a run of the rotated scene with its discs in reverse order."""
     trace = solve(rotate_scene(scene, turn_quarter, is_reversed=True), max_impacts=MOST_IMPACTS)
     return oracle.differences(restore_record(Record.of(trace), turn_quarter_back, is_reversed=True))
 
 
 def _find_no_end(scene: Scene, trace: Trace) -> Iterator[Finding]:
-    """Yield a run whose time stands still, and that does not end by name in time."""
+    """Yield a finding if the run's time stands still, and the run does not stop by itself in time."""
     times = trace.impacts["time_s"]
     if trace.outcome is not Outcome.MAX_IMPACTS or len(times) < AT_ONE_INSTANT:
         return
@@ -197,7 +197,7 @@ def _find_no_end(scene: Scene, trace: Trace) -> Iterator[Finding]:
 
 
 def _find_unlike_run(check: Check, scene: Scene) -> Iterator[Finding]:
-    """Yield a finding where a run in pieces, or by all pairs, has other bits than a run in cells at once."""
+    """Yield a finding if a run in pieces, or by all pairs, is not bit-identical to a run in cells at once."""
     run = start_pic_run(scene)
     expected = _take_at_once(run, scene)
     if check is Check.PIECES:
@@ -209,7 +209,7 @@ def _find_unlike_run(check: Check, scene: Scene) -> Iterator[Finding]:
 
 
 def _find_unlike_rotated(trace: Trace, solve: Callable[..., Trace]) -> Iterator[Finding]:
-    """Yield a finding where the rotated scene has not the rotated bits."""
+    """Yield a finding if the run of the rotated scene is not bit-identical to the rotated run."""
     turned = solve(rotate_scene(trace.scene, turn_quarter), max_impacts=MOST_IMPACTS)
     one, other = vars(Record.of(trace)), vars(restore_record(Record.of(turned), turn_quarter_back))
     unlike = [name for name, value in one.items() if not np.array_equal(value, other[name])]  # 0 and -0 are one number
@@ -222,7 +222,7 @@ def _take_at_once(run: Run, scene: Scene) -> dict[str, object]:
 
 
 def _take_in_pieces(run: Run, scene: Scene, ends_s: float) -> dict[str, object]:
-    """Take a run on in pieces, by time and by impacts, and look at it between them."""
+    """Advance a run in pieces, by time and by impacts, and read all its results between them."""
     rng = random.Random(scene.name)
     for time_s in sorted(rng.uniform(0.0, ends_s) for _ in range(PIECES)):
         outcome = run.advance_to(time_s, rng.choice((MOST_IMPACTS, rng.randint(0, MOST_IMPACTS))))

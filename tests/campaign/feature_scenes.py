@@ -34,7 +34,7 @@ MOST_PLACES = 200
 
 
 class Law(StrEnum):
-    """How discs move between impacts; its value is how tables name it."""
+    """Motion of discs between impacts; tables show its value."""
 
     STRAIGHT = "straight"
     GRAVITY = "gravity"
@@ -88,7 +88,7 @@ def law_of(scene: Scene) -> Law:
 
 
 class _Drawing:
-    """One scene as it is drawn: choices that several parts of it depend on."""
+    """Choices that several parts of one scene depend on."""
 
     def __init__(self, rng: random.Random) -> None:
         self.rng = rng

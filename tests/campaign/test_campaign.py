@@ -1,4 +1,4 @@
-"""The campaigns' commands: they count, go on where they were, and tell what they find and how to see it again."""
+"""The campaigns' commands: counts, continued runs, findings, and the commands that repeat cases."""
 
 import os
 import signal

@@ -23,7 +23,7 @@ from carom.solvers.run import Run
 
 Doctor = Callable[[Trace], Trace]
 
-#: Laws of scenes of which every check is run, and the number of scenes drawn: those that compiled code runs, then all.
+#: Laws and number of scenes: first a quick selection, then all.
 LAWS: list[tuple[set[Law], int]] = [({Law.STRAIGHT, Law.DAMPED}, 30), (set(Law), 60)]
 
 #: Scenes whose events are all proven, so that nothing hides a fault: rough discs among driven walls, and contact.
@@ -78,7 +78,7 @@ def test_campaign_scenes_have_every_feature() -> None:
 
 
 def keep_rows(trace: Trace, rows: Any) -> Trace:
-    """Return the trace with some of its impacts, of which one may come twice."""
+    """Return the trace with some of its impacts; a row may occur twice."""
     spins, edges = (None if of_impacts is None else of_impacts[rows] for of_impacts in (trace.spins, trace.edges))
     return replace(trace, impacts=trace.impacts[rows], spins=spins, edges=edges)
 
@@ -94,12 +94,12 @@ def add_impact(trace: Trace) -> Trace:
 
 
 def change_field(name: str, part: float) -> Doctor:
-    """Return what changes one number of the third impact by a part of itself."""
+    """Return a function that changes one number of the third impact by a fraction."""
     return lambda trace: alter_impact(trace, 2, **{name: trace.impacts[name][2] * (1.0 + part)})
 
 
 def change_row(rows: str, row: int, name: str, change: Callable[[Any], Any]) -> Doctor:
-    """Return what changes one field of a row of the trace's modes or spins."""
+    """Return a function that changes one field of a row of the trace's modes or spins."""
 
     def doctor(trace: Trace) -> Trace:
         found = require_value(getattr(trace, rows)).copy()

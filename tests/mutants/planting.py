@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from tests.mutants.packages import PACKAGES
 
-#: Environment variable with the number of the fault that a process has.
+#: Environment variable with the number of a process's fault.
 VARIABLE = "CAROM_FAULT"
 
 _PAIRS = ("< <=", "> >=", "== !=", "+ -", "and or", "&& ||", "True False", "true false", "min max", "greater lesser")
@@ -72,7 +72,7 @@ cdef extern from "carom/planted.h":
     bint has_fault "carom_has_fault" (int number) noexcept nogil
 """
 _SWITCH_PYTHON = f'''
-"""The fault that this process has."""
+"""Number of the fault of this process."""
 import os
 NUMBER = [int(os.environ.get("{VARIABLE}", "0"))]
 '''
@@ -208,7 +208,7 @@ def make_copy(root: Path, copy: Path, faults: list[tuple[int, Fault]]) -> None:
 
 
 def _plant(path: Path, planted: list[tuple[int, Fault]]) -> None:
-    """Replace the lines of faults by lines with both values; constants are set by name, see running.py."""
+    """Replace the lines of faults by lines with both values; running.py changes constants by name."""
     lines, is_c, is_python = path.read_text().splitlines(), path.suffix in (".h", ".c"), path.suffix == ".py"
     statement = _C_STATEMENT if is_c else _STATEMENT
     for number, fault in planted:

@@ -1,6 +1,6 @@
 """A pytest plug-in that tries faults: it collects the tests once, and forks a process for each fault.
 
-So a fault takes only the time of the tests up to the first that fails. Tests that have found faults run first, then the
+So a fault takes only the time of the tests up to the first that fails. Tests that noticed faults run first, then the
 shortest tests.
 """
 
@@ -29,7 +29,7 @@ _PATIENCE, _PATIENCE_S, _BUSY = 5.0, 20.0, 20.0
 
 
 class Stage:
-    """The tests of a package, their times, and how many faults each has found."""
+    """The tests of a package, their times, and the number of faults that each one noticed."""
 
     def __init__(self, items: list[pytest.Item], patterns: tuple[str, ...]) -> None:
         self.items = [item for item in items if item.nodeid.startswith(patterns)]
@@ -37,7 +37,7 @@ class Stage:
         self.found: Counter[str] = Counter()
 
     def sort_tests(self) -> list[pytest.Item]:
-        """Return the tests, first those that have found the most faults, then the shortest."""
+        """Return the tests, those that noticed the most faults first, then the shortest."""
         return sorted(self.items, key=lambda item: (-self.found[item.nodeid], self.seconds.get(item.nodeid, 0.0)))
 
 
