@@ -1,33 +1,31 @@
-"""Coverage of the compiled code: ``make coverage-compiled``; ``python -m tests.compiled_coverage`` hands on arguments.
+"""Coverage of the compiled code: ``make coverage-compiled``. Arguments are pytest's.
 
 The extension is built once more, into ``build/coverage``, with counters for the lines of the core and of the .pyx and
-.pxd files. The tests run on that build, and gcov reports which lines and branches they reached. A line that several
-modules inline counts once: as reached if any of them reached it.
+.pxd files. The tests run on that build, and gcov reports which lines and branches they executed. A line that several
+modules inline counts once: as executed if one of them executed it.
 
-Branches are those of the C code: a comparison in a loop has two, a chain of `and` one pair a link; and in what Python
-calls (`def`) there is one more for each error that Cython looks for.
+Branches are those of the C code. A comparison has two, and a chain of `and` has two for each part. Functions that
+Python calls (`def`) have one more for each error that Cython checks for.
 """
 
-import gzip
 import json
 import os
 import shutil
 import subprocess
 import sys
-import tempfile
 from collections import defaultdict
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).resolve().parents[1]
 BUILD = ROOT / "build/coverage"
 
-#: What is run where nothing else is asked for.
+#: Tests that run without arguments.
 TESTS = ("tests/unit", "tests/validation")
 
-#: Counts of each line, and of each of its branches, by file.
-Lines = dict[str, dict[int, int]]
-Branches = dict[str, dict[tuple[int, int], int]]
+#: How often each line was executed (number 0), and each of its branches (from 1), by file, line and number.
+Counts = dict[str, dict[tuple[int, int], int]]
 
 
 def build() -> Path:
@@ -42,34 +40,27 @@ def build() -> Path:
 
 def run_gcov(notes: Path) -> list[dict[str, Any]]:
     """Return gcov's report of an object file, source by source."""
-    with tempfile.TemporaryDirectory() as folder:
-        subprocess.run(
-            ["gcov", "--json-format", "--branch-probabilities", str(notes)], cwd=folder, check=True, capture_output=True
-        )
-        (written,) = Path(folder).glob("*.gcov.json.gz")
-        with gzip.open(written, "rt", encoding="utf-8") as file:
-            files: list[dict[str, Any]] = json.load(file)["files"]
-            return files
+    command = ["gcov", "--json-format", "--stdout", "--branch-probabilities", str(notes)]
+    files: list[dict[str, Any]] = json.loads(subprocess.check_output(command, stderr=subprocess.DEVNULL))["files"]
+    return files
 
 
-def collect() -> tuple[Lines, Branches]:
+def collect() -> Counts:
     """Return the counts of all sources, over all modules."""
-    lines: Lines = defaultdict(lambda: defaultdict(int))
-    branches: Branches = defaultdict(lambda: defaultdict(int))
+    counts: Counts = defaultdict(lambda: defaultdict(int))
     for notes in sorted(BUILD.rglob("*.gcno")):
         for source in run_gcov(notes):
-            name = source_name(str(source["file"]))
+            name = find_source_name(str(source["file"]))
             if name is None:
                 continue
             for line in source["lines"]:
-                lines[name][line["line_number"]] += line["count"]
-                for k, branch in enumerate(line["branches"]):
-                    branches[name][line["line_number"], k] += branch["count"]
-    return lines, branches
+                for k, place in enumerate((line, *line["branches"])):
+                    counts[name][line["line_number"], k] += place["count"]
+    return counts
 
 
-def source_name(file: str) -> str | None:
-    """Return a source's path in the package; None for what Cython wrote, for headers of others, and for the probe."""
+def find_source_name(file: str) -> str | None:
+    """Return the path of a source in the package; None for generated code, and for sources outside the package."""
     if not file.endswith((".pyx", ".pxd", ".h", ".c")):
         return None
     path = next((path for path in (ROOT / file, ROOT / "src" / file) if path.exists()), None)
@@ -77,22 +68,25 @@ def source_name(file: str) -> str | None:
 
 
 def format_share(counts: list[int]) -> str:
-    """Return how many are above 0, of how many, as a table shows it."""
+    """Return how many counts are above 0, of how many, and this as a percentage."""
     reached = sum(count > 0 for count in counts)
     return f"{reached:6d} of {len(counts):5d} {100 * reached / max(len(counts), 1):5.1f} %"
 
 
-def format_table(lines: Lines, branches: Branches) -> str:
-    """Return a row for each source: lines and branches reached, and the lines that were not."""
-    rows = [f"{'source':48}{'lines':>24}{'branches':>24}  lines never reached"]
-    for name in sorted(lines):
-        never = ", ".join(str(number) for number, count in sorted(lines[name].items()) if count == 0)
-        reached = format_share(list(lines[name].values())), format_share(list(branches[name].values()))
-        rows.append(f"{name:48}{reached[0]:>24}{reached[1]:>24}  {never}")
-    every_line = [count for counts in lines.values() for count in counts.values()]
-    every_branch = [count for counts in branches.values() for count in counts.values()]
-    rows.append(f"{'all':48}{format_share(every_line):>24}{format_share(every_branch):>24}")
-    return "\n".join(rows)
+def format_row(name: str, counts: Collection[tuple[tuple[int, int], int]]) -> str:
+    """Return the row of a source: how many of its lines and branches were executed."""
+    lines = [count for (_, branch), count in counts if branch == 0]
+    branches = [count for (_, branch), count in counts if branch > 0]
+    return f"{name:48}{format_share(lines):>24}{format_share(branches):>24}"
+
+
+def format_table(counts: Counts) -> str:
+    """Return a row for each source, with the lines that were never executed."""
+    rows = [f"{'source':48}{'lines':>24}{'branches':>24}  lines never executed"]
+    for name, of_source in sorted(counts.items()):
+        never = [str(line) for (line, branch), count in sorted(of_source.items()) if branch == count == 0]
+        rows.append(f"{format_row(name, of_source.items())}  {', '.join(never)}")
+    return "\n".join([*rows, format_row("all", [row for of_source in counts.values() for row in of_source.items()])])
 
 
 def main(arguments: list[str]) -> int:
@@ -100,7 +94,7 @@ def main(arguments: list[str]) -> int:
     library = build()
     command = [sys.executable, "-m", "pytest", "-q", "-n", "auto", "--dist", "worksteal", *(arguments or TESTS)]
     done = subprocess.run(command, cwd=ROOT, check=False, env={**os.environ, "PYTHONPATH": str(library)})
-    sys.stdout.write(format_table(*collect()) + "\n")
+    sys.stdout.write(format_table(collect()) + "\n")
     return done.returncode
 
 

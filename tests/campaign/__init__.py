@@ -1,1 +1,1 @@
-"""Hundreds of millions of impacts of PIC, each one checked: ``python -m tests.campaign``."""
+"""Campaigns that check PIC on many random gases and scenes: ``python -m tests.campaign``."""

@@ -10,14 +10,11 @@ import sys
 
 from tests.campaign.campaign import Campaign
 from tests.campaign.gas_checks import check_gas
-from tests.campaign.gases import MOST_DISCS
 
 #: A gas has up to about a million impacts and no time limit of its own. It takes seconds, or minutes on a busy machine.
 HANGING_S = 3600.0
 
-CAMPAIGN = Campaign(
-    "tests.campaign", __doc__, "gas", ("impacts", 1e6), check_gas, HANGING_S, sizes={"most_discs": MOST_DISCS}
-)
+CAMPAIGN = Campaign("tests.campaign", __doc__, "gas", ("impacts", 1e6), check_gas, HANGING_S)
 
 if __name__ == "__main__":
     sys.exit(CAMPAIGN.main())

@@ -1,19 +1,19 @@
-"""Commands that check one random case after another in processes, and add up what is found from call to call."""
+"""Commands that check random cases in processes, and add up the counts of all calls."""
 
 from __future__ import annotations
 
 import argparse
 import json
 import math
-import multiprocessing
 import signal
 import sys
 import time
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field
-from functools import partial
-from multiprocessing.connection import Connection, wait
+from multiprocessing import get_context
 from pathlib import Path
 from typing import NamedTuple
 
@@ -27,15 +27,8 @@ PROGRESS_S = 5.0
 KEPT, PRINTED = 1000, 10
 
 
-class EarlierVersionError(Exception):
-    """A file of a state has not the content that this version writes."""
-
-    def __init__(self, path: Path) -> None:
-        super().__init__(f"state of an earlier version: delete {path}")
-
-
 class Finding(NamedTuple):
-    """A difference, a broken rule or a crash: what is counted, and a sentence."""
+    """A difference, a broken rule or a crash: the kind, which is counted, and a sentence."""
 
     kind: str
     text: str
@@ -43,33 +36,30 @@ class Finding(NamedTuple):
 
 @dataclass
 class Checked:
-    """What the checks of a case have found.
+    """Result of the checks of a case.
 
     Attributes:
-        kind: Kind of the case: a row of the table.
+        kind: Kind of the case, which has a row in the table.
         sums: Numbers that are added up over the cases of a kind.
-        most: Numbers of which the largest is kept.
-        features: What the case has, to count the cases with each feature.
-        findings: What is wrong.
+        most: Numbers whose maximum over the cases is kept.
+        findings: Errors that the checks found.
         seconds: Processor time.
     """
 
     kind: str = "none"
     sums: Mapping[str, float] = field(default_factory=dict)
     most: Mapping[str, float] = field(default_factory=dict)
-    features: Sequence[str] = ()
     findings: list[Finding] = field(default_factory=list)
     seconds: float = 0.0
 
 
 @dataclass
 class Tally:
-    """All that a campaign has found so far; `sums` and `most` are by kind and name."""
+    """Counts of a campaign so far; `sums` and `most` are by kind and name."""
 
     begun: int = 0
     sums: dict[str, dict[str, float]] = field(default_factory=dict)
     most: dict[str, dict[str, float]] = field(default_factory=dict)
-    features: Counter[str] = field(default_factory=Counter)
     differences: Counter[str] = field(default_factory=Counter)
     findings: list[tuple[int, str, str]] = field(default_factory=list)
 
@@ -85,7 +75,6 @@ class Tally:
             sums[name] = sums.get(name, 0) + value
         for name, value in checked.most.items():
             most[name] = max(most.get(name, value), value)
-        self.features.update(checked.features)
         self.differences.update(finding.kind for finding in checked.findings)
         self.findings += [(number, *finding) for finding in checked.findings][: KEPT - len(self.findings)]
 
@@ -99,88 +88,40 @@ class Tally:
             values += [max(self.most[row].get(name, 0) for row in rows) for name in most]
             cells = (f"{value:,.4g}" if value % 1 else f"{value:,.0f}" for value in values)
             lines.append(f"| {kind} | {' | '.join(cells)} |")
-        for what, counts in (("feature", self.features), ("finding", self.differences)):
-            if counts:
-                lines += ["", f"| {what} | cases |", "| --- | ---: |"]
-                lines += [f"| {name} | {number:,} |" for name, number in sorted(counts.items())]
+        if self.differences:
+            lines += ["", "| finding | cases |", "| --- | ---: |"]
+            lines += [f"| {name} | {number:,} |" for name, number in sorted(self.differences.items())]
         return "\n".join(lines)
 
     @classmethod
-    def load(cls, path: Path) -> Tally:
-        """Return what a file holds, nothing done if it does not exist.
-
-        Raises:
-            EarlierVersionError: An earlier version has written the file.
-        """
-        if not path.exists():
-            return cls()
+    def load(cls, path: Path) -> Tally | None:
+        """Return the content of a state file; None if an earlier version has written other content."""
         held = json.loads(path.read_text(encoding="utf-8"))
-        if held.keys() != vars(cls()).keys():
-            raise EarlierVersionError(path)
-        counters = {name: Counter(held[name]) for name in ("features", "differences")}
-        return cls(**{**held, **counters, "findings": [tuple(finding) for finding in held["findings"]]})
+        if not vars(cls()).keys() <= held.keys():
+            return None
+        kept = {name: held[name] for name in vars(cls())}
+        kept["differences"] = Counter(kept["differences"])
+        kept["findings"] = [tuple(finding) for finding in kept["findings"]]
+        return cls(**kept)
 
     def save(self, path: Path) -> None:
-        """Write all to a file, whole or not at all."""
+        """Write the file completely or not at all."""
         write_file(path, json.dumps(vars(self), indent=1) + "\n")
 
 
-class Worker:
-    """A process that checks one case after another, and is replaced where it hangs or crashes."""
-
-    def __init__(self, check: Callable[[int], Checked]) -> None:
-        self.number: int | None = None
-        self.since_s = 0.0
-        self._check = check
-        self._start()
-
-    def _start(self) -> None:
-        context = multiprocessing.get_context("spawn")
-        self.connection: Connection
-        self.connection, theirs = context.Pipe()
-        self.process = context.Process(target=_serve, args=(theirs, self._check), daemon=True)
-        self.process.start()
-        theirs.close()
-
-    def begin(self, number: int) -> None:
-        """Begin to check a case."""
-        self.number, self.since_s = number, time.monotonic()
-        self.connection.send(number)
-
-    def result(self) -> Checked:
-        """Return what was found of the case that is finished."""
-        try:
-            found: Checked = self.connection.recv()
-        except (EOFError, ConnectionError):
-            found = Checked(findings=[Finding("crash", "the process ended in this case")])
-            self.replace()
-        self.number = None
-        return found
-
-    def replace(self) -> None:
-        """Terminate the process, and start another."""
-        self.end()
-        self._start()
-
-    def end(self) -> None:
-        """Terminate the process."""
-        self.process.kill()
-        self.process.join()
-        self.connection.close()
+def _start_worker() -> ProcessPoolExecutor:
+    """Return a pool of one process, so that a crash ends one case only; the process ignores Ctrl-C."""
+    ignore = (signal.SIGINT, signal.SIG_IGN)
+    return ProcessPoolExecutor(1, get_context("spawn"), initializer=signal.signal, initargs=ignore)
 
 
-def _serve(connection: Connection, check: Callable[[int], Checked]) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    while True:
-        try:
-            number = connection.recv()
-        except EOFError:
-            return
-        try:
-            found = check(number)
-        except Exception as error:  # noqa: BLE001 - whatever a broken solver raises is a finding
-            found = Checked(findings=[Finding("raised", f"{type(error).__name__}: {error}")])
-        connection.send(found)
+def _check_in_time(check: Callable[[int], Checked], number: int, seconds: float) -> Checked:
+    """Check a case; the operating system ends the process after some seconds, even in compiled code."""
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        return check(number)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
 
 
 @dataclass(frozen=True)
@@ -189,66 +130,49 @@ class Campaign:
 
     Attributes:
         program: Module of the command.
-        about: What the command does.
-        case: What a case is: with `--gas 42`, say, one is checked.
-        goal: What is counted up to a number that is asked for, and the number by default: "cases", or a sum.
-        check: Returns what is found of the case of a number; called in another process.
+        about: Description of the command.
+        case: Name of a case; the option of this name, for example `--gas 42`, checks one case.
+        goal: "cases" or the name of a sum; the campaign ends when it reaches a number. Second, its default.
+        check: Checks the case of a number, in another process.
         hanging_s: Seconds of clock time after which a process that checks one case is terminated.
-        sizes: Options that are whole numbers, with their defaults; `check` takes them as keywords.
-        save: Takes the number of a case with findings, these, and the folder of `--out`; returns what to print.
+        save: Saves a case with findings in the folder of `--out`, and returns a text to print.
     """
 
     program: str
     about: str | None
     case: str
     goal: tuple[str, float]
-    check: Callable[..., Checked]
+    check: Callable[[int], Checked]
     hanging_s: float
-    sizes: Mapping[str, int] = field(default_factory=dict)
     save: Callable[[int, Checked, Path], str] = lambda *_: ""
 
     def main(self, arguments: Sequence[str] | None = None) -> int:
-        """Return 1 if anything was found, 130 after Ctrl-C, else 0."""
+        """Run the command; return 1 after findings, 130 after Ctrl-C, else 0."""
         goal, default = self.goal
         many = f"{self.case}s" if goal == "cases" else goal
         parser = argparse.ArgumentParser(f"python -m {self.program}", description=self.about)
         parser.add_argument(f"--{many}", type=float, default=default, help=f"how many in all ({default:g})")
         parser.add_argument("--jobs", type=int, default=1, help="processes, one core each (1)")
-        parser.add_argument("--minutes", type=float, default=float("inf"), help="for how long at most")
         parser.add_argument("--state", type=Path, help="JSON file in which counts add up from call to call")
         out = Path("reports") / self.program.replace(".", "-")
         parser.add_argument("--out", type=Path, default=out, help=f"folder for cases with findings ({out})")
         parser.add_argument(f"--{self.case}", type=int, help="check only the case of this number")
         parser.add_argument("--from", type=int, default=0, help="number of the first case without a state (0)")
-        for name, size in self.sizes.items():
-            parser.add_argument(f"--{name.replace('_', '-')}", type=int, default=size, help=f"({size})")
         chosen = vars(parser.parse_args(arguments))
-        check = partial(self.check, **{name: chosen[name] for name in self.sizes})
         number, state, ended = chosen[self.case], chosen["state"], True
-        try:
-            has_state = state is not None and state.exists() and number is None
-            tally = Tally.load(state) if has_state else Tally(begun=chosen["from"])
-        except EarlierVersionError as error:
-            parser.error(str(error))
+        has_state = state is not None and state.exists() and number is None
+        tally = Tally.load(state) if has_state else Tally(begun=chosen["from"])
+        if tally is None:
+            parser.error(f"state of an earlier version: delete {state}")
         if number is None:
-            end_s = time.monotonic() + 60.0 * chosen["minutes"]
-            ended = self.run(tally, check, chosen[many], chosen["jobs"], end_s, state, chosen["out"])
+            ended = self.run(tally, chosen[many], chosen["jobs"], state, chosen["out"])
         else:
-            self.count(tally, number, check(number), chosen["out"], printed=None)
+            self.count(tally, number, self.check(number), chosen["out"], printed=None)
         print(tally.table())
         return 1 if tally.differences else 0 if ended else INTERRUPTED
 
-    def run(
-        self,
-        tally: Tally,
-        check: Callable[[int], Checked],
-        goal: float,
-        jobs: int = 1,
-        end_s: float = float("inf"),
-        state: Path | None = None,
-        out: Path = Path(),
-    ) -> bool:
-        """Check cases up to the goal, or for a time; return False after Ctrl-C."""
+    def run(self, tally: Tally, goal: float, jobs: int = 1, state: Path | None = None, out: Path = Path()) -> bool:
+        """Check cases up to the goal; return False after Ctrl-C."""
         goes_on, shown_s, before_s, total = True, -math.inf, tally.total("seconds"), self.goal[0]
         before = tally.total(total)
 
@@ -256,29 +180,32 @@ class Campaign:
             nonlocal goes_on
             goes_on = False
 
-        heard = signal.signal(signal.SIGINT, end)
-        workers = [Worker(check) for _ in range(jobs)]
+        handler = signal.signal(signal.SIGINT, end)
+        free, under_way = (
+            [_start_worker() for _ in range(jobs)],
+            dict[Future[Checked], tuple[int, ProcessPoolExecutor]](),
+        )
         try:
             while True:
-                under_way = sum(worker.number is not None for worker in workers)
-                for worker in workers:
-                    left = goal - tally.total(total) - (under_way if total == "cases" else 0)
-                    if worker.number is None and goes_on and left > 0 and time.monotonic() < end_s:
-                        worker.begin(tally.begun)
-                        tally.begun += 1
-                        under_way += 1
+                while free and goes_on and goal - tally.total(total) > (len(under_way) if total == "cases" else 0):
+                    worker = free.pop()
+                    future = worker.submit(_check_in_time, self.check, tally.begun, self.hanging_s)
+                    under_way[future] = tally.begun, worker
+                    tally.begun += 1
                 if not under_way:
                     return goes_on
-                ready = wait([worker.connection for worker in workers if worker.number is not None], timeout=1.0)
-                for worker in workers:
-                    number, hangs = worker.number, time.monotonic() - worker.since_s > self.hanging_s
-                    if number is not None and worker.connection in ready:
-                        self.count(tally, number, worker.result(), out)
-                    elif number is not None and hangs:
-                        worker.replace()
-                        worker.number = None
-                        text = f"the process was terminated after {self.hanging_s:g} s"
-                        self.count(tally, number, Checked(findings=[Finding("hangs", text)]), out)
+                for future in wait(under_way, timeout=1.0, return_when=FIRST_COMPLETED).done:
+                    number, worker = under_way.pop(future)
+                    try:
+                        checked = future.result()
+                    except BrokenProcessPool:
+                        worker = _start_worker()
+                        text = f"the process crashed, or was terminated after {self.hanging_s:g} s"
+                        checked = Checked(findings=[Finding("crash", text)])
+                    except Exception as error:  # noqa: BLE001 - whatever a broken solver raises is a finding
+                        checked = Checked(findings=[Finding("raised", f"{type(error).__name__}: {error}")])
+                    free.append(worker)
+                    self.count(tally, number, checked, out)
                 if time.monotonic() - shown_s > PROGRESS_S:
                     shown_s, done = time.monotonic(), max(1, tally.total(total) - before)
                     rate = (tally.total("seconds") - before_s) / done
@@ -288,14 +215,14 @@ class Campaign:
                     if state is not None:
                         tally.save(state)
         finally:
-            for worker in workers:
-                worker.end()
+            for worker in free:
+                worker.shutdown()
             if state is not None:
                 tally.save(state)
-            signal.signal(signal.SIGINT, heard)
+            signal.signal(signal.SIGINT, handler)
 
     def count(self, tally: Tally, number: int, checked: Checked, out: Path, *, printed: int | None = PRINTED) -> None:
-        """Count a case; print its findings, or the first ones, and how to see it again."""
+        """Count a case; print its findings, or the first ones, and the command that repeats it."""
         tally.add(number, checked)
         if checked.findings:
             for finding in checked.findings[:printed]:

@@ -20,9 +20,9 @@ from carom.core.resolution import clock_resolution
 from carom.model.trace import EdgeKind, Mode, wall_index
 from carom.solvers.certified.result import Degenerate, Ending
 
-#: Ends of certified runs after which no run goes on.
+#: Ends of certified runs beyond which no run can continue.
 WITHOUT_END = {Degenerate.COLLAPSE, Degenerate.CRUSH, Degenerate.EDGE}
-#: What PIC states of its limits: counted, and no finding.
+#: Documented limits of PIC, which are counted and are no findings.
 COUNTED = {Kind.LOW_HOPS, Kind.KEPT_CONTACT}
 #: A note that names one body as two.
 _TWICE = re.compile(r"\b((?:wall|disc) \d+) and \1\b")
@@ -31,7 +31,7 @@ _TWICE = re.compile(r"\b((?:wall|disc) \d+) and \1\b")
 def compare_with_certified(
     scene: Scene, certified: CertifiedTrace, record: Record, copies: Copies, gap_m: float
 ) -> list[Difference]:
-    """Return how a run differs from what is proven, in order of time."""
+    """Return the differences of a run from the certified run, in order of time."""
     comparison = _Comparison(scene, certified, record, copies, gap_m)
     found = list(comparison.differences())
     if any(difference.kind not in {Kind.NOTE, Kind.ROUNDING, *COUNTED} for difference in found):
@@ -41,7 +41,7 @@ def compare_with_certified(
 
 
 def reliable_until(certified: CertifiedTrace) -> float:
-    """Return the time up to which a certified run has all events."""
+    """Return the time until which a certified run has all events."""
     if certified.ending is Ending.COMPLETED:
         return math.inf
     if certified.degeneracy is not None:
@@ -62,7 +62,7 @@ class _Comparison:
         self._unordered = {number for pair in certified.commuted for number in pair}
 
     def differences(self) -> Iterator[Difference]:
-        """Yield what differs before rounding decides, or the certified run ends."""
+        """Yield the differences before the certified run ends or rounding decides the order of events."""
         yield from self._kept
         unmatched = {event.name: event for event in self.theirs}
         until_s, alike, is_alike = min(self.copies.horizon_s, self._certified_s), list[Event](), True
@@ -165,7 +165,7 @@ class _Comparison:
         return is_half_plane or (edges is not None and edges["kind"][impact.number] == EdgeKind.FACE)
 
     def _is_in_landing(self, event: Event) -> bool:
-        """Whether an event is one of the last bounces before a landing, of which each run resolves another number.
+        """Whether an event is one of the last bounces before a landing, whose number differs between runs.
 
         The landing may be another run's. How far it is off is known from copies, or from those of the bounce where a
         run ends between both.
@@ -188,7 +188,7 @@ class _Comparison:
         return event.closing_m_s * hop_s <= (self._gap_m if hop_s == event.time_s else 4.0 * self._gap_m)
 
     def _hop_s(self, event: Event) -> float:
-        """Return how long a disc was off a body before a certified impact: since the last one, or since the start."""
+        """Return the time of flight before a certified impact, since the last impact or the start."""
         earlier = [other.time_s for other in self.theirs if other.key == event.key and other.time_s < event.time_s]
         return event.time_s - earlier[-1] if earlier else event.time_s
 
@@ -210,7 +210,7 @@ class _Comparison:
             yield Difference(kind, event.time_s, f"{event.description}, is not in the certified run")
 
     def _of_values(self, event: Event, proven: Event) -> Difference | None:
-        """Return how time or values of an event are further off than roundings explain."""
+        """Return the difference of time or values of an event if rounding does not explain it."""
         spread = self.copies.spread(event)
         if spread is None:
             return None
@@ -233,7 +233,7 @@ class _Comparison:
         return Difference(kind, event.time_s, text)
 
     def _allowed_s(self, event: Event) -> float:
-        """Return how far roundings may have the time of an event off.
+        """Return a bound of the rounding error of an event's time.
 
         If no copy has the event, all may have ended just before it.
         """
@@ -244,7 +244,7 @@ class _Comparison:
         return own_s + (self._number[event.name] + 2) * (self.copies.spread_of_ends() if spread is None else spread[0])
 
     def _radii_of(self, proven: Event) -> Floats:
-        """Return how far the truth may be from what the certified run reports."""
+        """Return the error bounds that the certified run reports."""
         certified, k = self.certified, proven.number
         if proven.is_impact:
             radii = certified.radii[k]
@@ -255,7 +255,7 @@ class _Comparison:
         return np.concatenate([radii["position"], radii["velocity"], [radii["spin"]]])
 
     def _of_missed(self, left: Sequence[Event], known_s: float, until_s: float) -> Iterator[Difference]:
-        """Yield an event that the run does not have although it goes on beyond it."""
+        """Yield a certified event that the run misses although it continues beyond it."""
         for event in left:
             # Where the height of a hop is rounding, so is its duration: the landing may be later by as much.
             if event.time_s + self._hop_s(event) > self._landed_s and self._follows_low_hop(event):
@@ -268,7 +268,7 @@ class _Comparison:
                 return
 
     def _of_ending(self, left: Sequence[Event], known_s: float) -> Iterator[Difference]:
-        """Yield an end of the run that the certified run does not have, or has later, or an end that it lacks."""
+        """Yield an end of the run that is spurious, early, or missing."""
         record, certified = self.record, self.certified
         end_s, found = record.end_time_s, certified.degeneracy
         if record.outcome in {Outcome.COMPLETED, Outcome.MAX_IMPACTS}:

@@ -1,10 +1,10 @@
-"""Differences between a run of PIC and what is proven of its scene."""
+"""Differences between a run of PIC and the rounding envelope of its scene."""
 
 from __future__ import annotations
 
 import math
 from collections import defaultdict, deque
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import NamedTuple
@@ -33,7 +33,7 @@ Rows = NDArray[np.void]
 
 
 class Kind(StrEnum):
-    """What differs; its value is how tables name it."""
+    """Kind of a difference; tables show its value."""
 
     MISSED = "missed impact"
     SPURIOUS = "spurious impact"
@@ -48,7 +48,7 @@ class Kind(StrEnum):
     EARLY_END = "end before certified events"
     EARLY_LANDING = "landing before certified bounces"
     NOTE = "note of an ending"
-    #: PIC states this: it is counted, and no finding.
+    #: A documented limit of PIC, which is counted and is no finding.
     LOW_HOPS = "contact where hops are lower than a gap's resolution"
     #: Likewise of a disc that an impact may lift off the wall that it is in contact with.
     KEPT_CONTACT = "contact kept where rounding decides whether a disc hops"
@@ -64,7 +64,7 @@ class Difference(NamedTuple):
 
 @dataclass(frozen=True)
 class Record:
-    """What a run has found: the fields of `carom.Trace` that are compared."""
+    """Result of a run: the fields of `carom.Trace` that are compared."""
 
     impacts: Rows
     spins: Rows | None
@@ -84,18 +84,18 @@ class Record:
 
     @property
     def is_cut(self) -> bool:
-        """Whether the run was ended by a limit, so that it may have gone on."""
+        """Whether a limit ended the run, so that more events may follow."""
         return self.outcome is Outcome.MAX_IMPACTS
 
 
 def compare_with_envelope(scene: Scene, envelope: Envelope, record: Record) -> list[Difference]:
-    """Return how a run differs from every run whose roundings stay within what PIC states, in order of time."""
+    """Return the differences of a run from all runs within PIC's rounding bounds, in order of time."""
     with ctx.workprec(PRECISION):
         return sorted(_Comparison(scene, envelope, record).differences(), key=lambda found: found.time_s)
 
 
 def impact_rounding(scene: Scene, record: Record, k: int) -> Rounding:
-    """Return how far the roundings of the flights to an impact, and of the impact, may have its velocities off."""
+    """Return bounds of the rounding errors of an impact, including those of the flights before it."""
     row = record.impacts[k]
     pair = (int(row["first"]), int(row["second"]))
     discs = [body for body in pair if body >= 0]
@@ -109,7 +109,7 @@ def impact_rounding(scene: Scene, record: Record, k: int) -> Rounding:
 
 
 def closing_speed(scene: Scene, record: Record, k: int) -> tuple[float, float]:
-    """Return how fast the two bodies of an impact approach each other, and how far roundings may have that off."""
+    """Return the approach speed of the bodies of an impact, and a bound of its rounding error."""
     row = record.impacts[k]
     closing = float((row["velocity_first_before"] - row["velocity_second_before"]) @ row["normal"])
     return closing, sum(impact_rounding(scene, record, k).velocities)
@@ -127,7 +127,7 @@ class _Comparison:
             self._modes[disc, wall, *map(_sticking, (before, after))].append(k)
 
     def differences(self) -> Iterator[Difference]:
-        """Yield what differs, kind by kind; after a missed event nothing that comes later says anything."""
+        """Yield the differences up to the first event that differs: later events are not comparable."""
         for event in self.envelope.events:
             if self._ends_by_name_before(event):
                 text = f"ends by {self.record.outcome.name} at {self.record.end_time_s!r} s, before the event at "
@@ -143,7 +143,7 @@ class _Comparison:
             yield from self._of_end()
 
     def _ends_by_name_before(self, event: EnvelopeImpact | EnvelopeMode) -> bool:
-        """Whether the run ends otherwise than by a limit, and certainly before an event."""
+        """Whether the run certainly ends before an event, for another reason than a limit."""
         if self.record.outcome in {Outcome.COMPLETED, Outcome.MAX_IMPACTS}:
             return False
         return bool(_time_of(event).lower() > self.record.end_time_s + event.time_s)
@@ -163,40 +163,33 @@ class _Comparison:
             )
             return
         k = self._impacts[key].popleft()
-        row = record.impacts[k]
+        row, what = record.impacts[k], f"impact {k}, of {_format_bodies(*key)},"
         if not _overlaps(row["time_s"], impact.time, event.time_s):
             closing, known = closing_speed(self.scene, record, k)
-            text = f"impact {k}, of {_format_bodies(*key)}, is at {float(row['time_s'])!r} s, "
-            text += f"not at {_format_ball(impact.time)} s; closes at {closing!r} m/s"
+            text = f"{what} is at {float(row['time_s'])!r} s, not at {_format_ball(impact.time)} s; "
+            text += f"closes at {closing!r} m/s"
             kind = Kind.ROUNDING if closing <= known else Kind.TIME
             yield Difference(kind, min(float(row["time_s"]), _middle(impact.time)), text)
             return
         if not event.is_ordered:
             return
-        fields = [("velocity_first_after", impact.after[:2], 0), ("velocity_second_after", impact.after[2:], 1)]
+        velocities = [("velocity_first_after", impact.after[:2], 0), ("velocity_second_after", impact.after[2:], 1)]
         if impact.before is not None:
-            fields += [
-                ("velocity_first_before", impact.before[:2], 0),
-                ("velocity_second_before", impact.before[2:], 1),
-            ]
-        for name, balls, side in fields:
-            for value, ball in zip(row[name], balls, strict=True):
-                if not _overlaps(value, ball, event.rounding.velocities[side]):
-                    text = (
-                        f"impact {k}, of {_format_bodies(*key)}, has {name} {value!r} m/s, not {_format_ball(ball)} m/s"
-                    )
-                    yield Difference(Kind.VELOCITY, float(row["time_s"]), text)
-                    return
+            before = impact.before
+            velocities += [("velocity_first_before", before[:2], 0), ("velocity_second_before", before[2:], 1)]
+        values = [
+            (name, value, ball, event.rounding.velocities[side])
+            for name, balls, side in velocities
+            for value, ball in zip(row[name], balls, strict=True)
+        ]
+        yield from _find_first_off(Kind.VELOCITY, row["time_s"], what, values)
         if record.spins is not None:
-            for side, name in enumerate(("first_after", "second_after")[: 2 if key[1] >= 0 else 1]):
-                value, ball = record.spins[k][name], impact.spins_after[side]
-                if not _overlaps(value, ball, event.rounding.spins[side]):
-                    text = f"impact {k}, of {_format_bodies(*key)}, has the spin {name} {value!r}, "
-                    text += f"not {_format_ball(ball)} rad/s"
-                    yield Difference(Kind.SPIN, float(row["time_s"]), text)
-                    return
+            sides = list(enumerate(("first_after", "second_after")))[: 2 if key[1] >= 0 else 1]
+            spins, own = record.spins[k], event.rounding.spins
+            values = [(f"spin {name}", spins[name], impact.spins_after[side], own[side]) for side, name in sides]
+            yield from _find_first_off(Kind.SPIN, row["time_s"], what, values)
         if record.edges is not None and event.is_on_one_edge and tuple(record.edges[k]) != impact.edge:
-            text = f"impact {k}, of {_format_bodies(*key)}, is on edge {tuple(record.edges[k])}, not on {impact.edge}"
+            text = f"{what} is on edge {tuple(record.edges[k])}, not on {impact.edge}"
             yield Difference(Kind.EDGE, float(row["time_s"]), text)
 
     def _of_mode(self, event: EnvelopeMode) -> Iterator[Difference]:
@@ -210,14 +203,14 @@ class _Comparison:
             return
         k = self._modes[key].popleft()
         row = record.modes[k]
-        what = f"mode {k}, of disc {mode.disc} on {body_name(mode.wall)}"
+        what = f"mode {k}, of disc {mode.disc} on {body_name(mode.wall)},"
         is_still = not (row["velocity"].any() or row["acceleration"].any())
         if row["after"] != mode.after and is_still != (row["after"] == Mode.REST):
-            text = f"{what}, is {Mode(row['after']).name}, which does not match its velocity and acceleration"
+            text = f"{what} is {Mode(row['after']).name}, which does not match its velocity and acceleration"
             yield Difference(Kind.MODE, float(row["time_s"]), text)
             return
         if not _overlaps(row["time_s"], mode.time, event.time_s):
-            text = f"{what}, begins at {row['time_s']!r} s, not at {_format_ball(mode.time)} s"
+            text = f"{what} begins at {row['time_s']!r} s, not at {_format_ball(mode.time)} s"
             yield Difference(Kind.MODE, float(row["time_s"]), text)
             return
         gap_m, speed_m_s = self.envelope.gap_m, event.speed_m_s
@@ -236,15 +229,10 @@ class _Comparison:
             *zip(("ax", "ay"), row["acceleration"], mode.acceleration, (16 * UNIT * pull,) * 2, strict=True),
             ("spin", row["spin"], mode.spin, speed_m_s / radius),
         ]
-        for name, value, ball, own in values:
-            if not _overlaps(value, ball, own):
-                yield Difference(
-                    Kind.MODE, float(row["time_s"]), f"{what}, has {name} {value!r}, not {_format_ball(ball)}"
-                )
-                return
+        yield from _find_first_off(Kind.MODE, row["time_s"], what, values)
 
     def _has_with_next(self, event: EnvelopeMode) -> bool:
-        """Whether the run has this change and the disc's next one as one: its clock does not distinguish their times.
+        """Whether the run combines this change with the disc's next one, because their times are equal on its clock.
 
         The run's change then counts as the next one, which may be beyond the envelope.
         """
@@ -270,7 +258,7 @@ class _Comparison:
         return any(_overlaps(time, event.impact.time, event.time_s) for time in landings["time_s"])
 
     def _left_over(self) -> Iterator[Difference]:
-        """Yield the impacts that the run has, and no run with its roundings can have."""
+        """Yield impacts and mode changes of the run that no run within the rounding bounds has."""
         record, horizon_s = self.record, self.envelope.horizon_s
         for k in sorted(k for rows in self._impacts.values() for k in rows):
             row = record.impacts[k]
@@ -310,15 +298,11 @@ class _Comparison:
             values = [(name, *pair, own) for name, row, balls, own in rows for pair in zip(row, balls, strict=True)]
             if record.final_spin_rad_s is not None:
                 values.append(("spin", record.final_spin_rad_s[i], state.spin, state.spin_rad_s))
-            for name, value, ball, own in values:
-                if not _overlaps(value, ball, own):
-                    text = f"disc {i} ends with {name} {value!r}, not {_format_ball(ball)}"
-                    yield Difference(Kind.FINAL_STATE, record.end_time_s, text)
-                    return
+            yield from _find_first_off(Kind.FINAL_STATE, record.end_time_s, f"disc {i} at the end", values)
 
 
 def _sticking(mode: int) -> int:
-    """Return a mode, and for rest that of rolling: roundings decide which of them a speed near 0 is."""
+    """Return a mode; rest counts as rolling, because rounding decides between them at a speed near 0."""
     return int(Mode.ROLL if mode == Mode.REST else mode)
 
 
@@ -327,8 +311,18 @@ def _time_of(event: EnvelopeImpact | EnvelopeMode) -> arb:
 
 
 def _overlaps(value: float, ball: arb, rounding: float) -> bool:
-    """Whether a number of a run may be one that a ball holds, each off by its own rounding."""
+    """Whether a number of a run is in a ball, except for the run's own rounding error."""
     return bool(arb(float(value), rounding).overlaps(ball))
+
+
+def _find_first_off(
+    kind: Kind, time_s: float, what: str, values: Iterable[tuple[str, float, arb, float]]
+) -> Iterator[Difference]:
+    """Yield the first number of a run that is not in its ball."""
+    for name, value, ball, own in values:
+        if not _overlaps(value, ball, own):
+            yield Difference(kind, float(time_s), f"{what} has {name} {value!r}, not {_format_ball(ball)}")
+            return
 
 
 def _middle(ball: arb) -> float:

@@ -1,4 +1,4 @@
-"""How far roundings have grown in a run, measured by copies of its scene that round otherwise.
+"""Estimates of the rounding errors of a run, from copies of its scene that have other rounding errors.
 
 A copy has its start moved by the resolution that PIC states, and is rotated by any angle, so that each operation rounds
 otherwise. Where copies differ in which events they have, rounding decides. Copies measure to first order what an
@@ -27,7 +27,7 @@ ROUNDINGS_OF_START = 4
 
 
 class Copy(NamedTuple):
-    """What a copy has found, seen from the original scene.
+    """Result of a copy, rotated back to the original scene.
 
     Attributes:
         events: By name.
@@ -85,12 +85,12 @@ class Copies:
         return horizon_s
 
     def count_copies_with(self, event: Event) -> tuple[int, int]:
-        """Return how many copies have an event of that name, and how many have not and go on beyond it."""
+        """Return the number of copies that have an event, and of those that continue beyond it without it."""
         having = sum(event.name in copy.events for copy in self._copies)
         return having, sum(event.name not in copy.events and event.time_s < copy.end_s for copy in self._copies)
 
     def spread(self, event: Event) -> tuple[float, Floats] | None:
-        """Return how far time and values of an event are from those of the copies at most; None where none has it."""
+        """Return the largest differences of an event's time and values from the copies; None if no copy has it."""
         same = [copy.events[event.name] for copy in self._copies if event.name in copy.events]
         if not same:
             return None
@@ -98,13 +98,13 @@ class Copies:
         return max(abs(other.time_s - event.time_s) for other in same), values
 
     def spread_of_ends(self) -> float:
-        """Return how far apart in time the copies end, in seconds; 0 if a copy does not end before the scene does."""
+        """Return the difference between the copies' earliest and latest end; 0 if a copy reaches the scene's end."""
         ends = [copy.end_s for copy in self._copies]
         return 0.0 if math.inf in ends else max(ends) - min(ends)
 
 
 def _perturb_start(scene: Scene, gap_m: float, rng: random.Random) -> Scene:
-    """Return a scene whose start is moved by no more than rounding."""
+    """Return a scene whose start is changed by rounding errors only."""
 
     def near(value: float) -> float:
         return value * (1.0 + rng.uniform(-1.0, 1.0) * ROUNDINGS_OF_START * UNIT)

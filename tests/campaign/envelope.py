@@ -1,4 +1,4 @@
-"""Rounding envelope of a scene: balls that hold every run whose roundings stay within what PIC states.
+"""Rounding envelope of a scene: balls that contain every run within PIC's rounding bounds.
 
 It is a certified run whose state is widened by the roundings of a float64 run. A centre is widened by the resolution of
 a gap (`carom.core.resolution`), a velocity or spin after an impact by the roundings of the impact law that
@@ -12,7 +12,7 @@ and 1 round, even if their exact result is a float.
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -31,9 +31,9 @@ from carom.solvers.certified.disc_states import BallBodies
 from carom.solvers.certified.impacts import BallEvent, BallImpact, apply_meeting
 from carom.solvers.certified.meeting import Meeting, Seam, WallApproach
 from carom.solvers.certified.recording import damp_impact
-from carom.solvers.certified.result import Degeneracy, Undecided
+from carom.solvers.certified.result import Undecided
 from carom.solvers.certified.run import find_degenerate_start
-from carom.solvers.certified.selection import OutOfTime, Selection
+from carom.solvers.certified.selection import Selection
 from carom.solvers.certified.slowing import damped_time, speed_fraction, start_deceleration, undamped_time_of
 
 #: Bits of the balls: far more than the 53 of the roundings that they hold.
@@ -48,7 +48,7 @@ LANDING_PART = 1e-15
 
 
 class Rounding(NamedTuple):
-    """How far roundings of one impact may have velocities off, metres per second, and spins, radians per second."""
+    """Bounds of the rounding errors of velocities (m/s) and spins (rad/s) at one impact."""
 
     velocities: tuple[float, float]
     spins: tuple[float, float]
@@ -74,7 +74,7 @@ class EnvelopeImpact(NamedTuple):
 
 
 class EnvelopeMode(NamedTuple):
-    """A change of how a disc moves in contact: balls, and how far roundings may have its velocity and time off."""
+    """A change of a disc's mode of contact: balls, and bounds of the rounding errors of velocity and time."""
 
     mode: BallMode
     speed_m_s: float
@@ -82,7 +82,7 @@ class EnvelopeMode(NamedTuple):
 
 
 class FinalState(NamedTuple):
-    """Balls for centre, velocity and spin of a disc at the end of the scene, and what its own roundings may add."""
+    """Balls for centre, velocity and spin of a disc at the scene's end, and bounds of a run's own rounding errors."""
 
     place: tuple[arb, arb]
     velocity: tuple[arb, arb]
@@ -94,44 +94,41 @@ class FinalState(NamedTuple):
 
 @dataclass
 class Envelope:
-    """The events that every run has whose roundings stay within what PIC states.
+    """The events that every run within PIC's rounding bounds has.
 
     Attributes:
         events: Impacts and changes of modes, in an order in which they may come.
         end: The state of each disc at the end of the scene, where the envelope reaches it.
-        stop: What is undecided, where it does not; None if `most` events were reached, or the balls became too wide.
         horizon_s: No event before this time is left out; infinity where the scene's end is reached.
         gap_m: By how much each coordinate was widened.
     """
 
     events: list[EnvelopeImpact | EnvelopeMode] = field(default_factory=list)
     end: list[FinalState] | None = None
-    stop: Degeneracy | None = None
     horizon_s: float = 0.0
     gap_m: float = 0.0
 
 
-def compute_envelope(scene: Scene, trace: Trace, most: int, deadline_s: float = math.inf) -> Envelope:
+def compute_envelope(scene: Scene, trace: Trace, most: int) -> Envelope:
     """Return the rounding envelope of a scene.
 
     Args:
         scene: The scene.
-        trace: A run of it, for how far discs get from the origin.
+        trace: A run of it, from which the largest distance of a disc from the origin is computed.
         most: Events after which the envelope ends.
-        deadline_s: It ends when `time.perf_counter` is past this.
     """
     with ctx.workprec(PRECISION):
-        return _Widened(scene, trace).envelope(most, deadline_s)
+        return _Widened(scene, trace).envelope(most)
 
 
 def compute_extent(scene: Scene, trace: Trace, until_s: float) -> float:
-    """Return a bound on what a body's coordinates, its radius and the terms of its way add up to, in metres."""
+    """Return an upper bound of all lengths that a gap is computed from, in metres."""
     arrays = scene.arrays
     sizes = [float(np.abs(disc.position_m).sum()) + disc.radius_m for disc in scene.discs]
     for flight in free_flights(trace):
         if flight.begin_s <= until_s:
             lasts_s = max(0.0, min(flight.end_s, until_s) - flight.begin_s)
-            way_m = lasts_s * (_norm(flight.velocity_m_s) + 0.5 * lasts_s * _norm(flight.pull_m_s2))
+            way_m = lasts_s * (math.hypot(*flight.velocity_m_s) + 0.5 * lasts_s * math.hypot(*flight.pull_m_s2))
             sizes.append(float(np.abs(flight.position_m).sum()) + 2.0 * way_m + float(arrays.radius_m[flight.disc]))
     for wall, drive in ((wall, arrays.drive_of_wall(k)) for k, wall in enumerate(arrays.walls)):
         lengths = [abs(length) for length in list_wall_lengths(wall)]
@@ -143,7 +140,7 @@ def compute_extent(scene: Scene, trace: Trace, until_s: float) -> float:
 def law_rounding(
     scene: Scene, first: int, second: int, speeds: Sequence[float], rims: Sequence[float], falls: Sequence[float]
 ) -> Rounding:
-    """Return how far the roundings of one impact may have velocities and spins off.
+    """Return bounds of the rounding errors of velocities and spins at one impact.
 
     Args:
         scene: The scene.
@@ -175,10 +172,6 @@ def law_rounding(
     return Rounding((v1, v2), (w1, w2))
 
 
-def _norm(vector: Iterable[float]) -> float:
-    return math.hypot(*vector)
-
-
 class _Widened:
     """A certified run of one precision whose state is widened at each event."""
 
@@ -192,8 +185,8 @@ class _Widened:
         self._in_contact = [0] * len(scene.discs)
         self._pull = math.hypot(*scene.gravity_m_s2) + scene.table_deceleration_m_s2
 
-    def envelope(self, most: int, deadline_s: float) -> Envelope:
-        """Return the envelope, with a limit of events."""
+    def envelope(self, most: int) -> Envelope:
+        """Return the envelope with at most some number of events."""
         found, bodies = self.found, self.bodies
         try:
             if (trouble := find_degenerate_start(bodies)) is not None:
@@ -201,7 +194,7 @@ class _Widened:
             self._begin()
             selection = Selection(bodies)
             end = undamped_time_of(self.scene.damping_per_s, arb(self.scene.duration_s))
-            selection.end_s, selection.deadline_s = float_above(end), deadline_s
+            selection.end_s = float_above(end)
             commutes = False
             while len(found.events) < most:
                 choice = selection.next_impact()
@@ -217,10 +210,7 @@ class _Widened:
                 selection.changed(choice.meeting)
             found.horizon_s = self._earliest_s(selection)
         except Undecided as undecided:
-            found.stop = undecided.degeneracy
             found.horizon_s = min(found.horizon_s, self._clock(arb(undecided.degeneracy.earliest_s)))
-        except OutOfTime:
-            pass
         return found
 
     def _begin(self) -> None:
@@ -229,7 +219,7 @@ class _Widened:
         lying = dict(find_resting(bodies)) if bodies.falls else {}
         for i in range(len(bodies)):
             if bodies.movable[i] and i not in lying:
-                bodies.x[i], bodies.y[i] = self._widen_point(bodies.x[i], bodies.y[i], self.found.gap_m)
+                bodies.x[i], bodies.y[i] = _widen_point(bodies.x[i], bodies.y[i], self.found.gap_m)
                 if table:
                     start_deceleration(bodies, i, ZERO, 0.0)
         for i, ground in lying.items():
@@ -242,7 +232,7 @@ class _Widened:
                 self._widen_in_contact(i, 0.0, self._fall_m_s(i, ZERO))
 
     def _mark_unordered(self) -> None:
-        """Note that the last impact may as well come before another, or after it."""
+        """Record that the last impact may come before or after another one."""
         for k in reversed(range(len(self.found.events))):
             event = self.found.events[k]
             if isinstance(event, EnvelopeImpact):
@@ -250,7 +240,7 @@ class _Widened:
                 return
 
     def _delayed(self, begun: Meeting, i: int, most_s: float, length: arb) -> Meeting:
-        """Return the impact of a disc at time 0, whose gap was set to 0, as up to so much later.
+        """Return the impact of a disc whose gap was set to 0, at a time from 0 to a bound.
 
         What it falls meanwhile is in its velocity.
         """
@@ -288,7 +278,7 @@ class _Widened:
         is_driven = second < 0 and not self.scene.arrays.drive_of_wall(wall_index(second)).is_stationary
         rounds = bool(drag) or is_driven or restitution not in {0.0, 1.0}
         if not self.scene.table_deceleration_m_s2:
-            bodies.x[i], bodies.y[i] = self._widen_point(bodies.x[i], bodies.y[i], gap_m)
+            bodies.x[i], bodies.y[i] = _widen_point(bodies.x[i], bodies.y[i], gap_m)
             bodies.vx[i], bodies.vy[i] = (
                 v if v.is_exact() and not rounds else v + arb(0, speed_m_s) for v in (bodies.vx[i], bodies.vy[i])
             )
@@ -297,7 +287,7 @@ class _Widened:
         time, at = meeting.time, meeting.at
         (x, y), velocity = bodies.centre_at(i, time), bodies.velocity(i, time, at)
         vx, vy = (v if v.is_exact() and not rounds else v + arb(0, speed_m_s) for v in velocity)
-        (x, y), wait = self._widen_point(x, y, gap_m), time - arb(at)
+        (x, y), wait = _widen_point(x, y, gap_m), time - arb(at)
         bodies.acceleration[i], bodies.contacts.stops[i] = None, None
         bodies.vx[i], bodies.vy[i], bodies.time[i] = vx, vy, at
         bodies.x[i], bodies.y[i] = x - vx * wait, y - vy * wait
@@ -328,14 +318,10 @@ class _Widened:
         restitution, friction = scene.arrays.materials[wall_index(second)]
         return restitution, friction + scene.wall_rolling_resistance
 
-    @staticmethod
-    def _widen_point(x: arb, y: arb, by: float) -> tuple[arb, arb]:
-        return x + arb(0, by), y + arb(0, by)
-
     # Roundings --------------------------------------------------------------------------------------------------------
 
     def _rounding(self, meeting: Meeting) -> Rounding:
-        """Return how far the roundings of one impact may have velocities and spins off."""
+        """Return bounds of the rounding errors of velocities and spins at one impact."""
         bodies, (first, second) = self.bodies, meeting[:2]
         movers = [first, second] if second >= 0 and second != first else [first]
         falls = [self._fall_m_s(i, meeting.time) for i in movers]
@@ -346,7 +332,7 @@ class _Widened:
         return law_rounding(self.scene, first, bodies.trace_body(second), speeds, rims, falls)
 
     def _fall_m_s(self, i: int, time: arb) -> float:
-        """Return how far roundings of a flight under gravity, or on a table, may have a velocity off."""
+        """Return a bound of the rounding error of a velocity after a flight under gravity, or on a table."""
         if not self._pull or not self.bodies.movable[i]:
             return 0.0
         time_s = _size(time)
@@ -378,20 +364,19 @@ class _Widened:
         events.insert(position, EnvelopeImpact(impact, rounding, own_s, is_on_one_edge))
 
     def _clock(self, time: arb) -> float:
-        """Return a time of the undamped run as a clock has it, in seconds."""
+        """Convert a time of the undamped run to seconds of the scene's clock."""
         shown = damped_time(self.scene.damping_per_s, time)
         return float(shown.mid()) if shown.is_finite() else math.inf
 
     def _earliest_s(self, selection: Selection) -> float:
-        """Return a time before which no event is left out, after the last one that was carried out."""
+        """Return a time before which the envelope has all events, after the last applied event."""
         try:
             choice = selection.next_impact()
         except Undecided as undecided:
             return self._clock(arb(undecided.degeneracy.earliest_s))
         if choice is None:
             return math.inf
-        lower = choice.meeting.time.lower()
-        return self._clock(lower)
+        return self._clock(choice.meeting.time.lower())
 
     def _final_states(self) -> list[FinalState]:
         bodies, damping, end_s = self.bodies, self.scene.damping_per_s, self.scene.duration_s
@@ -411,6 +396,10 @@ class _Widened:
         return found
 
 
+def _widen_point(x: arb, y: arb, by: float) -> tuple[arb, arb]:
+    return x + arb(0, by), y + arb(0, by)
+
+
 def _size(ball: arb) -> float:
-    """Return a bound on the magnitude of what a ball holds."""
+    """Return an upper bound of the magnitude of a ball's numbers."""
     return float(abs(ball).upper())

@@ -52,12 +52,12 @@ class Event(NamedTuple):
 
     @property
     def name(self) -> Name:
-        """What identifies it among the events of its run."""
+        """Identity of the event among the events of its run."""
         return self.key, self.landings, self.occurrence
 
     @property
     def is_impact(self) -> bool:
-        """Whether it is an impact, and no change of a mode."""
+        """Whether it is an impact instead of a change of a mode."""
         return len(self.key) == 2
 
     @property
@@ -67,12 +67,12 @@ class Event(NamedTuple):
 
     @property
     def landing(self) -> Key:
-        """How the key of a landing begins that an impact on a wall may be a bounce before."""
+        """Beginning of the key of the landing that follows the last bounces on a wall."""
         return *self.key, int(Mode.FLIGHT)
 
     @property
     def description(self) -> str:
-        """What it is, and when."""
+        """A phrase with the event and its time."""
         if self.is_impact:
             first, second = self.key
             return f"impact {self.number}, of {body_name(first)} and {body_name(second)}, at {self.time_s!r} s"
@@ -99,7 +99,7 @@ def list_events(scene: Scene, record: Record, gap_m: float) -> list[Event]:
 
 
 def number_events(events: Iterable[Event]) -> Iterator[Event]:
-    """Yield events with how many like them came before."""
+    """Yield events with the number of earlier events of the same bodies."""
     landings: Counter[Key] = Counter()
     seen: Counter[tuple[Key, int]] = Counter()
     for event in events:
@@ -144,7 +144,7 @@ def _mode_event(scene: Scene, record: Record, k: int, row: np.void, gap_m: float
 
 
 def is_in_landing(event: Event, run: Iterable[Event], clocks: float = AS_LANDING) -> bool:
-    """Whether a bounce is one of the last before a landing of its run: within a number of resolutions of its clock."""
+    """Whether a bounce is within some resolutions of the clock of a landing of its run."""
     if not event.can_bounce:
         return False
     known_s = clocks * clock_resolution(event.time_s)

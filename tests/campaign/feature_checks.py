@@ -5,17 +5,17 @@ import random
 import signal
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
 from enum import StrEnum
-from functools import cached_property
+from functools import cached_property, partial
 from types import FrameType
-from typing import NamedTuple
 
 import numpy as np
+from tests.campaign.campaign import Checked, Finding
 from tests.campaign.certified_comparison import COUNTED, compare_with_certified, reliable_until
 from tests.campaign.comparison import Difference, Kind, Record, compare_with_envelope
 from tests.campaign.copies import Copies
 from tests.campaign.envelope import Envelope, EnvelopeImpact, compute_envelope
+from tests.campaign.feature_scenes import law_of
 from tests.campaign.transformation import restore_record, rotate_scene, turn_quarter_back
 from tests.transformed_scenes import turn_quarter
 from tests.unit.solvers.run_kinds import collect_run_bits
@@ -42,7 +42,7 @@ PIECES = 12
 
 
 class Check(StrEnum):
-    """What a run is compared with; its value is how tables name it."""
+    """Comparison of a run with another one; tables show its value."""
 
     CERTIFIED = "certified run"
     ROTATED = "rotated by 90 degrees"
@@ -50,61 +50,20 @@ class Check(StrEnum):
     PIECES = "in pieces"
     ALL_PAIRS = "by all pairs"
     TIME_LIMIT = "time limit"
-    PROCESS = "process"
-
-
-class Finding(NamedTuple):
-    """A difference that a check has found: its kind, and a sentence."""
-
-    check: Check
-    kind: str
-    text: str
-
-
-@dataclass
-class CheckedScene:
-    """What the checks of a scene have found.
-
-    Attributes:
-        impacts: Impacts of PIC.
-        certified: How many of these were compared with a certified run.
-        proven: How many of these by a rounding envelope, which decides their order.
-        modes: Changes of modes that were compared with a certified run.
-        low_hops: Whether contact begins where hops are lower than the resolution of a gap.
-        kept_contact: Whether contact goes on where rounding decides whether a disc hops.
-        findings: The first difference of each kind and check.
-        seconds: Processor time.
-    """
-
-    impacts: int = 0
-    certified: int = 0
-    proven: int = 0
-    modes: int = 0
-    low_hops: bool = False
-    kept_contact: bool = False
-    findings: list[Finding] = field(default_factory=list)
-    seconds: float = 0.0
 
 
 class OutOfTimeError(BaseException):
-    """The processor time of a check is used up; no `Exception`, so that nothing takes it for one of its own."""
+    """A check used up its processor time. It is no `Exception`, so that no other code handles it."""
 
 
 @contextlib.contextmanager
-def time_limit(seconds: float) -> Iterator[None]:
-    """Raise `OutOfTimeError` in the block after some seconds of processor time."""
+def time_limit(seconds: float, error: type[BaseException] = OutOfTimeError) -> Iterator[None]:
+    """Raise an exception in the block after some seconds of processor time; an outer limit continues after it."""
 
     def end(_signal: int, _frame: FrameType | None) -> None:
-        raise OutOfTimeError
+        raise error
 
-    with _alarm(seconds, end):
-        yield
-
-
-@contextlib.contextmanager
-def _alarm(seconds: float, handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
-    """Call a handler after some seconds of processor time in the block; an outer limit continues after it."""
-    before = signal.signal(signal.SIGPROF, handler)
+    before = signal.signal(signal.SIGPROF, end)
     left, _ = signal.setitimer(signal.ITIMER_PROF, seconds)
     begin_s = time.process_time()
     try:
@@ -116,27 +75,28 @@ def _alarm(seconds: float, handler: Callable[[int, FrameType | None], None]) -> 
 
 
 def all_pairs_run(scene: Scene) -> Run:
-    """Return a run that looks for impacts among all pairs of bodies instead of in cells."""
+    """Return a run that searches all pairs of bodies instead of cells."""
     return start_pic_run(scene, all_pairs=True)
 
 
-def check_scene(scene: Scene, solve: Callable[..., Trace] = solve_pic) -> CheckedScene:
-    """Run all checks of a scene."""
-    found, begin_s = CheckedScene(), time.process_time()
-    trace, oracle, bits = list[Trace](), list[Oracle](), Bits(scene)
+def check_scene(scene: Scene, solve: Callable[..., Trace] = solve_pic) -> Checked:
+    """Run all checks of a scene; the findings are the first difference of each kind and check."""
+    begin_s, sums = time.process_time(), dict[str, float](impacts=0, certified=0)
+    trace, oracle, findings = list[Trace](), list[Oracle](), list[Finding]()
 
     def solve_scene() -> Iterator[Finding]:
         trace.append(solve(scene, max_impacts=MOST_IMPACTS))
-        found.impacts = len(trace[0].impacts)
+        sums["impacts"] = len(trace[0].impacts)
         yield from _find_no_end(scene, trace[0])
 
     def compare_with_certified() -> list[Finding]:
         oracle.append(Oracle(scene, trace[0], solve))
         record = Record.of(trace[0])
-        oracle[0].count(record, found)
+        sums.update(oracle[0].counts(record))
         differences = oracle[0].differences(record)
         kinds = {difference.kind for difference in differences}
-        found.low_hops, found.kept_contact = Kind.LOW_HOPS in kinds, Kind.KEPT_CONTACT in kinds
+        sums["contact from low hops"] = int(Kind.LOW_HOPS in kinds)
+        sums["contact kept"] = int(Kind.KEPT_CONTACT in kinds)
         return _first_of_each_kind(Check.CERTIFIED, differences)
 
     checks: dict[Check, Callable[[], Iterable[Finding]]] = {
@@ -144,32 +104,31 @@ def check_scene(scene: Scene, solve: Callable[..., Trace] = solve_pic) -> Checke
         Check.CERTIFIED: compare_with_certified,
         Check.REORDERED: lambda: _first_of_each_kind(Check.REORDERED, _of_reordered(scene, solve, oracle[0])),
         Check.ROTATED: lambda: _find_unlike_rotated(trace[0], solve),
-        Check.PIECES: lambda: bits.find_unlike(Check.PIECES),
-        Check.ALL_PAIRS: lambda: bits.find_unlike(Check.ALL_PAIRS),
+        Check.PIECES: partial(_find_unlike_run, Check.PIECES, scene),
+        Check.ALL_PAIRS: partial(_find_unlike_run, Check.ALL_PAIRS, scene),
     }
     for check, find in checks.items():
         left_s = SCENE_S - (time.process_time() - begin_s)
         try:
             with time_limit(max(LEAST_S, left_s)):
-                found.findings += find()
+                findings += find()
         except OutOfTimeError:
-            found.findings.append(Finding(Check.TIME_LIMIT, f"no end of {check.value}", f"it takes {left_s:.1f} s"))
+            findings.append(Finding(f"{Check.TIME_LIMIT}: no end of {check}", f"it takes {left_s:.1f} s"))
         except Exception as error:  # noqa: BLE001 - whatever a solver raises is a finding
-            text = f"raised {type(error).__name__}: {error}"
-            found.findings.append(Finding(check, type(error).__name__, text))
+            name = type(error).__name__
+            findings.append(Finding(f"{check}: {name}", f"raised {name}: {error}"))
         if not (trace and (oracle or check is Check.TIME_LIMIT)):
             break
-    found.seconds = time.process_time() - begin_s
-    return found
+    return Checked(str(law_of(scene)), sums, findings=findings, seconds=time.process_time() - begin_s)
 
 
 def _first_of_each_kind(check: Check, differences: Sequence[Difference]) -> list[Finding]:
     first = {difference.kind: difference for difference in reversed(differences)}
-    return [Finding(check, kind.value, difference.text) for kind, difference in first.items() if kind not in COUNTED]
+    return [Finding(f"{check}: {kind}", difference.text) for kind, difference in first.items() if kind not in COUNTED]
 
 
 class Oracle:
-    """What is proven of a scene, and how far roundings may have a run off."""
+    """Certified events of a scene, and bounds of the rounding errors of a run."""
 
     def __init__(self, scene: Scene, trace: Trace, solve: Callable[..., Trace]) -> None:
         self._scene, self._solve, self._impacts = scene, solve, len(trace.impacts)
@@ -178,37 +137,35 @@ class Oracle:
 
     @cached_property
     def copies(self) -> Copies:
-        """Runs of copies of the scene, made where they are asked for."""
+        """Runs of copies of the scene, computed on first use."""
         return Copies(self._scene, self._solve, self._impacts, self.envelope.gap_m)
 
     def differences(self, record: Record) -> list[Difference]:
-        """Return how a run of the scene differs from what is proven, in order of time."""
+        """Return the unexplained differences of a run from the certified events, in order of time."""
         found = compare_with_envelope(self._scene, self.envelope, record)
         if found or self.envelope.end is not None:
             return found
         return compare_with_certified(self._scene, self.certified, record, self.copies, self.envelope.gap_m)
 
-    def count(self, record: Record, found: CheckedScene) -> None:
-        """Count the impacts and modes that are compared."""
-        proven = sum(isinstance(event, EnvelopeImpact) for event in self.envelope.events)
-        found.proven = min(proven, len(record.impacts))
+    def counts(self, record: Record) -> dict[str, int]:
+        """Return how many impacts and modes of a run are compared, and how many of these by the envelope."""
+        events = self.envelope.events
+        in_envelope = sum(isinstance(event, EnvelopeImpact) for event in events)
+        proven = min(in_envelope, len(record.impacts))
         if self.envelope.end is not None:
-            found.certified, found.modes = found.proven, len(self.envelope.events) - proven
-            return
-        until_s = min(self.copies.horizon_s, reliable_until(self.certified))
-        found.certified = max(found.proven, int(np.sum(record.impacts["time_s"] <= until_s)))
-        if record.modes is not None:
-            found.modes = int(np.sum(record.modes["time_s"] <= until_s))
+            certified, modes = proven, len(events) - in_envelope
+        else:
+            until_s = min(self.copies.horizon_s, reliable_until(self.certified))
+            certified = max(proven, int(np.sum(record.impacts["time_s"] <= until_s)))
+            modes = 0 if record.modes is None else int(np.sum(record.modes["time_s"] <= until_s))
+        return {"certified": certified, "order proven": proven, "changes of modes": modes}
 
 
 def certify_within(seconds: float, scene: Scene, impacts: int) -> CertifiedTrace:
-    """Return what `carom.certify` proves of a scene within some seconds of processor time, or little more."""
-
-    def interrupt(_signal: int, _frame: FrameType | None) -> None:
-        raise KeyboardInterrupt  # which ends a certified run, and keeps what was certified
-
+    """Return a certified run that is limited to some seconds of processor time."""
     run = CertifiedRun(scene, CertifyOptions(max_impacts=impacts))
-    with contextlib.suppress(KeyboardInterrupt), _alarm(seconds, interrupt):
+    # `KeyboardInterrupt` ends a certified run, and keeps what was certified.
+    with contextlib.suppress(KeyboardInterrupt), time_limit(seconds, KeyboardInterrupt):
         run.advance()
     if run.ending is None:  # interrupted between two attempts
         run = CertifiedRun(scene, CertifyOptions(max_impacts=0))
@@ -217,13 +174,13 @@ def certify_within(seconds: float, scene: Scene, impacts: int) -> CertifiedTrace
 
 
 def _of_reordered(scene: Scene, solve: Callable[..., Trace], oracle: Oracle) -> list[Difference]:
-    """Return how a run of the rotated scene, its discs in reverse order, differs from what is proven of the scene."""
+    """Return the differences of a run of the rotated scene with its discs in reverse order."""
     trace = solve(rotate_scene(scene, turn_quarter, is_reversed=True), max_impacts=MOST_IMPACTS)
     return oracle.differences(restore_record(Record.of(trace), turn_quarter_back, is_reversed=True))
 
 
 def _find_no_end(scene: Scene, trace: Trace) -> Iterator[Finding]:
-    """Yield a run whose time stands still, and that does not end by name in time."""
+    """Yield a finding if the run's time stands still, and the run does not stop by itself in time."""
     times = trace.impacts["time_s"]
     if trace.outcome is not Outcome.MAX_IMPACTS or len(times) < AT_ONE_INSTANT:
         return
@@ -236,58 +193,28 @@ def _find_no_end(scene: Scene, trace: Trace) -> Iterator[Finding]:
             run.advance_to(until_s)
     except OutOfTimeError:
         text = f"{len(run.log)} impacts up to {float(run.log.array()['time_s'][-1])!r} s, no end in {STANDSTILL_S:g} s"
-        yield Finding(Check.TIME_LIMIT, "time stands still", text)
+        yield Finding(f"{Check.TIME_LIMIT}: time stands still", text)
 
 
-# Bits -----------------------------------------------------------------------------------------------------------------
-
-
-class Bits:
-    """All that a run in cells at once has found, as bytes; run where it is asked for."""
-
-    def __init__(self, scene: Scene) -> None:
-        self._scene = scene
-
-    @cached_property
-    def _expected(self) -> tuple[dict[str, object], float]:
-        run = start_pic_run(self._scene)
-        return _take_at_once(run, self._scene), run.time_s
-
-    def find_unlike(self, check: Check) -> Iterator[Finding]:
-        """Yield a finding where a run in pieces, or by all pairs, has other bits."""
-        expected, end_s = self._expected
-        if check is Check.PIECES:
-            found = _take_in_pieces(start_pic_run(self._scene), self._scene, end_s)
-        else:
-            found = _take_at_once(all_pairs_run(self._scene), self._scene)
-        unlike = [name for name, value in expected.items() if found[name] != value]
-        if unlike:
-            yield Finding(check, "other bits", f"other bits in {', '.join(unlike)}")
+def _find_unlike_run(check: Check, scene: Scene) -> Iterator[Finding]:
+    """Yield a finding if a run in pieces, or by all pairs, is not bit-identical to a run in cells at once."""
+    run = start_pic_run(scene)
+    expected = _take_at_once(run, scene)
+    if check is Check.PIECES:
+        found = _take_in_pieces(start_pic_run(scene), scene, run.time_s)
+    else:
+        found = _take_at_once(all_pairs_run(scene), scene)
+    if unlike := [name for name, value in expected.items() if found[name] != value]:
+        yield Finding(f"{check}: other bits", f"other bits in {', '.join(unlike)}")
 
 
 def _find_unlike_rotated(trace: Trace, solve: Callable[..., Trace]) -> Iterator[Finding]:
-    """Yield a finding where the rotated scene has not the rotated bits."""
+    """Yield a finding if the run of the rotated scene is not bit-identical to the rotated run."""
     turned = solve(rotate_scene(trace.scene, turn_quarter), max_impacts=MOST_IMPACTS)
-    unlike = unlike_fields(Record.of(trace), restore_record(Record.of(turned), turn_quarter_back))
+    one, other = vars(Record.of(trace)), vars(restore_record(Record.of(turned), turn_quarter_back))
+    unlike = [name for name, value in one.items() if not np.array_equal(value, other[name])]  # 0 and -0 are one number
     if unlike:
-        yield Finding(Check.ROTATED, "other bits", f"other bits in {', '.join(unlike)}")
-
-
-def unlike_fields(one: Record, other: Record) -> list[str]:
-    """Return the fields in which two records differ; 0 and -0 are one number."""
-    found = []
-    for name in Record.__dataclass_fields__:
-        a, b = getattr(one, name), getattr(other, name)
-        if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):
-            names = a.dtype.names or (None,)
-            same = a.shape == b.shape and all(
-                np.array_equal(a if part is None else a[part], b if part is None else b[part]) for part in names
-            )
-        else:
-            same = a == b
-        if not same:
-            found.append(name)
-    return found
+        yield Finding(f"{Check.ROTATED}: other bits", f"other bits in {', '.join(unlike)}")
 
 
 def _take_at_once(run: Run, scene: Scene) -> dict[str, object]:
@@ -295,7 +222,7 @@ def _take_at_once(run: Run, scene: Scene) -> dict[str, object]:
 
 
 def _take_in_pieces(run: Run, scene: Scene, ends_s: float) -> dict[str, object]:
-    """Take a run on in pieces, by time and by impacts, and look at it between them."""
+    """Advance a run in pieces, by time and by impacts, and read all its results between them."""
     rng = random.Random(scene.name)
     for time_s in sorted(rng.uniform(0.0, ends_s) for _ in range(PIECES)):
         outcome = run.advance_to(time_s, rng.choice((MOST_IMPACTS, rng.randint(0, MOST_IMPACTS))))

@@ -11,10 +11,13 @@ import math
 import random
 from collections.abc import Sequence
 from enum import StrEnum
+from functools import partial
+from operator import mul
 from typing import Any, NamedTuple
 
 from carom import Chain, Disc, Ring, Scene, SceneError, Wall
-from carom.model.walls import AnyWall, Leg, convert_lengths, convert_speeds
+from carom.engines.api.units import convert_bodies
+from carom.model.walls import AnyWall, Leg, move_wall
 
 Point = tuple[float, float]
 
@@ -31,7 +34,7 @@ MOST_PLACES = 200
 
 
 class Law(StrEnum):
-    """How discs move between impacts; its value is how tables name it."""
+    """Motion of discs between impacts; tables show its value."""
 
     STRAIGHT = "straight"
     GRAVITY = "gravity"
@@ -84,33 +87,8 @@ def law_of(scene: Scene) -> Law:
     return Law.DAMPED if scene.damping_per_s else Law.STRAIGHT
 
 
-def features_of(scene: Scene) -> list[str]:
-    """Return the names of the features that a scene has, for counting which of them meet."""
-    arrays = scene.arrays
-    chains = [wall for wall in scene.walls if isinstance(wall, Chain)]
-    restitutions = {material.restitution for material in arrays.materials} | {scene.restitution}
-    named = {
-        "friction or spin": arrays.turns,
-        "driven walls": any(wall.driven for wall in scene.walls),
-        "driven discs": bool(arrays.driven_discs),
-        "legs": any(body.legs for body in (*scene.walls, *scene.discs)),
-        "belts": arrays.belts_m_s is not None,
-        "half-planes": any(isinstance(wall, Wall) for wall in scene.walls),
-        "chains": bool(chains),
-        "arcs": any(any(chain.bulges) for chain in chains),
-        "circles": any(isinstance(wall, Ring) for wall in scene.walls),
-        "thick walls": any(wall.half_width_m > 0.0 for wall in scene.walls if not isinstance(wall, Wall)),
-        "immovable discs": any(disc.immovable and not disc.driven for disc in scene.discs),
-        "rolling resistance": scene.wall_rolling_resistance > 0.0,
-        "restitution 0": 0.0 in restitutions,
-        "restitution 1": 1.0 in restitutions,
-        "no walls": not scene.walls,
-    }
-    return [name for name, present in named.items() if present]
-
-
 class _Drawing:
-    """One scene as it is drawn: choices that several parts of it depend on."""
+    """Choices that several parts of one scene depend on."""
 
     def __init__(self, rng: random.Random) -> None:
         self.rng = rng
@@ -367,38 +345,19 @@ def _gap(wall: AnyWall, x: float, y: float, radius_m: float) -> float:
 
 
 def _in_units(scene: Scene, units: Units) -> Scene:
-    """Return a scene in other units, and moved."""
+    """Return a scene in other units, and moved; its bodies are checked again."""
     speed, (ox, oy) = units.length / units.time, units.offset_m
-
-    def place(point: Point) -> Point:
-        return point[0] * units.length + ox, point[1] * units.length + oy
-
-    def scaled(vector: Point, factor: float) -> Point:
-        return vector[0] * factor, vector[1] * factor
-
-    def moved(wall: AnyWall) -> AnyWall:
-        sized = convert_lengths(wall, lambda x: x * units.length, lambda v: v * speed, lambda t: t * units.time)
-        if isinstance(sized, Wall):
-            return Wall(**{**dict(sized), "point_m": place(wall.point_m)})  # type: ignore[union-attr]
-        if isinstance(sized, Ring):
-            return Ring(**{**dict(sized), "centre_m": place(wall.centre_m)})  # type: ignore[union-attr]
-        return Chain(**{**dict(sized), "points_m": tuple(map(place, wall.points_m))})  # type: ignore[union-attr]
-
-    def placed(disc: Disc) -> Disc:
-        changed = {
-            "position_m": place(disc.position_m),
-            "velocity_m_s": scaled(disc.velocity_m_s, speed),
-            "legs": convert_speeds(disc.legs, lambda v: v * speed, lambda t: t * units.time),
-            "radius_m": disc.radius_m * units.length,
-            "mass_kg": disc.mass_kg * units.mass,
-            "spin_rad_s": disc.spin_rad_s / units.time,
-        }
-        return Disc(**{**dict(disc), **changed})
-
+    bodies = convert_bodies(scene, partial(mul, units.length), partial(mul, speed), partial(mul, units.time))
+    moved_walls = [move_wall(wall, ox, oy) for wall in bodies["walls"]]
+    discs = []
+    for disc in bodies["discs"]:
+        x, y = disc.position_m
+        discs.append(Disc(**{**dict(disc), "position_m": (x + ox, y + oy), "mass_kg": disc.mass_kg * units.mass}))
+    gravity_x, gravity_y = scene.gravity_m_s2
     fields = {
-        "discs": [placed(disc) for disc in scene.discs],
-        "walls": [moved(wall) for wall in scene.walls],
-        "gravity_m_s2": scaled(scene.gravity_m_s2, speed / units.time),
+        "discs": discs,
+        "walls": [type(wall)(**dict(wall)) for wall in moved_walls],
+        "gravity_m_s2": (gravity_x * (speed / units.time), gravity_y * (speed / units.time)),
         "damping_per_s": scene.damping_per_s / units.time,
         "table_deceleration_m_s2": scene.table_deceleration_m_s2 * speed / units.time,
         "duration_s": scene.duration_s * units.time,

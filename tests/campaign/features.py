@@ -10,31 +10,16 @@ the scenes under way. Exit code 1 reports a difference.
 import sys
 from pathlib import Path
 
-from tests.campaign.campaign import Campaign, Checked, Finding
+from tests.campaign.campaign import Campaign, Checked
 from tests.campaign.feature_checks import check_scene
-from tests.campaign.feature_scenes import draw_scene, features_of, law_of
+from tests.campaign.feature_scenes import draw_scene
 
 from carom import save_scene
 
 
 def check_number(number: int) -> Checked:
     """Return what a campaign counts of the scene of a number."""
-    scene = draw_scene(number)
-    checked = check_scene(scene)
-    names = {
-        "low_hops": "contact from low hops",
-        "kept_contact": "contact kept",
-        "proven": "order proven",
-        "modes": "changes of modes",
-    }
-    sums = {names.get(name, name): getattr(checked, name) for name in ("impacts", "certified", *names)}
-    return Checked(
-        str(law_of(scene)),
-        sums,
-        features=features_of(scene),
-        findings=[Finding(f"{one.check}: {one.kind}", one.text) for one in checked.findings],
-        seconds=checked.seconds,
-    )
+    return check_scene(draw_scene(number))
 
 
 def save_findings(number: int, checked: Checked, out: Path) -> str:

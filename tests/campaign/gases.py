@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from tests.random_scenes import build_box
 
 from carom import DiscArrays
 from carom.solvers.run import ScaledScene
@@ -61,7 +62,6 @@ class Gas:
         impacts: How many impacts it is followed over, at most; of rough gases, which lose their energy, fewer.
         contact_duration_s: Contact time of the TC model, in seconds; 0 for none.
         gravity_m_s2: Acceleration of every disc that moves.
-        duration_s: It is followed by impacts, and not by time.
     """
 
     number: int
@@ -71,15 +71,11 @@ class Gas:
     impacts: int
     contact_duration_s: float = 0.0
     gravity_m_s2: tuple[float, float] = (0.0, 0.0)
-    wall_rolling_resistance: float = 0.0
-    table_deceleration_m_s2: float = 0.0
-    duration_s: float = math.inf
 
     @property
     def scene(self) -> ScaledScene:
-        """Its discs, walls and forces, from which a run can start."""
-        forces = self.gravity_m_s2, self.wall_rolling_resistance, self.table_deceleration_m_s2
-        return ScaledScene(self.start, *forces, self.duration_s)
+        """Its discs, walls and gravity, from which a run can start; it is followed by impacts, and not by time."""
+        return ScaledScene(self.start, self.gravity_m_s2, 0.0, 0.0, math.inf)
 
 
 def draw_gas(number: int, kind: Kind | None = None, *, most_discs: int = MOST_DISCS) -> Gas:
@@ -113,7 +109,7 @@ def draw_gas(number: int, kind: Kind | None = None, *, most_discs: int = MOST_DI
     if kind in _PARTLY_IMMOVABLE:
         still = rng.random(discs) < rng.uniform(0.1, 0.4)
         mass[still], velocity[still] = math.inf, 0.0
-    walls = np.array([[0, 0, 1, 0], [side, 0, -1, 0], [0, 0, 0, 1], [0, side, 0, -1]], np.float64)
+    walls = np.array(build_box(side, side))
     if kind in {Kind.TILTED, Kind.MIXED}:
         angle, shift = rng.uniform(0.0, math.tau), rng.uniform(-1e4, 1e4, 2)
         turn = np.array([[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]])
@@ -208,6 +204,5 @@ def _on_whole_numbers(rng: np.random.Generator, discs: int, packing: float) -> t
     mass = rng.choice([1.0, 1.0, 2.0, math.inf], discs)
     velocity[np.isinf(mass)] = 0.0
     side = float(pitch * columns + pitch % 2)
-    walls = ((0.0, 0.0, 1.0, 0.0), (side, 0.0, -1.0, 0.0), (0.0, 0.0, 0.0, 1.0), (0.0, side, 0.0, -1.0))
-    start = DiscArrays(place, velocity, np.full(discs, 1.0), mass, walls)
+    start = DiscArrays(place, velocity, np.full(discs, 1.0), mass, build_box(side, side))
     return _packing(start, side), start

@@ -8,22 +8,22 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.campaign import feature_checks, features
-from tests.campaign.comparison import Kind, Record
+from tests.campaign.campaign import Checked, Finding
+from tests.campaign.comparison import Kind
 from tests.campaign.envelope import EnvelopeMode, compute_envelope
-from tests.campaign.feature_checks import Check, CheckedScene, Finding, check_scene
-from tests.campaign.feature_scenes import Law, draw_scene, features_of, law_of
-from tests.campaign.transformation import restore_record, rotate_scene
+from tests.campaign.feature_checks import Check, check_scene
+from tests.campaign.feature_scenes import Law, draw_scene, law_of
+from tests.campaign.transformation import rotate_scene
 from tests.cases import each, release_after
 from tests.scene_builders import alter_impact, disc_at, require_value, staged, wall_at
-from tests.transformed_scenes import turn_by
 
-from carom import Mode, Outcome, Ring, Scene, Trace, load_scene, solve_pic
+from carom import Chain, Disc, Mode, Outcome, Ring, Scene, Trace, Wall, load_scene, solve_pic
 from carom.solvers.pic import start_pic_run
 from carom.solvers.run import Run
 
 Doctor = Callable[[Trace], Trace]
 
-#: Laws of scenes of which every check is run, and the number of scenes drawn: those that compiled code runs, then all.
+#: Laws and number of scenes: first a quick selection, then all.
 LAWS: list[tuple[set[Law], int]] = [({Law.STRAIGHT, Law.DAMPED}, 30), (set(Law), 60)]
 
 #: Scenes whose events are all proven, so that nothing hides a fault: rough discs among driven walls, and contact.
@@ -42,6 +42,7 @@ DRIVEN_BOX = staged(
 DOWN = {"gravity_m_s2": (0.0, -10.0)}
 _WALLS = wall_at(0.0, 0.0, 0.0, 1.0), wall_at(9.0, 0.0, -1.0, 0.0)
 SLIDE = staged("slide", disc_at(0.0, 0.5, 2.0), *_WALLS, wall_friction=0.25, duration_s=2.0, **DOWN)
+REVERSAL = SLIDE.model_copy(update={"gravity_m_s2": (-4.0, -10.0)})
 #: A disc that comes to rest in a circle, where it bounces until hops are lower than the resolution of the gap.
 _RING = Ring(centre_m=(0.0, 0.0), radius_m=2.0)
 BOWL = staged("bowl", disc_at(0.5, 0.0, 0.5, r=0.25), _RING, wall_restitution=0.25, duration_s=5.0, **DOWN)
@@ -53,17 +54,24 @@ def test_campaign_scenes_have_no_findings(laws: set[Law], count: int) -> None:
     scenes = [scene for scene in map(draw_scene, range(count)) if law_of(scene) in laws]
     checked = {scene.name: check_scene(scene) for scene in scenes}
     assert {name: found.findings for name, found in checked.items() if found.findings} == {}
-    impacts, certified = (sum(getattr(found, name) for found in checked.values()) for name in ("impacts", "certified"))
+    impacts, certified = (sum(found.sums[name] for found in checked.values()) for name in ("impacts", "certified"))
     assert certified > impacts / 2 > len(scenes)
 
 
 def test_campaign_scenes_have_every_feature() -> None:
-    """Each law, and each of 15 features, occurs in sixty scenes, and a number always gives the same scene."""
+    """Each law, and each kind of wall and disc, occurs in sixty scenes, and a number always gives the same scene."""
     scenes = [draw_scene(number) for number in range(60)]
     assert {law_of(scene) for scene in scenes} == set(Law)
-    named = [name for scene in scenes for name in features_of(scene)]
-    assert all(named.count(name) > 1 for name in set(named))
-    assert len(set(named)) == 15
+    bodies = [body for scene in scenes for body in (*scene.discs, *scene.walls)]
+    fields = {name for body in (*scenes, *bodies) for name, value in body if value and name != "normal"}
+    wanted = (
+        "bulges closed driven friction half_width_m legs restitution solid spin_rad_s surface_speed_m_s velocity_m_s"
+    )
+    assert {*wanted.split(), "wall_rolling_resistance"} <= fields
+    assert {type(body) for body in bodies} == {Chain, Disc, Ring, Wall}
+    assert {0.0, 1.0} < {scene.restitution for scene in scenes}
+    assert any(body.immovable and not body.driven for body in bodies if isinstance(body, Disc))
+    assert any(not scene.walls for scene in scenes)
     assert draw_scene(7) == scenes[7]
 
 
@@ -71,7 +79,7 @@ def test_campaign_scenes_have_every_feature() -> None:
 
 
 def keep_rows(trace: Trace, rows: Any) -> Trace:
-    """Return the trace with some of its impacts, of which one may come twice."""
+    """Return the trace with some of its impacts; a row may occur twice."""
     spins, edges = (None if of_impacts is None else of_impacts[rows] for of_impacts in (trace.spins, trace.edges))
     return replace(trace, impacts=trace.impacts[rows], spins=spins, edges=edges)
 
@@ -87,25 +95,19 @@ def add_impact(trace: Trace) -> Trace:
 
 
 def change_field(name: str, part: float) -> Doctor:
-    """Return what changes one number of the third impact by a part of itself."""
+    """Return a function that changes one number of the third impact by a fraction."""
     return lambda trace: alter_impact(trace, 2, **{name: trace.impacts[name][2] * (1.0 + part)})
 
 
-def change_mode(row: int, name: str, change: Callable[[Any], Any]) -> Doctor:
-    """Return what changes one field of a change of mode."""
+def change_row(rows: str, row: int, name: str, change: Callable[[Any], Any]) -> Doctor:
+    """Return a function that changes one field of a row of the trace's modes or spins."""
 
     def doctor(trace: Trace) -> Trace:
-        modes = require_value(trace.modes).copy()
-        modes[name][row] = change(modes[name][row])
-        return replace(trace, modes=modes)
+        found = require_value(getattr(trace, rows)).copy()
+        found[name][row] = change(found[name][row])
+        return replace(trace, **{rows: found})
 
     return doctor
-
-
-def change_spin(trace: Trace) -> Trace:
-    spins = require_value(trace.spins).copy()
-    spins["first_after"][1] += 1e-11
-    return replace(trace, spins=spins)
 
 
 def end_early(trace: Trace) -> Trace:
@@ -125,15 +127,17 @@ FAULTS: list[tuple[Doctor, Kind]] = [
     (change_field("time_s", 1e-13), Kind.TIME),
     (change_field("velocity_first_after", 1e-13), Kind.VELOCITY),
     (change_field("velocity_first_before", 1e-13), Kind.VELOCITY),
-    (change_spin, Kind.SPIN),
+    (change_row("spins", 1, "first_after", lambda spin: spin + 1e-11), Kind.SPIN),
     (lambda trace: replace(trace, final_position_m=trace.final_position_m + 1e-12), Kind.FINAL_STATE),
     (end_early, Kind.EARLY_END),
     (end_late, Kind.ENDING),
 ]
 
 
-def list_kinds(checked: CheckedScene, check: Check) -> set[str]:
-    return {finding.kind for finding in checked.findings if finding.check is check}
+def find_certified_kinds(checked: Checked) -> set[str]:
+    """Return the kinds of the differences from a certified run."""
+    found = [finding.kind.partition(": ") for finding in checked.findings]
+    return {kind for check, _, kind in found if check == Check.CERTIFIED}
 
 
 def solve_with(doctor: Doctor) -> Callable[..., Trace]:
@@ -141,19 +145,19 @@ def solve_with(doctor: Doctor) -> Callable[..., Trace]:
 
 
 def test_scenes_for_planted_faults_have_no_findings() -> None:
-    """Without a fault both scenes have several certified events and no finding."""
-    for scene in (DRIVEN_BOX, SLIDE):
+    """Without a fault all scenes have several certified events and no finding."""
+    for scene in (DRIVEN_BOX, SLIDE, REVERSAL):
         checked = check_scene(scene)
         assert checked.findings == []
-        assert checked.certified + checked.modes > 1
-    assert check_scene(DRIVEN_BOX).proven > 3
+        assert checked.sums["certified"] + checked.sums["changes of modes"] > 1
+    assert check_scene(DRIVEN_BOX).sums["order proven"] > 3
 
 
 @each("doctor, kind", FAULTS)
 def test_planted_fault_is_found(doctor: Doctor, kind: Kind) -> None:
     """A missing or extra impact, a number off by hundreds of roundings, or an unexplained end is a finding."""
     checked = check_scene(DRIVEN_BOX, solve_with(doctor))
-    assert kind.value in list_kinds(checked, Check.CERTIFIED)
+    assert kind.value in find_certified_kinds(checked)
 
 
 @each("doctor, kind", [(remove_impact, Kind.MISSED), (change_field("time_s", 1e-9), Kind.TIME)])
@@ -161,27 +165,28 @@ def test_fault_beyond_the_envelope_is_found(doctor: Doctor, kind: Kind, monkeypa
     """Where the rounding envelope decides nothing, certified run and copies of the scene find the fault."""
     monkeypatch.setattr(feature_checks, "MOST_EVENTS", 0)
     assert check_scene(DRIVEN_BOX).findings == []
-    assert kind.value in list_kinds(check_scene(DRIVEN_BOX, solve_with(doctor)), Check.CERTIFIED)
+    assert kind.value in find_certified_kinds(check_scene(DRIVEN_BOX, solve_with(doctor)))
 
 
 def test_fault_of_a_contact_mode_is_found() -> None:
     """A mode change is a finding if it is missing, is off by hundreds of roundings, or calls a rolling disc at rest."""
     assert any(isinstance(event, EnvelopeMode) for event in compute_envelope(SLIDE, solve_pic(SLIDE), 9).events)
     assert require_value(solve_pic(SLIDE).modes)["after"][-1] == Mode.ROLL
-    doctors: tuple[Doctor, ...] = (
-        lambda trace: replace(trace, modes=require_value(trace.modes)[:-1]),
-        change_mode(-1, "time_s", lambda time_s: time_s * (1.0 + 1e-13)),
-        change_mode(-1, "after", lambda _: Mode.REST),
+    faults: tuple[tuple[Scene, Doctor], ...] = (
+        (SLIDE, lambda trace: replace(trace, modes=require_value(trace.modes)[:-1])),
+        (SLIDE, change_row("modes", -1, "time_s", lambda time_s: time_s * (1.0 + 1e-13))),
+        (SLIDE, change_row("modes", -1, "after", lambda _: Mode.REST)),
+        (REVERSAL, change_row("modes", 1, "time_s", lambda time_s: time_s + 0.125)),
     )
-    for doctor in doctors:
-        assert list_kinds(check_scene(SLIDE, solve_with(doctor)), Check.CERTIFIED) == {Kind.MODE.value}
+    for scene, doctor in faults:
+        assert find_certified_kinds(check_scene(scene, solve_with(doctor))) == {Kind.MODE.value}
 
 
 def test_contact_may_replace_hops_below_the_gap_resolution() -> None:
     """Certified bounces after PIC's contact are no finding if they are lower than the resolution of the gap."""
     checked = check_scene(BOWL)
     assert checked.findings == []
-    assert checked.low_hops
+    assert checked.sums["contact from low hops"]
 
     def sooner(trace: Trace) -> Trace:
         if trace.outcome is not Outcome.AT_REST:
@@ -189,38 +194,24 @@ def test_contact_may_replace_hops_below_the_gap_resolution() -> None:
         return replace(keep_rows(trace, slice(-2)), end_time_s=float(trace.impacts["time_s"][-3]))
 
     found = check_scene(BOWL, solve_with(sooner))
-    assert Kind.EARLY_END.value in list_kinds(found, Check.CERTIFIED)
-    assert not found.low_hops
+    assert Kind.EARLY_END.value in find_certified_kinds(found)
+    assert not found.sums["contact from low hops"]
 
 
-EXPLAINED = [
-    221048,
-    26802,
-    31459,
-    47302,
-    107541,
-    228982,
-    57329,
-    41057,
-    43248,
-    46411,
-    61741,
-    104896,
-    131771,
-    221475,
-    231155,
-]
+EXPLAINED = [221048, 43248, 107541, 228982, 46411, 61741, 221475, 231155]
 
 
-@each("number", release_after(6, EXPLAINED))
+@each("number", release_after(4, EXPLAINED))
 def test_differences_explained_by_rounding_are_no_findings(number: int) -> None:
-    """Scenes whose differences rounding explains, or that have low hops inside an arc, have no findings."""
-    # They have a collapse that may begin after certified events, friction whose result is a float, or a start almost at
-    # rest. In scene 46411 a change of mode in contact rounds a position by one unit in the last place before an impact.
-    # In scene 61741 the run ends among the last bounces before a landing. In scene 107541 a disc lands at rest, and
-    # roundings could make it roll. In scene 221048 the end of a contact has no upper bound at the first precision. In
-    # scene 228982 slip and spin end at times that the clock does not distinguish. In scene 221475 the first hop that is
-    # too low to resolve ends before PIC's landing. In scene 231155 all copies end where the certified run ends.
+    """Scenes whose differences rounding explains have no findings."""
+    # 221048: the end of a contact has no upper bound at the first precision.
+    # 43248: contact begins inside an arc, where hops are lower than the resolution of the gap.
+    # 107541: a disc lands at rest, and roundings could make it roll.
+    # 228982: slip and spin end at times that the clock does not distinguish.
+    # 46411: a change of mode in contact rounds a position by one unit in the last place before an impact.
+    # 61741: the run ends among the last bounces before a landing.
+    # 221475: the first hop that is too low to resolve ends before PIC's landing.
+    # 231155: all copies end where the certified run ends.
     assert check_scene(draw_scene(number)).findings == []
 
 
@@ -229,7 +220,7 @@ def test_contact_may_continue_where_rounding_decides_a_hop() -> None:
     # The normal of an immovable disc is along the wall to rounding.
     checked = check_scene(draw_scene(23619))
     assert checked.findings == []
-    assert checked.kept_contact
+    assert checked.sums["contact kept"]
 
 
 @pytest.mark.long
@@ -245,36 +236,8 @@ def test_missing_hop_that_is_certain_is_found() -> None:
     corner = draw_scene(23403)
     assert check_scene(corner).findings == []
     found = check_scene(corner, solve_with(without_hop))
-    assert Kind.MODE.value in list_kinds(found, Check.CERTIFIED)
-    assert not found.kept_contact
-
-
-def test_end_of_a_slip_that_is_rounding_is_no_finding() -> None:
-    """A slip that exists only by rounding may end at any time; a wrong end of another slip is a finding."""
-    disc = disc_at(2.01744849513864, 2.4495002648363497, r=0.09769212210352762)
-    slope = wall_at(-1.4810976512154, -2.608898186507903, 0.4936992170718, 0.8696327288359676)
-    pull = {"gravity_m_s2": (-0.1314417357473424, -0.23152970753906155)}
-    scene = staged("across the slope", disc, slope, wall_restitution=0.0, duration_s=28.0, **pull)
-    assert check_scene(scene).findings == []
-    turned_later = change_mode(1, "time_s", lambda time_s: time_s + 0.125)
-    slides = SLIDE.model_copy(update={"gravity_m_s2": (-4.0, -10.0)})
-    assert check_scene(slides).findings == []
-    assert Kind.MODE.value in list_kinds(check_scene(slides, solve_with(turned_later)), Check.CERTIFIED)
-
-
-def test_impact_that_is_rounding_has_its_own_kind() -> None:
-    """An extra impact at a rounding's speed is reported as rounding, and not as spurious."""
-    wall = wall_at(-2.0, 0.0, 1.0, 0.0, velocity_m_s=(0.125, 0.0))
-    scene = staged("stays", disc_at(0.0, 0.0, -1.0, 0.25), wall, wall_restitution=0.0, duration_s=4.0)
-
-    def again(trace: Trace) -> Trace:
-        before = (0.125 * (1.0 - 2.0**-53), 0.25)
-        return alter_impact(
-            keep_rows(trace, [0, 0]), 1, time_s=trace.impacts["time_s"][0] + 1.0, velocity_first_before=before
-        )
-
-    assert check_scene(scene).findings == []
-    assert list_kinds(check_scene(scene, solve_with(again)), Check.CERTIFIED) == {Kind.ROUNDING.value}
+    assert Kind.MODE.value in find_certified_kinds(found)
+    assert not found.sums["contact kept"]
 
 
 OTHER_BITS = [("start_pic_run", Check.PIECES), ("all_pairs_run", Check.ALL_PAIRS), ("rotate_scene", Check.ROTATED)]
@@ -299,7 +262,7 @@ def test_runs_with_other_bits_are_found(name: str, check: Check, monkeypatch: py
         return rotate_scene(shifted(scene), *arguments, **options)
 
     monkeypatch.setattr(feature_checks, name, rotated if name == "rotate_scene" else run)
-    assert check in {finding.check for finding in check_scene(DRIVEN_BOX).findings}
+    assert f"{check}: other bits" in {finding.kind for finding in check_scene(DRIVEN_BOX).findings}
 
 
 def test_exception_and_endless_run_are_findings(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -310,7 +273,7 @@ def test_exception_and_endless_run_are_findings(monkeypatch: pytest.MonkeyPatch)
 
     monkeypatch.setattr(feature_checks, "all_pairs_run", fails)
     found = check_scene(DRIVEN_BOX).findings
-    assert found == [Finding(Check.ALL_PAIRS, "ZeroDivisionError", "raised ZeroDivisionError: planted")]
+    assert found == [Finding(f"{Check.ALL_PAIRS}: ZeroDivisionError", "raised ZeroDivisionError: planted")]
 
     def runs_on(_scene: Scene) -> Run:
         while True:
@@ -320,23 +283,7 @@ def test_exception_and_endless_run_are_findings(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr(feature_checks, "SCENE_S", 0.2)
     monkeypatch.setattr(feature_checks, "LEAST_S", 0.1)
     (finding,) = check_scene(DRIVEN_BOX).findings
-    assert (finding.check, finding.kind) == (Check.TIME_LIMIT, f"no end of {Check.ALL_PAIRS.value}")
-
-
-def test_record_of_a_rotated_scene_is_restored() -> None:
-    """The record of a scene rotated by 0.7 radians, with its discs in reverse order, is restored to rounding."""
-    trace = solve_pic(DRIVEN_BOX)
-    record = Record.of(trace)
-    turned = rotate_scene(DRIVEN_BOX, turn_by(0.7), is_reversed=True)
-    found = restore_record(Record.of(solve_pic(turned)), turn_by(-0.7), is_reversed=True)
-    assert feature_checks.unlike_fields(found, found) == []
-    assert found.impacts[["first", "second"]].tolist() == record.impacts[["first", "second"]].tolist()
-    for name in ("time_s", "normal", "velocity_first_after", "velocity_second_before"):
-        np.testing.assert_allclose(found.impacts[name], record.impacts[name], atol=1e-12)
-    np.testing.assert_allclose(
-        require_value(found.spins)["first_after"], require_value(record.spins)["first_after"], atol=1e-12
-    )
-    np.testing.assert_allclose(found.final_position_m, record.final_position_m, atol=1e-12)
+    assert finding.kind == f"{Check.TIME_LIMIT}: no end of {Check.ALL_PAIRS}"
 
 
 # The command ----------------------------------------------------------------------------------------------------------
@@ -346,8 +293,8 @@ def test_finding_is_saved_as_a_scene_with_its_reason(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The command counts a finding, saves its scene, prints the command to repeat it, and returns 1."""
-    finding = Finding(Check.CERTIFIED, Kind.MISSED.value, "disc 0 and wall 1 meet at 0.5 s")
-    monkeypatch.setattr(features, "check_scene", lambda _: CheckedScene(impacts=3, findings=[finding]))
+    finding = Finding(f"{Check.CERTIFIED}: {Kind.MISSED}", "disc 0 and wall 1 meet at 0.5 s")
+    monkeypatch.setattr(features, "check_scene", lambda _: Checked(findings=[finding]))
     assert features.CAMPAIGN.main(["--scene", "5", "--out", str(tmp_path)]) == 1
     printed = capsys.readouterr().out
     assert "python -m tests.campaign.features --scene 5" in printed

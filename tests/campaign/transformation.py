@@ -1,4 +1,4 @@
-"""Scenes rotated and with their discs in another order, and records of their runs seen from the original scene."""
+"""Rotation and reordering of scenes, and the inverse for records of their runs."""
 
 from dataclasses import replace
 
@@ -20,7 +20,7 @@ def turn_quarter_back(v: Point) -> Point:
 
 
 def rotate_scene(scene: Scene, turn: Map, *, is_reversed: bool = False) -> Scene:
-    """Return a scene rotated about the origin, its discs in reverse order if asked for; not validated again."""
+    """Return a scene rotated about the origin, optionally with its discs in reverse order, without validation."""
 
     def turned_legs(legs: tuple[Leg, ...]) -> tuple[Leg, ...]:
         return tuple(leg.model_copy(update={"velocity_m_s": turn(leg.velocity_m_s)}) for leg in legs)
@@ -49,7 +49,7 @@ def rotate_scene(scene: Scene, turn: Map, *, is_reversed: bool = False) -> Scene
 
 
 def restore_record(record: Record, turn_back: Map, *, is_reversed: bool = False) -> Record:
-    """Return the record of a rotated scene as that of the original scene has its vectors and bodies."""
+    """Return the record of a rotated scene with the vectors and body numbers of the original scene."""
     matrix = np.array([turn_back((1.0, 0.0)), turn_back((0.0, 1.0))])
     discs = len(record.final_position_m)
 
@@ -81,7 +81,7 @@ def restore_record(record: Record, turn_back: Map, *, is_reversed: bool = False)
 
 
 def _renumber(impacts: Rows, spins: Rows | None, discs: int) -> tuple[Rows, Rows | None]:
-    """Return impacts and spins with discs numbered from the other end, and the lower number first again."""
+    """Return impacts and spins with reversed numbers of discs, and the lower number first."""
     pair = impacts["second"] >= 0
     for name in ("first", "second"):
         of_disc = impacts[name] >= 0

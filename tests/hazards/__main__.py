@@ -19,11 +19,11 @@ from carom.execution.describe_engines import engines
 def main() -> int:
     """Measure, print the rows of each engine, and write the page if `--write` is given."""
     parser = argparse.ArgumentParser(prog="python -m tests.hazards", description=__doc__)
-    parser.add_argument("engines", nargs="*", default=ENGINES, help="which engines, all unless told; 'none' for none")
+    parser.add_argument("engines", nargs="*", default=ENGINES, help="which engines (all)")
     parser.add_argument("--figures", type=Path, help="keep the figures in this file, which `make atlas` reads")
     parser.add_argument("--write", type=Path, help="write the page; figures of every engine must be there")
     asked = parser.parse_args()
-    names = [] if asked.engines == ["none"] else list(asked.engines)
+    names = list(asked.engines)
     missing = {name: reason for name in names if (reason := explain_unavailable_adapter(load_adapter(name)))}
     for name, reason in missing.items():
         sys.stderr.write(f"{name}: {reason}\n")
@@ -51,14 +51,14 @@ def main() -> int:
 
 
 def _record(figure: Figure) -> dict[str, object]:
-    """Return a figure as JSON has it: its values, and what is reduced from them."""
+    """Return a figure as JSON: its values, and the numbers that are computed from them."""
     spread = figure.spread
-    said = {"table": figure.table, "of": figure.of, "engine": figure.engine, "profile": figure.profile}
+    names = {"table": figure.table, "of": figure.of, "engine": figure.engine, "profile": figure.profile}
     if spread is None:
-        return {**said, "refused": figure.refused}
+        return {**names, "refused": figure.refused}
     numbers = {"least": spread.least, "median": spread.median, "most": spread.most, "right": spread.right}
     counts = {"starts_off": spread.starts_off, "starts": len(spread.values)}
-    return {**said, **numbers, **counts, "values": list(spread.values)}
+    return {**names, **numbers, **counts, "values": list(spread.values)}
 
 
 def _figure(row: dict[str, object]) -> Figure:

@@ -69,7 +69,7 @@ class Figure:
 def build_head_on_scene(
     speed_m_s: float, radius_m: float = 0.5, *, at_m: float = 0.0, both: bool = False, mass_kg: float = 1.0
 ) -> Scene:
-    """A disc runs into an equal one, at rest `at_m` from the origin, or both close at half of it; in 8 to 9 steps."""
+    """Build two equal discs that meet after 8 to 9 steps; the second is at `at_m`, at rest unless both move."""
     half, steps = (speed_m_s / 2 if both else 0.0), 8
     gap = speed_m_s * (steps + 0.37) * DT_S
     starts = ((at_m - 2 * radius_m - gap, speed_m_s - half), (at_m, -half))
@@ -79,7 +79,7 @@ def build_head_on_scene(
 
 
 def build_passing_scene(gap_m: float, speed_m_s: float = 3.0, dt_s: float = DT_S) -> Scene:
-    """A disc passes another of its size, at rest, at a distance."""
+    """Build a disc that passes a resting disc of the same size at a distance."""
     return staged(
         "passing",
         disc_at(-0.6 * speed_m_s, 0, speed_m_s, r=0.25),
@@ -90,7 +90,7 @@ def build_passing_scene(gap_m: float, speed_m_s: float = 3.0, dt_s: float = DT_S
 
 
 def build_paddle_scene(speed_m_s: float, *, disc_m_s: float = 0.0, radius_m: float = 0.5) -> Scene:
-    """An edge that is driven strikes a disc that comes at it, or is at rest, head-on, in 8 to 9 steps."""
+    """Build a driven edge that strikes a disc head-on after 8 to 9 steps."""
     gap = (speed_m_s + disc_m_s) * 8.37 * DT_S
     return staged(
         "paddled",
@@ -101,14 +101,14 @@ def build_paddle_scene(speed_m_s: float, *, disc_m_s: float = 0.0, radius_m: flo
 
 
 def measure_paddle_restitution(adapter: Adapter, scene: Scene, profile: str) -> float:
-    """The speed at which a disc leaves a paddle, as seen from that, over that at which it came: mechanics says 1."""
+    """Return separation speed over closing speed of a disc and a paddle; the correct value is 1."""
     velocity = float(run_to_end(adapter, scene, DT_S, profile).velocity_m_s[0, 0])
     drive = scene.walls[0].velocity_m_s[0]
     return (velocity - drive) / (drive - scene.discs[0].velocity_m_s[0])
 
 
 def measure_largest_crushed_speed(adapter: Adapter, scene: Scene, profile: str) -> float:
-    """The greatest speed of a disc that a piston crushes, m/s, at any step: mechanics says that it has no bound."""
+    """Return the largest speed of a disc that a piston crushes, in m/s; the correct speed has no bound."""
     world = adapter.prepare(scene, adapter.profiles[profile].settings(DT_S))
     fastest = 0.0
     for _ in range(scene.step_count(DT_S)):
@@ -119,7 +119,7 @@ def measure_largest_crushed_speed(adapter: Adapter, scene: Scene, profile: str) 
 
 
 def measure_crushed_overshoot(adapter: Adapter, scene: Scene, profile: str) -> float:
-    """How far the centre of a crushed disc ends beyond the wall or the piston, in metres: nothing may be beyond it."""
+    """Return how far a crushed disc's centre ends beyond the wall or the piston, in metres; 0 is correct."""
     (x, _) = run_to_end(adapter, scene, DT_S, profile).position_m[0]
     faces = [
         (wall.point_m[0] + wall.velocity_m_s[0] * scene.duration_s, wall.normal[0]) for wall in scene.half_planes()
@@ -128,7 +128,7 @@ def measure_crushed_overshoot(adapter: Adapter, scene: Scene, profile: str) -> f
 
 
 def measure_mocap_restitution(_adapter: Adapter, scene: Scene, _profile: str) -> float:
-    """As `measure_paddle_restitution`, of a `mocap` box of MuJoCo's, put where the paddle is at each step."""
+    """Return the same as `measure_paddle_restitution` for a `mocap` box of MuJoCo that is placed at each step."""
     mujoco: Any = importlib.import_module("mujoco")
     (disc,), (drive, _) = scene.discs, scene.walls[0].velocity_m_s
     model = mujoco.MjModel.from_xml_string(
@@ -147,7 +147,7 @@ def measure_mocap_restitution(_adapter: Adapter, scene: Scene, _profile: str) ->
 
 
 def measure_box_restitution(_adapter: Adapter, scene: Scene, _profile: str) -> float:
-    """As `measure_paddle_restitution`, of PyBullet's box without mass that is given a velocity, all else as shipped."""
+    """Return the same as `measure_paddle_restitution` for a massless box of PyBullet that has a velocity."""
     p: Any = importlib.import_module("pybullet")
     (disc,), (drive, _) = scene.discs, scene.walls[0].velocity_m_s
     client = p.connect(p.DIRECT)
@@ -168,27 +168,33 @@ def measure_box_restitution(_adapter: Adapter, scene: Scene, _profile: str) -> f
 
 
 def measure_restitution(adapter: Adapter, scene: Scene, profile: str, **changes: Setting) -> float:
-    """The speed at which two discs on the x axis part, over that at which they closed: mechanics says 1."""
+    """Return separation speed over closing speed of two discs on the x axis; the correct value is 1."""
     velocity = run_to_end(adapter, scene, 1 / scene.frame_rate_hz, profile, **changes).velocity_m_s[:, 0]
     first, second = scene.discs
     return float(velocity[1] - velocity[0]) / (first.velocity_m_s[0] - second.velocity_m_s[0])
 
 
 def measure_velocity_change(adapter: Adapter, scene: Scene, profile: str, **changes: Setting) -> float:
-    """How far velocities change of discs that do not touch, over the greatest speed: mechanics says 0."""
+    """Return the velocity change of discs that do not touch, over the largest speed; 0 is correct."""
     start = np.array([disc.velocity_m_s for disc in scene.discs])
     end = run_to_end(adapter, scene, 1 / scene.frame_rate_hz, profile, **changes).velocity_m_s
     return float(np.abs(end - start).max() / np.abs(start).max())
 
 
+def _measure_velocity_error(entry: CatalogueScene, adapter: Adapter, scene: Scene, profile: str) -> float:
+    """Return the velocity error at the end of a scene at some phase, divided by its greatest speed."""
+    error = run_to_end(adapter, scene, 1 / scene.frame_rate_hz, profile).velocity_m_s - velocities_after(entry)
+    return float(np.hypot(*error.T).max()) / max(math.hypot(*disc.velocity_m_s) for disc in entry.scene.discs)
+
+
 def measure_energy_ratio(adapter: Adapter, scene: Scene, profile: str) -> float:
-    """The kinetic energy at the end over that at the start, of elastic impacts: mechanics says 1."""
+    """Return the kinetic energy at the end over that at the start; 1 is correct for elastic impacts."""
     return 1 + energy_change(scene, run_to_end(adapter, scene, DT_S, profile))
 
 
 @dataclass(frozen=True)
 class Finding:
-    """A sentence of `docs/engines`, measured.
+    """A measurement: a sentence of `docs/engines`, or a cell of another table.
 
     Attributes:
         says: What the figure is.
@@ -196,9 +202,10 @@ class Finding:
         profile: Name of the profile.
         scene: The scene; it runs at many phases.
         figure: What is read of a run.
-        right: What mechanics says.
+        right: The correct value.
         changes: Settings that replace the profile's.
         count: Number of phases.
+        table: Table of the page.
     """
 
     says: str
@@ -209,16 +216,17 @@ class Finding:
     right: float
     changes: Mapping[str, Setting] = field(default_factory=dict)
     count: int = STARTS
+    table: str = "findings"
 
 
 def _restitution(told: str, engine: str, profile: str, scene: Scene, right: float = 1.0, **changes: Setting) -> Finding:
-    """Return what is found of the speed at which two discs part, over that at which they closed."""
+    """Return the finding for separation speed over closing speed of two discs."""
     says = f"separation speed / closing speed, {told}"
     return Finding(says, engine, profile, scene, measure_restitution, right, changes)
 
 
 def _pass(engine: str, profile: str, gap_m: float, rate_hz: int = 60) -> Finding:
-    """Return what is found of discs that pass each other, and do not touch."""
+    """Return the finding for discs that pass each other without contact."""
     says = f"velocity change / speed when discs pass at {1000 * gap_m:g} mm, {rate_hz} Hz"
     scene = build_passing_scene(gap_m, dt_s=1 / rate_hz)
     return Finding(says, engine, profile, scene, measure_velocity_change, 0.0)
@@ -248,10 +256,10 @@ def _findings() -> Iterator[Finding]:
             yield _pass(name, "default", gap)
     for closing in (100.0, 160.0, 199.0):
         yield _restitution(f"{closing:g} m/s, discs of 5 m", "dart", "default", build_large_discs(closing))
-    says, film = "velocity error / speed in engines/film", _load_film_scene().scene
+    says, film = "velocity error / speed in engines/film", _load_entry("engines/film")
     swept = (("planck", "swept"), ("planck", "event-driven"), *((n, "swept") for n in ("jolt", "rapier2d", "rapier")))
     for name, profile in swept:
-        yield Finding(says, name, profile, film, measure_film_error, 0.0)
+        yield Finding(says, name, profile, film.scene, partial(_measure_velocity_error, film), 0.0)
     for says, seconds in CHAOTIC.items():
         scene = _load_entry(GAS).scene.model_copy(update={"duration_s": seconds})
         yield Finding(says, "mujoco", "default", scene, measure_distance_from_plane, 0.0, count=GAS_STARTS)
@@ -273,16 +281,12 @@ def _load_entry(name: str) -> CatalogueScene:
 
 
 def _build_crush_scene() -> Scene:
-    """The crush of the catalogue, with half a second left of a disc without room."""
+    """Return the catalogue's crush scene, half a second longer than the disc has space."""
     return _load_entry("driven/crush").scene.model_copy(update={"duration_s": 3.5, "frame_rate_hz": 1 / DT_S})
 
 
-def _load_film_scene() -> CatalogueScene:
-    return _load_entry("engines/film")
-
-
 def build_large_discs(closing_m_s: float) -> Scene:
-    """Two discs of 5 m close, both at half the speed, from a tenth of a second away; at most 100 m/s each."""
+    """Build two discs of 5 m that meet after 0.1 s, each at half the closing speed."""
     gap = 0.1 * closing_m_s
     return staged(
         "large",
@@ -293,13 +297,8 @@ def build_large_discs(closing_m_s: float) -> Scene:
     )
 
 
-def measure_film_error(adapter: Adapter, scene: Scene, profile: str) -> float:
-    """The velocity error at the end of `engines/film` over its speed: mechanics says 0."""
-    return _measure_velocity_error(adapter, _load_film_scene(), scene, profile)
-
-
 def measure_distance_from_plane(adapter: Adapter, scene: Scene, profile: str) -> float:
-    """How far the farthest of MuJoCo's free spheres is off the plane at the end, in metres: mechanics says 0."""
+    """Return the largest distance of MuJoCo's free spheres from the plane at the end, in metres; 0 is correct."""
     world: Any = adapter.prepare(scene, adapter.profiles[profile].settings(DT_S))
     world.advance(scene.step_count(DT_S))
     farthest = float(np.abs(world._data.qpos[world._height_at]).max())  # noqa: SLF001 - an observation is of the plane
@@ -369,50 +368,15 @@ def list_starts(scene: Scene, count: int = STARTS) -> tuple[Scene, ...]:
     return tuple(build_starts(scene, count))
 
 
-def compute_spread(finding: Finding, adapter: Adapter) -> Spread:
-    """Measure a finding."""
-    values = [
-        finding.figure(adapter, scene, finding.profile, **finding.changes)
-        for scene in list_starts(finding.scene, finding.count)
-    ]
-    return Spread(tuple(values), finding.right)
-
-
-def _measure_group(adapter: Adapter) -> Iterator[Figure]:
-    for entry in find_scenes(["engines"]):
-        if entry.name != GAS:
-            value = partial(_measure_velocity_error, adapter, entry)
-            yield _build_figure("group", entry.name, adapter.name, "default", entry.scene, value, 0.0)
-
-
 def list_profiles(adapter: Adapter, *names: str) -> list[str]:
-    """Return those of the named profiles that an adapter has; PIT has one profile, which is returned once."""
+    """Return the named profiles that an adapter has; the only profile of PIT is returned once."""
     known = dict.fromkeys(Method(adapter.name, name).profile for name in names)
     return [name for name in known if name in adapter.profiles]
 
 
-def _measure_velocity_error(adapter: Adapter, entry: CatalogueScene, scene: Scene, profile: str = "default") -> float:
-    """Return the velocity error at the end of a scene at some phase, divided by its greatest speed."""
-    error = run_to_end(adapter, scene, 1 / scene.frame_rate_hz, profile).velocity_m_s - velocities_after(entry)
-    return float(np.hypot(*error.T).max()) / max(math.hypot(*disc.velocity_m_s) for disc in entry.scene.discs)
-
-
-def _measure_bounces(adapter: Adapter) -> Iterator[Figure]:
-    for profile in list_profiles(adapter, "default", "tuned"):
-        for speed in SPEEDS:
-            value = partial(measure_restitution, adapter, profile=profile)
-            scene = build_head_on_scene(speed)
-            yield _build_figure("bounces", f"{speed:g} m/s", adapter.name, profile, scene, value, 1.0)
-
-
-def _measure_gas(adapter: Adapter) -> Iterator[Figure]:
-    def change(profile: str, scene: Scene) -> float:
-        return energy_change(scene, run_to_end(adapter, scene, DT_S, profile))
-
-    for profile in list_profiles(adapter, "default", "tuned", "swept"):
-        if (adapter.name, profile) not in NO_GAS:
-            scene, value = _load_entry(GAS).scene, partial(change, profile)
-            yield _build_figure("gas", GAS, adapter.name, profile, scene, value, 0.0, GAS_STARTS)
+def measure_energy_change(adapter: Adapter, scene: Scene, profile: str) -> float:
+    """Return the relative change of the kinetic energy; 0 is correct."""
+    return energy_change(scene, run_to_end(adapter, scene, DT_S, profile))
 
 
 #: What is driven, by columns of the page: a scene, what is read of it, what mechanics says.
@@ -432,31 +396,37 @@ DRIVEN: dict[str, tuple[Scene, Callable[..., float], float]] = {
 }
 
 
-def _measure_driven(adapter: Adapter) -> Iterator[Figure]:
+def _list_measurements(adapter: Adapter) -> Iterator[Finding]:
+    """Yield the measurements of every engine: a group of scenes, bounces, driven walls, a gas."""
+    name = adapter.name
+    for entry in find_scenes(["engines"]):
+        if entry.name != GAS:
+            figure = partial(_measure_velocity_error, entry)
+            yield Finding(entry.name, name, "default", entry.scene, figure, 0.0, table="group")
     for profile in list_profiles(adapter, "default", "tuned"):
-        if adapter.capabilities.driven_walls:
-            for of, (scene, figure, right) in DRIVEN.items():
-                value = partial(figure, adapter, profile=profile)
-                yield _build_figure("driven", of, adapter.name, profile, scene, value, right)
+        for speed in SPEEDS:
+            scene = build_head_on_scene(speed)
+            yield Finding(f"{speed:g} m/s", name, profile, scene, measure_restitution, 1.0, table="bounces")
+    for profile in list_profiles(adapter, "default", "tuned") if adapter.capabilities.driven_walls else ():
+        for of, (scene, read, right) in DRIVEN.items():
+            yield Finding(of, name, profile, scene, read, right, table="driven")
+    for profile in list_profiles(adapter, "default", "tuned", "swept"):
+        if (name, profile) not in NO_GAS:
+            scene = _load_entry(GAS).scene
+            yield Finding(GAS, name, profile, scene, measure_energy_change, 0.0, count=GAS_STARTS, table="gas")
 
 
-def _build_figure(
-    table: str,
-    of: str,
-    engine: str,
-    profile: str,
-    scene: Scene,
-    value: Callable[[Scene], float],
-    right: float,
-    count: int = STARTS,
-) -> Figure:
+def measure_finding(finding: Finding, adapter: Adapter) -> Figure:
+    """Return the figure of a finding, or why the engine refuses the scene."""
+    names = (finding.table, finding.says, finding.engine, finding.profile)
+    starts = list_starts(finding.scene, finding.count)
     try:
-        values = tuple(value(start) for start in list_starts(scene, count))
+        values = tuple(finding.figure(adapter, scene, finding.profile, **finding.changes) for scene in starts)
     except AdapterError as error:
-        return Figure(table, of, engine, profile, None, str(error))
+        return Figure(*names, None, str(error))
     if any(map(math.isnan, values)):
-        return Figure(table, of, engine, profile, None, "not a number")
-    return Figure(table, of, engine, profile, Spread(values, right))
+        return Figure(*names, None, "not a number")
+    return Figure(*names, Spread(values, finding.right))
 
 
 def measure_engines(
@@ -467,16 +437,7 @@ def measure_engines(
         adapter = load_adapter(name)
         if explain_unavailable_adapter(adapter):
             continue
-        measures = {
-            "group": _measure_group,
-            "bounces": _measure_bounces,
-            "driven": _measure_driven,
-            "gas": _measure_gas,
-        }
-        for table, of in measures.items():
-            if not tables or table in tables:
-                yield from of(adapter)
-        if tables and "findings" not in tables:
-            continue
-        for finding in (one for one in FINDINGS if one.engine == name and (chaotic or one.says not in CHAOTIC)):
-            yield Figure("findings", finding.says, name, finding.profile, compute_spread(finding, adapter))
+        own = (one for one in FINDINGS if one.engine == name and (chaotic or one.says not in CHAOTIC))
+        for finding in (*_list_measurements(adapter), *own):
+            if not tables or finding.table in tables:
+                yield measure_finding(finding, adapter)

@@ -1,6 +1,6 @@
 """The page of hazards, `docs/results/hazards.md`, and the lines that one engine has in its tables."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from operator import itemgetter
 
@@ -37,17 +37,13 @@ def _format_cell(figures: Mapping[tuple[str, str, Method], Figure], table: str, 
     return f"{figure.spread.share}: {_format_range(figure.spread)}"
 
 
-def _list_methods(figures: Iterable[Figure], table: str) -> list[Method]:
-    return list(dict.fromkeys(Method(figure.engine, figure.profile) for figure in figures if figure.table == table))
-
-
 def _build_table(table: str, columns: Sequence[tuple[str, str]], figures: Sequence[Figure]) -> Table:
     """Return a table with a row per method; a column is its heading and the scene or speed that it shows."""
     known = {(one.table, one.of, Method(one.engine, one.profile)): one for one in figures}
     first = [Column("method", lambda method: method.label)]
     return Table(
         first + [Column(head, partial(_format_cell, known, table, of)) for head, of in columns],
-        _list_methods(figures, table),
+        list(dict.fromkeys(Method(figure.engine, figure.profile) for figure in figures if figure.table == table)),
     )
 
 
@@ -61,9 +57,12 @@ def _spread_columns(shown: Callable[[float], str]) -> list[Column]:
     return [*map(said, ("least", "median", "most")), off]
 
 
+_METHOD = Column("method", lambda figure: Method(figure.engine, figure.profile).label)
+
+
 def _build_findings_table(figures: Sequence[Figure]) -> Table:
     columns = [
-        Column("method", lambda figure: Method(figure.engine, figure.profile).label),
+        _METHOD,
         Column("figure", lambda figure: figure.of),
         Column("correct", lambda figure: _format_value(figure.spread.right), number=True),
     ]
@@ -72,8 +71,7 @@ def _build_findings_table(figures: Sequence[Figure]) -> Table:
 
 
 def _build_gas_table(figures: Sequence[Figure]) -> Table:
-    method = Column("method", lambda figure: Method(figure.engine, figure.profile).label)
-    return Table([method, *_spread_columns(format_percent)], [figure for figure in figures if figure.table == "gas"])
+    return Table([_METHOD, *_spread_columns(format_percent)], [figure for figure in figures if figure.table == "gas"])
 
 
 def _build_changes_table(adapters: Sequence[Adapter]) -> Table:

@@ -1,6 +1,5 @@
 """Figures over many phases, and the scenes at these phases."""
 
-import math
 import statistics
 from dataclasses import dataclass
 
@@ -22,11 +21,6 @@ class Spread:
 
     values: tuple[float, ...]
     right: float
-    off: float = OFF
-
-    def __post_init__(self) -> None:
-        if not self.values or any(map(math.isnan, self.values)):
-            raise ValueError(f"a spread is of numbers, got {self.values}")
 
     @property
     def least(self) -> float:
@@ -46,7 +40,7 @@ class Spread:
     @property
     def starts_off(self) -> int:
         """The number of phases at which the value is wrong."""
-        return sum(abs(value - self.right) > self.off for value in self.values)
+        return sum(abs(value - self.right) > OFF for value in self.values)
 
     @property
     def share(self) -> str:
@@ -60,7 +54,7 @@ def build_starts(scene: Scene, count: int) -> list[Scene]:
 
 
 def run_to_end(adapter: Adapter, scene: Scene, dt_s: float, profile: str, **changes: Setting) -> Observation:
-    """Run a scene to its end in one go, and return what is observed there."""
+    """Run a scene to its end in one call, and return the observation there."""
     world = adapter.prepare(scene, {**adapter.profiles[profile].settings(dt_s), **changes})
     try:
         world.advance(scene.step_count(dt_s))
@@ -73,7 +67,7 @@ def run_to_end(adapter: Adapter, scene: Scene, dt_s: float, profile: str, **chan
 
 
 def energy_change(scene: Scene, end: Observation) -> float:
-    """Return by which part of that at the start the kinetic energy has changed."""
+    """Return the relative change of the kinetic energy since the start."""
     masses = np.array([disc.mass_kg for disc in scene.discs])
     start = np.array([disc.velocity_m_s for disc in scene.discs])
     before, after = (float((masses * (v**2).sum(axis=1)).sum()) for v in (start, end.velocity_m_s))

@@ -23,6 +23,7 @@ from tests.mutants.planting import Fault, list_faults, make_copy
 from tests.mutants.running import JOB
 
 _ROOT = Path(__file__).parents[2]
+_COPY = _ROOT / "build/mutants"
 _BEGIN, _END = "<!-- mutants: begin -->", "<!-- mutants: end -->"
 #: A row of the document: a fault that no test notices, and the reason.
 _ROW = re.compile(r"^- `(?P<path>[^`]+)`: `(?P<before>[^`]+)` as `(?P<after>[^`]+)`(?:: (?P<why>.+))?$", re.MULTILINE)
@@ -31,16 +32,10 @@ _ROW = re.compile(r"^- `(?P<path>[^`]+)`: `(?P<before>[^`]+)` as `(?P<after>[^`]
 def main() -> None:
     """Run the command, and print the table of faults."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument(
-        "--faults",
-        type=int,
-        default=200,
-        help="number in all, with those of earlier runs",
-    )
+    parser.add_argument("--faults", type=int, default=200, help="number in all, with those of earlier runs")
     parser.add_argument("--minutes", type=float, default=30.0, help="begin no fault after this time")
     parser.add_argument("--package", choices=PACKAGES, action="append", help="only these packages")
     parser.add_argument("--state", type=Path, default=_ROOT / "reports/mutants.jsonl", help="file of results")
-    parser.add_argument("--copy", type=Path, default=_ROOT / "build/mutants", help="folder of the copy")
     parser.add_argument("--write", type=Path, help="document in which the table is replaced")
     options = parser.parse_args()
     packages = options.package or list(PACKAGES)
@@ -53,8 +48,8 @@ def main() -> None:
     ]
     if wanted:
         print(f"{len(faults)} places for a fault; {len(tried)} tried before, {len(wanted)} to try", flush=True)
-        make_copy(_ROOT, options.copy, wanted)
-        _run(wanted, options.copy, options.state, 60.0 * options.minutes)
+        make_copy(_ROOT, _COPY, wanted)
+        _run(wanted, options.state, 60.0 * options.minutes)
         tried = load_state(options.state, {fault.key for fault in faults})
     table = _table(faults, tried, reasons)
     print(table)
@@ -94,17 +89,17 @@ def select_faults(
         mine = [pair for pair in faults if pair[1].package == package]
         random.Random(package).shuffle(mine)
         lines: Counter[tuple[str, int]] = Counter()
-        turns = []
-        for pair in mine:
-            turns.append((lines[pair[1].path, pair[1].line], pair))
-            lines[pair[1].path, pair[1].line] += 1
-        ordered = sorted(turns, key=lambda turn: (turn[1][1].key not in first, turn[0]))
-        least = sum(pair[1].key in first for pair in mine)
-        wanted += [pair for _, pair in ordered][: max(least, -(-count // len(packages)))]
+        turns = dict[str, tuple[bool, int]]()
+        for _, fault in mine:
+            turns[fault.key] = (fault.key not in first, lines[fault.path, fault.line])
+            lines[fault.path, fault.line] += 1
+        mine.sort(key=lambda pair: turns[pair[1].key])
+        least = sum(fault.key in first for _, fault in mine)
+        wanted += mine[: max(least, -(-count // len(packages)))]
     return wanted
 
 
-def _run(wanted: list[tuple[int, Fault]], copy: Path, state: Path, seconds: float) -> None:
+def _run(wanted: list[tuple[int, Fault]], state: Path, seconds: float) -> None:
     """Try faults in the copy, one after another."""
     state.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.NamedTemporaryFile("w", suffix=".json") as job:
@@ -113,9 +108,9 @@ def _run(wanted: list[tuple[int, Fault]], copy: Path, state: Path, seconds: floa
         tests = sorted({test for _, fault in wanted for test in PACKAGES[fault.package].tests})
         words = ["-m", "pytest", "-q", "-s", "-p", "no:cacheprovider", "-p", "tests.mutants.running"]
         command = [sys.executable, *words, *tests]
-        paths = os.pathsep.join(str(copy / name) for name in ("src", "adapters", "."))
+        paths = os.pathsep.join(str(_COPY / name) for name in ("src", "adapters", "."))
         environment = {**os.environ, "PYTHONPATH": paths, JOB: job.name, "PYTHONDONTWRITEBYTECODE": "1"}
-        subprocess.run(command, cwd=copy, env=environment, check=False)
+        subprocess.run(command, cwd=_COPY, env=environment, check=False)
 
 
 def _table(faults: list[Fault], tried: dict[str, dict[str, str]], reasons: dict[str, str]) -> str:

@@ -5,20 +5,18 @@ place becomes ``(another if chosen(7) else itself)``, in C ``(chosen(7) ? anothe
 faults, and an environment variable selects the fault of a process.
 """
 
-import io
 import keyword
 import re
 import shutil
 import subprocess
 import sys
-import tokenize
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
 from tests.mutants.packages import PACKAGES
 
-#: Environment variable with the number of the fault that a process has.
+#: Environment variable with the number of a process's fault.
 VARIABLE = "CAROM_FAULT"
 
 _PAIRS = ("< <=", "> >=", "== !=", "+ -", "and or", "&& ||", "True False", "true false", "min max", "greater lesser")
@@ -37,8 +35,10 @@ _LEFT_OUT = re.compile(
 #: A statement of C on one line; a comment may follow. The values of braces and of `static` are constants.
 _C_HEAD = r"\s+(?:return |(?:\}? ?else )?if \(|while \(|(?!static )(?:(?:const )?\w+ \**)?[\w.\[\]>-]+ [-+*/]?= (?!\{))"
 _C_STATEMENT = re.compile(rf"^(?P<head>{_C_HEAD})(?P<what>.+?)(?P<tail>(?:;|\)|\) \{{)(?:\s*/\*.*\*/)?)$")
-_C_TOKEN = re.compile(
-    r"0x[\da-f.]+p[-+]?\d+|\.?\d[\d.]*(?:e[-+]?\d+)?\w*|\w+|->|<<|>>|&&|\|\||[<>=!]=|\+\+|--|[-+*/%&|^]=|\S"
+#: A token of Python or C; a string is one, so that its content has no faults.
+_TOKEN = re.compile(
+    r"""'[^']*'|"[^"]*"|0x[\da-f.]+p[-+]?\d+|\.?\d[\d.]*(?:e[-+]?\d+)?\w*|\w+|"""
+    r"""->|<<|>>|&&|\*\*|//|\|\||[<>=!]=|\+\+|--|[-+*/%&|^]=|\S"""
 )
 #: Likewise in C: no cast to a pointer, and no other assignment.
 _C_LEFT_OUT = re.compile(r"\w \*+\)| = |\+\+|--")
@@ -72,7 +72,7 @@ cdef extern from "carom/planted.h":
     bint has_fault "carom_has_fault" (int number) noexcept nogil
 """
 _SWITCH_PYTHON = f'''
-"""The fault that this process has."""
+"""Number of the fault of this process."""
 import os
 NUMBER = [int(os.environ.get("{VARIABLE}", "0"))]
 '''
@@ -103,13 +103,6 @@ class Fault(NamedTuple):
         return f"{self.path}: {self.before} -> {self.after}"
 
 
-class _Token(NamedTuple):
-    kind: str  # "name", "number" or "operator"
-    text: str
-    begin: int
-    end: int
-
-
 def list_faults(root: Path) -> list[Fault]:
     """Return all possible faults of all packages, by path and line."""
     return list({fault.key: fault for package in PACKAGES for fault in iterate_faults(root, package)}.values())
@@ -138,15 +131,8 @@ def _faults_of_c(package: str, path: str, text: str) -> Iterator[Fault]:
         commented = line.rfind("/*") > line.rfind("*/") or (commented and "*/" not in line)
         if place is None or not _is_whole(place["what"]) or _C_LEFT_OUT.search(place["what"]):
             continue
-        for other in _alternatives(place["what"], _tokens_of_c(place["what"]), known):
+        for other in _alternatives(place["what"], known):
             yield Fault(package, path, number, line.strip(), f"{place['head']}{other}{place['tail']}".strip())
-
-
-def _tokens_of_c(expression: str) -> Iterator[_Token]:
-    for token in _C_TOKEN.finditer(expression):
-        first = token[0].lstrip(".")[:1]
-        kind = "number" if first.isdigit() else "name" if first.isidentifier() else "operator"
-        yield _Token(kind, token[0], token.start(), token.end())
 
 
 def _faults_of(package: str, path: str, text: str) -> Iterator[Fault]:
@@ -158,7 +144,7 @@ def _faults_of(package: str, path: str, text: str) -> Iterator[Fault]:
             yield Fault(package, path, number, line, f"{constant['head']}2 * ({value})", name)
         place = _STATEMENT.match(line) if inside else None
         if place is not None and not _LEFT_OUT.search(place["what"]) and ": " not in place["what"]:
-            for other in _alternatives(place["what"], _tokens_of_python(place["what"]), known):
+            for other in _alternatives(place["what"], known):
                 after = f"{place['head']}{other}{place['tail']}"
                 yield Fault(package, path, number, line.strip(), after.strip())
 
@@ -185,28 +171,19 @@ def _is_whole(line: str) -> bool:
     )
 
 
-def _tokens_of_python(expression: str) -> list[_Token]:
-    kinds = {tokenize.NAME: "name", tokenize.NUMBER: "number", tokenize.OP: "operator"}
-    try:
-        tokens = list(tokenize.generate_tokens(io.StringIO(expression).readline))
-    except (tokenize.TokenError, IndentationError):
-        return []
-    return [_Token(kinds[t.type], t.string, t.start[1], t.end[1]) for t in tokens if t.type in kinds]
-
-
-def _alternatives(expression: str, tokens: Iterable[_Token], known: set[str]) -> Iterator[str]:
+def _alternatives(expression: str, known: set[str]) -> Iterator[str]:
     """Yield the expression with one token replaced, for each token; new names must occur in the source."""
-    for kind, text, begin, after in tokens:
-        other, end = _OTHER.get(text), after
-        if kind == "name" and other not in known:
+    for token in _TOKEN.finditer(expression):
+        text, begin, end = token[0], token.start(), token.end()
+        other, first = _OTHER.get(text), text.lstrip(".")[:1]
+        if first.isidentifier() and other not in known:
             other = None
-        before = expression[:begin].rstrip()
         if text in ("not", "!"):
-            other, end = "", after + (text == "not")
-        elif kind == "operator" and not _ENDS.search(before):
-            continue  # a sign, a star before arguments, or what a pointer points to
-        if kind == "number":
+            other, end = "", end + (text == "not")
+        elif first.isdigit():
             other = "1" if text in ("0", "0.0") else f"(2 * {text})"
+        elif not first.isidentifier() and not _ENDS.search(expression[:begin].rstrip()):
+            continue  # a sign, a star before arguments, or what a pointer points to
         if other is not None:
             yield expression[:begin] + other + expression[end:]
 
@@ -225,52 +202,34 @@ def make_copy(root: Path, copy: Path, faults: list[tuple[int, Fault]]) -> None:
     for number, fault in faults:
         by_path.setdefault(fault.path, []).append((number, fault))
     for path, planted in by_path.items():
-        (_plant_c if path.endswith((".h", ".c")) else _plant_python)(copy / path, planted)
+        _plant(copy / path, planted)
     if (copy / "src/carom/core/built.pyx").exists():
         subprocess.run([sys.executable, "setup.py", "--quiet", "build_ext", "--inplace"], cwd=copy, check=True)
 
 
-def _plant_c(path: Path, planted: list[tuple[int, Fault]]) -> None:
-    lines = path.read_text().splitlines()
-    for number, fault in planted:
-        place, other = _C_STATEMENT.match(lines[fault.line - 1]), _C_STATEMENT.match(f"    {fault.after}")
-        if place is None or other is None:
-            raise ValueError(f"{fault.path}:{fault.line} is no place for a fault")
-        # The two values of a condition must have one type, and one of them may be a pointer.
-        truth = "!!" if place["head"].rstrip().endswith("(") else ""
-        switched = f"(carom_has_fault({number}) ? {truth}({other['what']}) : {truth}({place['what']}))"
-        lines[fault.line - 1] = f"{place['head']}{switched}{place['tail']}"
-    at = next(k for k, line in enumerate(lines) if line.startswith("#include"))
-    path.write_text("\n".join([*lines[:at], '#include "carom/planted.h"', *lines[at:]]) + "\n")
-
-
-def _plant_python(path: Path, planted: list[tuple[int, Fault]]) -> None:
-    lines = path.read_text().splitlines()
-    chosen = "NUMBER[0] == {}" if path.suffix == ".py" else "has_fault({})"
+def _plant(path: Path, planted: list[tuple[int, Fault]]) -> None:
+    """Replace the lines of faults by lines with both values; running.py changes constants by name."""
+    lines, is_c, is_python = path.read_text().splitlines(), path.suffix in (".h", ".c"), path.suffix == ".py"
+    statement = _C_STATEMENT if is_c else _STATEMENT
     for number, fault in planted:
         if fault.constant:
-            continue  # set by its name, see running.py
-        line = lines[fault.line - 1]
-        place = _STATEMENT.match(line)
-        other = _STATEMENT.match(f"    {fault.after}")
+            continue
+        place, other = statement.match(lines[fault.line - 1]), statement.match(f"    {fault.after}")
         if place is None or other is None:
             raise ValueError(f"{fault.path}:{fault.line} is no place for a fault")
-        # Of a condition in C the two must be of one type: a truth value.
-        truth = "<bint>" if path.suffix != ".py" and place["head"].split()[0] in ("if", "elif", "while") else ""
-        switched = f"{truth}({other['what']}) if {chosen.format(number)} else {truth}({place['what']})"
-        lines[fault.line - 1] = f"{place['head']}({switched}){place['tail']}"
-    head = "from carom.planted import NUMBER" if path.suffix == ".py" else "from carom.planted cimport has_fault"
-    at = _after_docstring(lines)
-    if path.suffix == ".py":
+        # The two values of a condition in C must have one type, and one of them may be a pointer.
+        is_condition = place["head"].rstrip().endswith("(") or place["head"].split()[0] in ("if", "elif", "while")
+        truth = "" if is_python or not is_condition else "!!" if is_c else "<bint>"
+        one, two = f"{truth}({other['what']})", f"{truth}({place['what']})"
+        chosen = f"NUMBER[0] == {number}" if is_python else f"has_fault({number})"
+        switched = f"(carom_has_fault({number}) ? {one} : {two})" if is_c else f"({one} if {chosen} else {two})"
+        lines[fault.line - 1] = f"{place['head']}{switched}{place['tail']}"
+    docstring = "\n".join(lines).split('"""')[:2]
+    head, at = "from carom.planted cimport has_fault", "".join(docstring).count("\n") + 1
+    if is_c:
+        head = '#include "carom/planted.h"'
+        at = next(k for k, line in enumerate(lines) if line.startswith("#include"))
+    elif is_python:
+        head = "from carom.planted import NUMBER"
         at = next((k + 1 for k, line in enumerate(lines) if line.startswith("from __future__")), at)
     path.write_text("\n".join([*lines[:at], head, *lines[at:]]) + "\n")
-
-
-def _after_docstring(lines: list[str]) -> int:
-    """Return how many lines the docstring of a module takes."""
-    marks = 0
-    for k, line in enumerate(lines):
-        marks += line.count('"""')
-        if marks == 2:
-            return k + 1
-    return 0

@@ -1,16 +1,18 @@
 """A pytest plug-in that tries faults: it collects the tests once, and forks a process for each fault.
 
-So a fault takes only the time of the tests up to the first that fails. Tests that have found faults run first, then the
+So a fault takes only the time of the tests up to the first that fails. Tests that noticed faults run first, then the
 shortest tests.
 """
 
+import contextlib
 import json
 import math
 import os
 import resource
-import select
 import signal
 import sys
+import tempfile
+import threading
 import time
 from collections import Counter
 from pathlib import Path
@@ -27,7 +29,7 @@ _PATIENCE, _PATIENCE_S, _BUSY = 5.0, 20.0, 20.0
 
 
 class Stage:
-    """The tests of a package, their times, and how many faults each has found."""
+    """The tests of a package, their times, and the number of faults that each one noticed."""
 
     def __init__(self, items: list[pytest.Item], patterns: tuple[str, ...]) -> None:
         self.items = [item for item in items if item.nodeid.startswith(patterns)]
@@ -35,7 +37,7 @@ class Stage:
         self.found: Counter[str] = Counter()
 
     def sort_tests(self) -> list[pytest.Item]:
-        """Return the tests, first those that have found the most faults, then the shortest."""
+        """Return the tests, those that noticed the most faults first, then the shortest."""
         return sorted(self.items, key=lambda item: (-self.found[item.nodeid], self.seconds.get(item.nodeid, 0.0)))
 
 
@@ -80,37 +82,31 @@ def run_with_fault(
     Returns:
         The first test that fails, "a crash" or "no end" (empty if no test notices the fault), and seconds by test.
     """
-    reading, writing = os.pipe()
-    child = os.fork()
-    if child == 0:
-        os.close(reading)
-        resource.setrlimit(resource.RLIMIT_CPU, (math.ceil(time.process_time() + limit_s), resource.RLIM_INFINITY))
-        _run(items, number, fault, writing)
-    os.setpgid(child, child)  # also here, or a child that has not run yet could not be killed by its group
-    os.close(writing)
-    ends_s, output = time.monotonic() + _BUSY * limit_s, b""
-    while (left_s := ends_s - time.monotonic()) > 0.0:
-        if not select.select([reading], [], [], left_s)[0]:
-            continue
-        piece = os.read(reading, 2**16)
-        if not piece:
-            break
-        output += piece
-    os.close(reading)
-    if left_s <= 0.0:
-        os.killpg(child, signal.SIGKILL)
-    _, status = os.waitpid(child, 0)
-    lines = [line.split("\t") for line in output.decode().splitlines()]
+    with tempfile.TemporaryFile("w+") as verdicts:
+        child = os.fork()
+        if child == 0:
+            resource.setrlimit(resource.RLIMIT_CPU, (math.ceil(time.process_time() + limit_s), resource.RLIM_INFINITY))
+            _run(items, number, fault, verdicts.fileno())
+        os.setpgid(child, child)  # also here, or a child that has not run yet could not be killed by its group
+        watchdog = threading.Timer(_BUSY * limit_s, os.killpg, (child, signal.SIGKILL))
+        watchdog.start()
+        _, status = os.waitpid(child, 0)
+        watchdog.cancel()
+        watchdog.join()
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(child, signal.SIGKILL)  # processes that it has left behind
+        verdicts.seek(0)
+        lines = [line.rstrip().split("\t") for line in verdicts]
     seconds = {name: float(took) for verdict, name, took in lines if verdict == "passed"}
     failed = [name for verdict, name, _ in lines if verdict == "failed"]
     if failed:
         return failed[0], seconds
-    endless = left_s <= 0.0 or (os.WIFSIGNALED(status) and os.WTERMSIG(status) == signal.SIGXCPU)
-    return ("no end" if endless else "a crash" if status else ""), seconds
+    is_endless = os.WIFSIGNALED(status) and os.WTERMSIG(status) in (signal.SIGKILL, signal.SIGXCPU)
+    return ("no end" if is_endless else "a crash" if status else ""), seconds
 
 
 def _run(items: list[pytest.Item], number: int, fault: Fault | None, writing: int) -> None:
-    """Run tests up to the first that fails, write the verdict of each to the pipe, and end the process."""
+    """Run tests up to the first that fails, write the verdict of each to the file, and end the process."""
     os.setpgid(0, 0)
     silence = os.open(os.devnull, os.O_WRONLY)
     os.dup2(silence, 1)

@@ -1,6 +1,5 @@
 """Planting and selecting faults, and processes with one fault."""
 
-import json
 import os
 import shutil
 import subprocess
@@ -11,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from tests.mutants import running
-from tests.mutants.__main__ import load_state, parse_reasons, select_faults
+from tests.mutants.__main__ import load_state, parse_reasons
 from tests.mutants.packages import PACKAGES
 from tests.mutants.planting import VARIABLE, iterate_faults, list_faults, list_sources, make_copy
 
@@ -54,12 +53,13 @@ static inline double middle(double a, double b) {
 
 @pytest.fixture(scope="module")
 def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A project of one module in the package of the physics, without a build."""
+    """A project of a Python module and a C header in the package of the physics, without a build."""
     root = tmp_path_factory.mktemp("project")
     (root / "src/carom/core").mkdir(parents=True)
     (root / "src/carom/__init__.py").write_text("")
     (root / "src/carom/core/__init__.py").write_text("")
     (root / "src/carom/core/middle.py").write_text(SOURCE)
+    (root / "src/carom/core/feature.h").write_text(SOURCE_C)
     for name in ("adapters", "tests", "benchmarks", "build_backend", "docs"):
         (root / name).mkdir()
     for name in ("pyproject.toml", "setup.py", "README.md", "Makefile", "CHANGELOG.md", "CONTRIBUTING.md"):
@@ -67,11 +67,14 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return root
 
 
+def list_changes(project: Path, suffix: str) -> set[tuple[str, str]]:
+    return {(fault.before, fault.after) for fault in list_faults(project) if fault.path.endswith(suffix)}
+
+
 def test_faults_are_planted_in_statements_and_constants_only(project: Path) -> None:
     """Comparisons, operators, words, numbers and constants have faults; signatures and docstrings have none."""
-    found = {(fault.before, fault.after) for fault in list_faults(project)}
     condition, sum_ = "if a < b and not b < 0:", "return a + (b - a) / 2"
-    assert found == {
+    assert list_changes(project, ".py") == {
         ("LIMIT = 3", "LIMIT = 2 * (3)"),
         (condition, "if a <= b and not b < 0:"),
         (condition, "if a < b or not b < 0:"),
@@ -86,31 +89,10 @@ def test_faults_are_planted_in_statements_and_constants_only(project: Path) -> N
     }
 
 
-def test_process_has_only_the_requested_fault(project: Path, tmp_path: Path) -> None:
-    """Without a number the copy computes the original results; with a number, those of that fault."""
-    faults = [fault for fault in list_faults(project) if not fault.constant]
-    copy = tmp_path / "copy"
-    make_copy(project, copy, list(enumerate(faults, start=1)))
-
-    def middles(number: int, *pairs: tuple[float, float]) -> list[float]:
-        code = f"from carom.core.middle import middle; print([middle(*pair) for pair in {pairs}])"
-        environment = {**os.environ, "PYTHONPATH": str(copy / "src"), VARIABLE: str(number)}
-        done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
-        return json.loads(done.stdout)  # type: ignore[no-any-return] # numbers
-
-    numbers = {fault.after: number for number, fault in enumerate(faults, start=1)}
-    assert middles(0, (1.0, 4.0), (4.0, 1.0)) == [2.5, 1.0]
-    assert middles(numbers["return a + (b - a) * 2"], (1.0, 4.0), (4.0, 1.0)) == [7.0, 1.0]
-    assert middles(numbers["return max(a, b)"], (1.0, 4.0), (4.0, 1.0)) == [2.5, 4.0]
-
-
-def test_faults_are_planted_in_c_statements_only(tmp_path: Path) -> None:
+def test_faults_are_planted_in_c_statements_only(project: Path) -> None:
     """Faults in C are in statements, and not in comments, pointer stars and casts."""
-    (tmp_path / "src/carom/core").mkdir(parents=True)
-    (tmp_path / "src/carom/core/feature.h").write_text(SOURCE_C)
-    found = {(fault.before, fault.after) for fault in iterate_faults(tmp_path, "physics")}
     first, sum_ = "bool is_first = !(b < a); /* if (a < b) */", "return *smallest + 0.5 * (b - a);"
-    assert found == {
+    assert list_changes(project, ".h") == {
         (first, "bool is_first = (b < a); /* if (a < b) */"),
         (first, "bool is_first = !(b <= a); /* if (a < b) */"),
         (sum_, "return *smallest - 0.5 * (b - a);"),
@@ -121,30 +103,33 @@ def test_faults_are_planted_in_c_statements_only(tmp_path: Path) -> None:
     }
 
 
-@pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler")
-def test_c_program_has_only_the_requested_fault(project: Path, tmp_path: Path) -> None:
-    """A compiled C program without a number computes the original results; with a number, those of that fault."""
-    (project / "src/carom/core/feature.h").write_text(SOURCE_C)
-    faults = [fault for fault in list_faults(project) if fault.path.endswith(".h")]
-    copy = tmp_path / "copy"
+def test_process_has_only_the_requested_fault(project: Path, tmp_path: Path) -> None:
+    """Python and C compute the original results without a number; with a number, those of that fault."""
+    faults, copy = [fault for fault in list_faults(project) if not fault.constant], tmp_path / "copy"
     make_copy(project, copy, list(enumerate(faults, start=1)))
-    (project / "src/carom/core/feature.h").unlink()
     main = tmp_path / "main.c"
     main.write_text(
         '#include "carom/core/feature.h"\n#include <stdio.h>\n'
-        'int main(void) { printf("%g %g", middle(1.0, 4.0), middle(4.0, 1.0)); }\n'
+        'int main(void) { printf("%g %g\\n", middle(1.0, 4.0), middle(4.0, 1.0)); }\n'
     )
-    program = tmp_path / "main"
-    subprocess.run(["cc", "-std=c11", "-I", copy / "src", main, "-o", program, "-lpthread"], check=True)
-
-    def middles(number: int) -> str:
-        environment = {**os.environ, VARIABLE: str(number)}
-        return subprocess.run([program], env=environment, capture_output=True, text=True, check=True).stdout
-
+    code = "from carom.core.middle import middle; print('{:g} {:g}'.format(middle(1.0, 4.0), middle(4.0, 1.0)))"
+    programs = {".py": [sys.executable, "-c", code]}
+    if shutil.which("cc") is not None:
+        programs[".h"] = [str(tmp_path / "main")]
+        subprocess.run(["cc", "-std=c11", "-I", copy / "src", main, "-o", *programs[".h"], "-lpthread"], check=True)
     numbers = {fault.after: number for number, fault in enumerate(faults, start=1)}
-    assert middles(0) == "2.5 1"
-    assert middles(numbers["return *smallest - 0.5 * (b - a);"]) == "-0.5 1"
-    assert middles(numbers["bool is_first = (b < a); /* if (a < b) */"]) == "1 2.5"
+    for suffix, after, expected in (
+        (".py", None, "2.5 1\n"),
+        (".py", "return a + (b - a) * 2", "7 1\n"),
+        (".py", "return max(a, b)", "2.5 4\n"),
+        (".h", None, "2.5 1\n"),
+        (".h", "return *smallest - 0.5 * (b - a);", "-0.5 1\n"),
+        (".h", "bool is_first = (b < a); /* if (a < b) */", "1 2.5\n"),
+    ):
+        number = str(numbers[after]) if after else "0"
+        environment = {**os.environ, "PYTHONPATH": str(copy / "src"), VARIABLE: number}
+        if suffix in programs:
+            assert subprocess.check_output(programs[suffix], env=environment, text=True) == expected
 
 
 def test_every_source_of_the_core_is_in_one_package() -> None:
@@ -174,19 +159,6 @@ def test_waiting_process_is_killed_by_clock_time(monkeypatch: pytest.MonkeyPatch
 
     monkeypatch.setattr(running, "_run", forever)
     assert running.run_with_fault([], 1, None, 0.01) == ("no end", {})
-
-
-def test_listed_faults_are_tried_first_and_keep_their_reasons(project: Path) -> None:
-    """All faults listed in a document are tried first, then others up to the requested number."""
-    faults = list(enumerate(list_faults(project), start=1))
-    last = faults[-1][1]
-    row = f"- `{last.path}`: `{last.before}` as `{last.after}`"
-    assert parse_reasons(f"{row}: it ends as well\n") == {last.key: "it ends as well"}
-    assert parse_reasons(f"{row}\n") == {last.key: ""}
-    assert [fault for _, fault in select_faults(faults, ["physics"], 1, {last.key})] == [last]
-    two = {fault.key for _, fault in faults[:2]}
-    assert {fault.key for _, fault in select_faults(faults, ["physics"], 1, two)} == two
-    assert len(select_faults(faults, ["physics"], 3, two)) == 3
 
 
 def test_state_file_of_an_earlier_version_is_refused(tmp_path: Path) -> None:
