@@ -198,20 +198,22 @@ def test_contact_may_replace_hops_below_the_gap_resolution() -> None:
     assert not found.sums["contact from low hops"]
 
 
-EXPLAINED = [221048, 43248, 107541, 228982, 46411, 61741, 221475, 231155]
+#: Numbers of random scenes, and why their results differ.
+EXPLAINED = {
+    221048: "the end of a contact has no upper bound at the first precision",
+    43248: "contact begins inside an arc, where hops are lower than the resolution of the gap",
+    107541: "a disc lands at rest, and roundings could make it roll",
+    228982: "slip and spin end at times that the clock does not distinguish",
+    46411: "a change of mode in contact rounds a position by one unit in the last place before an impact",
+    61741: "the run ends among the last bounces before a landing",
+    221475: "the first hop that is too low to resolve ends before PIC's landing",
+    231155: "all copies end where the certified run ends",
+}
 
 
 @each("number", release_after(4, EXPLAINED))
 def test_differences_explained_by_rounding_are_no_findings(number: int) -> None:
     """Scenes whose differences rounding explains have no findings."""
-    # 221048: the end of a contact has no upper bound at the first precision.
-    # 43248: contact begins inside an arc, where hops are lower than the resolution of the gap.
-    # 107541: a disc lands at rest, and roundings could make it roll.
-    # 228982: slip and spin end at times that the clock does not distinguish.
-    # 46411: a change of mode in contact rounds a position by one unit in the last place before an impact.
-    # 61741: the run ends among the last bounces before a landing.
-    # 221475: the first hop that is too low to resolve ends before PIC's landing.
-    # 231155: all copies end where the certified run ends.
     assert check_scene(draw_scene(number)).findings == []
 
 

@@ -47,6 +47,18 @@ def test_first_deviating_impact_ends_the_horizon(certified: CertifiedTrace, pic:
         assert not found.covers_the_scene
 
 
+@each("side", ["first_after", "second_after"])
+def test_wrong_spin_ends_the_horizon(side: str) -> None:
+    """The horizon ends before an impact after which a spin is off by more than the tolerance, relative to the speed."""
+    scene = carom.scene("spin/throw-stick")
+    certified, pic = certify(scene), solve_pic(scene)
+    assert compute_horizon(certified, pic, tolerance=1e-6).agreed == 1
+    spins = require_value(pic.spins).copy()
+    spins[side][0] += 1e-3
+    found = compute_horizon(certified, dataclasses.replace(pic, spins=spins), tolerance=1e-6)
+    assert (found.agreed, found.order_differs) == (0, None)
+
+
 def test_horizon_ends_where_the_order_of_impacts_differs(certified: CertifiedTrace, pic: Trace) -> None:
     """An impact of other bodies than the certified one ends the horizon and is named."""
     other = 14 if pic.impacts["first"][25] != 14 else 13
