@@ -5,7 +5,7 @@ from functools import cache
 
 import pytest
 from tests.cases import each
-from tests.scene_builders import build_line_scene, disc_at, staged
+from tests.scene_builders import build_line_scene, disc_at, staged, wall_at
 from tests.unit.solvers.pit.run_forms import (
     assert_identical,
     collect_bits,
@@ -60,6 +60,29 @@ def test_skipping_saves_99_percent_of_the_pair_tests() -> None:
     assert collect_bits(fast) == collect_bits(plain)
     assert len(plain.log) > 100
     assert fast.counts["pair_tests"] * 100 <= plain.counts["pair_tests"]
+
+
+def test_plain_loop_makes_every_test_at_every_frame() -> None:
+    """At each frame the plain loop tests all pairs of 20 discs, and each disc with each wall. Skipping tests fewer."""
+    scene = build_gas_scene(20, 0.3, duration_s=1.0)
+    clock = FrameClock(rate_hz=60.0)
+    counts, fewer = (run_to_end(scene, clock, list_compiled_forms()[name]).counts for name in ("plain", "default"))
+    assert counts["frames_looked_at"] == counts["frames"]
+    assert counts["pair_tests"] == counts["frames"] * (20 * 19 // 2 + 20 * len(scene.walls))
+    assert fewer["pair_tests"] < counts["pair_tests"]
+
+
+def test_default_run_stops_skipping_where_it_does_not_pay() -> None:
+    """Where all discs are due at every frame, the default run makes at most 10% more tests than the plain loop."""
+    discs = [disc_at(k, 0.0, 50.0 * (-1) ** k) for k in range(12)]
+    walls = [wall_at(-0.5, 0, 1, 0), wall_at(11.5, 0, -1, 0)]
+    scene = staged("crush", *discs, *walls, duration_s=40.0)
+    clock = FrameClock(rate_hz=20.0)
+    run = run_to_end(scene, clock, list_compiled_forms()["default"])
+    tests = 800 * (12 * 11 // 2 + 12 * 2)
+    assert collect_bits(run) == collect_bits(run_to_end(scene, clock))
+    assert run.counts["pair_tests"] <= 1.1 * tests
+    assert run_to_end(scene, clock, list_compiled_forms()["always skipping"]).counts["pair_tests"] > 1.5 * tests
 
 
 def test_signs_of_zeros_match_the_plain_loop() -> None:
