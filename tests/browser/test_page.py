@@ -52,9 +52,9 @@ def test_bar_parts_match_the_number_of_scenes(window: Window, wide_report: Path)
 def test_profile_switch_filters_both_tables(window: Window, wide_report: Path) -> None:
     """Choosing a profile, or the filter, shows its rows and columns and Carom's; without scripts all show."""
     page = window(wide_report)
-    switch, beside = page.locator("fieldset.switch"), page.locator(".filters").get_by_label("profile")
+    switch, profile_filter = page.locator("fieldset.switch"), page.locator(".filters").get_by_label("profile")
     assert switch.get_by_label("default").is_checked()  # as shipped, where a report has it
-    assert beside.input_value() == "default"
+    assert profile_filter.input_value() == "default"
     assert page.locator("table.methods tbody tr:visible").count() == 5
     switch.get_by_label("all").check()
     every = page.locator("table.methods tbody tr:visible").count()
@@ -62,8 +62,8 @@ def test_profile_switch_filters_both_tables(window: Window, wide_report: Path) -
         if name == "located":
             switch.get_by_label(name).check()
         else:
-            beside.select_option(name)
-        assert beside.input_value() == name
+            profile_filter.select_option(name)
+        assert profile_filter.input_value() == name
         assert switch.get_by_label(name).is_checked()
         methods = page.locator("table.methods tbody tr:visible th").all_inner_texts()
         assert [method for method in methods if not method.endswith(name)] == ["PIT"]

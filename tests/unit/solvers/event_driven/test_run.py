@@ -15,14 +15,10 @@ from tests.unit.solvers.run_kinds import all_pairs
 from carom import Outcome, Scene, solve_pic
 from carom.errors import InputError
 from carom.model.disc_arrays import DiscArrays
-from carom.model.trace import IMPACT_DTYPE, SPIN_DTYPE
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.pic import start_pic_run
-from carom.solvers.rows import CONTACT_DTYPE
 from carom.solvers.run import Run
 from carom.studies.bench.gas import build_hard_disc_gas
-
-core_functions = pytest.importorskip("tests.core_functions")
 
 
 def collect_outcome(run: EventDrivenRun) -> tuple[bytes, bytes, bytes]:
@@ -150,31 +146,3 @@ def test_wall_that_is_reached_after_1e300_s_is_never_met() -> None:
     assert run.advance_to(1.0) is Outcome.COMPLETED
     assert run.advance_to(math.inf) is Outcome.COMPLETED
     assert run.impacts == 0
-
-
-@each("cells", [3, 4, 8])
-def test_discs_that_touch_across_a_cell_meet_in_order_of_time(cells: int) -> None:
-    r"""A disc that touches another one almost a cell away meets it before a third disc does.
-
-    A cell is a thousandth wider than two discs. If it were narrower by 2^-10, these discs would touch across a whole
-    cell. Equal discs exchange their velocities at 0.75 s, 0.75015 s and 0.7503 s.
-    """
-    place = cells * (1.0 - 2.0**-10) + 0.9986
-    moves = [disc_at(place - 0.75, 0.0, 1.0), disc_at(place + 1.0, 0.0), disc_at(place + 2.7503, 0.0, -1.0)]
-    rest = [disc_at(place + 5.0 + 1.2 * k, 0.0) for k in range(9)]
-    impacts = solve_pic(staged("cells", disc_at(0.0, 0.0), *moves, *rest, duration_s=1.0)).impacts
-    assert impacts[["first", "second"]].tolist() == [(1, 2), (2, 3), (1, 2)]
-    assert impacts["time_s"] == pytest.approx([0.75, 0.75015, 0.7503], rel=1e-14)
-
-
-# Rows of the kernel --------------------------------------------------------------------------------------------------
-
-
-@each("name, dtype", [("Impact", IMPACT_DTYPE), ("Spins", SPIN_DTYPE), ("Contact", CONTACT_DTYPE)])
-def test_kernel_structs_match_the_dtypes_of_a_trace(name: str, dtype: np.dtype[np.void]) -> None:
-    """The kernel's structs have the fields of the trace's arrays, with the same order, offsets and types."""
-    struct = core_functions.layouts()[name]
-    assert struct.itemsize == dtype.itemsize
-    kinds = [(kind.base, kind.shape, place) for kind, place in (struct.fields[name] for name in struct.names)]
-    expected = [require_value(dtype.fields)[name][:2] for name in require_value(dtype.names)]
-    assert kinds == [(kind.base, kind.shape, place) for kind, place in expected]
