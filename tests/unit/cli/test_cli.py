@@ -9,7 +9,7 @@ import shlex
 import subprocess
 import sys
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +33,7 @@ from carom.cli.error_handling import guard_journals
 from carom.engines.api import Profile
 from carom.errors import InputError
 from carom.execution import describe_engines
+from carom.execution.results import Row
 from carom.model.scene_file import build_scene_schema
 from carom.report.results_file.line_codec import build_records_schema
 from carom.studies.tune.search import KnobSearch
@@ -58,6 +59,21 @@ def test_fail_on_sets_the_exit_code_of_a_missed_impact(fail_on: str, code: int, 
     arguments = ("run", "paper/missed", "-e", "pit", "--dt", "1/24", "--no-timing", "--report", tmp_path)
     assert carom_command(*arguments, "--fail-on", fail_on).exit_code == code
     assert f'failures="{code}"' in (tmp_path / "junit.xml").read_text()
+
+
+@pytest.mark.usefixtures("in_process", "blank_pages")
+def test_run_times_engines_only_for_a_report(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """`carom run` times runs only if it writes a report, since nothing else shows run times."""
+    timed: list[int] = []
+
+    def count_rows(rows: Sequence[Row], _observer: object) -> dict[object, Row]:
+        timed.append(len(rows))
+        return {}
+
+    monkeypatch.setattr("carom.studies.cross_check.run._time_jobs", count_rows)
+    for words in ((), ("--out", tmp_path)):
+        carom_command("run", "paper/missed", "-e", "pit", "--dt", "1/24", *words)
+    assert timed == [0, 1]
 
 
 @pytest.mark.usefixtures("in_process")

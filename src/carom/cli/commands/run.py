@@ -69,7 +69,8 @@ def run(
     from carom.support.folders import claim_while_writing
 
     out = out or report
-    options = replace(options, samples=out is not None)
+    # only a report shows pictures and run times
+    options = replace(options, samples=out is not None, timing=options.timing and out is not None)
     loaded_scenes = arguments.load_scenes(scenes or [])
     if out is None and (resume or retry):
         raise InputError("--resume and --retry need the output folder: give --out")

@@ -115,7 +115,7 @@ class Options(LimitOptions):
         CERTIFY_SECONDS, build_seconds_kind(), "Seconds per certified run.", "--certify-time"
     )
     timing: bool = declare_option(
-        True, build_flag_kind(), "Time each scene at its largest step size.", "--timing/--no-timing"
+        True, build_flag_kind(), "For the report, time each scene at its largest step size.", "--timing/--no-timing"
     )
     samples: bool = declare_option(True, build_flag_kind(), "Whether to keep states for drawing.")
 
