@@ -1,17 +1,19 @@
 """Journals: append-only files with one line of JSON per result. An interrupted study resumes from its journal.
 
-Each append writes complete lines at once, and returns when the lines are on the disk. A process that is killed during a
-write can leave an incomplete last line. This line is removed when the journal is opened again. The first line
-identifies the study. A float is written as the shortest text that reads back as the same float. NaN and infinities are
-written as strings. Control characters are escaped, so that a line contains no line break.
+Each append writes complete lines at once. A process that is killed loses no complete line, but can leave an incomplete
+last line. This line is removed when the journal is opened again. The first line identifies the study. A float is
+written as the shortest text that reads back as the same float. NaN and infinities are written as strings. Control
+characters are escaped, so that a line contains no line break.
 """
 
 from __future__ import annotations
 
 import errno
 import json
+import math
 import mmap
 import os
+import time
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -34,6 +36,10 @@ JOURNAL_FORMAT = 7
 #: Longest line, in bytes. Reading a longer line would take hundreds of megabytes of memory. A result that needs a
 #: longer line is not stored, and a resumed study computes the result again.
 LONGEST_LINE = 64 * 2**20
+
+#: A line that is written is flushed to the disk if the last flush was at least this many seconds ago. A flush can take
+#: as long as a run. A power failure loses the lines that were not flushed; the end of a process loses none.
+FLUSH_PERIOD_S = 1.0
 _REMOVE = "remove the line, or name another folder"
 
 K = TypeVar("K")
@@ -106,6 +112,7 @@ class Journal(MemoryJournal[K, T], Closeable):
     ) -> None:
         super().__init__()
         self.path = path
+        self._flushed_s = -math.inf
         self._codec = Codec[JournalEntry[K, T]](kind)
         self._file = os.open(path, os.O_RDWR | os.O_APPEND | os.O_CREAT, 0o644)
         try:
@@ -120,7 +127,7 @@ class Journal(MemoryJournal[K, T], Closeable):
         super().add(entry for entry in stored if not (retry and entry.cut_off))
 
     def add(self, entries: Iterable[JournalEntry[K, T]]) -> None:
-        """Write entries with a single system call, and return when they are on the disk."""
+        """Write entries with a single system call."""
         added = list(entries)
         lines = (escape_controls(self._codec.dumps(entry).decode()).encode() for entry in added)
         self._append(line for line in lines if len(line) <= LONGEST_LINE)
@@ -137,7 +144,9 @@ class Journal(MemoryJournal[K, T], Closeable):
         data = b"".join(line + b"\n" for line in lines)
         if os.write(self._file, data) != len(data):  # the disk is full; the next start removes the incomplete line
             raise OSError(errno.ENOSPC, "no space left for results", str(self.path))
-        os.fsync(self._file)
+        if time.monotonic() - self._flushed_s >= FLUSH_PERIOD_S:
+            os.fsync(self._file)
+            self._flushed_s = time.monotonic()
 
     def _read(self, stamp: Mapping[str, Any]) -> list[JournalEntry[K, T]]:
         """Return the entries of the file. Write the first line into an empty file."""

@@ -145,6 +145,7 @@ def test_interrupt_while_syncing_keeps_the_first_entry(tmp_path: Path, monkeypat
         raise KeyboardInterrupt
 
     journal = score_journal(path)
+    monkeypatch.setattr("carom.execution.journal.FLUSH_PERIOD_S", 0.0)
     monkeypatch.setattr(os, "fsync", interrupted)
     with pytest.raises(KeyboardInterrupt):
         journal.add([build_entry(0.1)])
