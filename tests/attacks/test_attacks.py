@@ -10,7 +10,7 @@ from random import Random
 
 import pytest
 from tests.attacks import __main__ as campaign
-from tests.cases import each
+from tests.cases import each, long_until
 from tests.fake_clock import Clock
 
 from carom.engines.registry import list_adapter_points
@@ -25,7 +25,7 @@ assert {*QUICK, *SLOW} == {*campaign.ATTACKS}
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="processes and limits are Linux's")
-@each("name, tries", [*QUICK.items(), *(pytest.param(*one, marks=pytest.mark.release) for one in SLOW.items())])
+@each("name, tries", long_until(len(QUICK), [*QUICK.items(), *SLOW.items()]))
 def test_short_attacks_lose_nothing(name: str, tries: int, tmp_path: Path) -> None:
     """A few tries of each attack, always from the same seeds, find no loss and leave no adapter behind."""
     if name == "clusters" and importlib.util.find_spec("distributed") is None:

@@ -14,7 +14,7 @@ from tests.campaign.envelope import EnvelopeMode, compute_envelope
 from tests.campaign.feature_checks import Check, check_scene
 from tests.campaign.feature_scenes import Law, draw_scene, law_of
 from tests.campaign.transformation import rotate_scene
-from tests.cases import each, release_after
+from tests.cases import each, long_until, release_after
 from tests.scene_builders import alter_impact, disc_at, require_value, staged, wall_at
 
 from carom import Chain, Disc, Mode, Outcome, Ring, Scene, Trace, Wall, load_scene, solve_pic
@@ -58,6 +58,7 @@ def test_campaign_scenes_have_no_findings(laws: set[Law], count: int) -> None:
     assert certified > impacts / 2 > len(scenes)
 
 
+@pytest.mark.long
 def test_campaign_scenes_have_every_feature() -> None:
     """Each law, and each kind of wall and disc, occurs in sixty scenes, and a number always gives the same scene."""
     scenes = [draw_scene(number) for number in range(60)]
@@ -182,6 +183,7 @@ def test_fault_of_a_contact_mode_is_found() -> None:
         assert find_certified_kinds(check_scene(scene, solve_with(doctor))) == {Kind.MODE.value}
 
 
+@pytest.mark.long
 def test_contact_may_replace_hops_below_the_gap_resolution() -> None:
     """Certified bounces after PIC's contact are no finding if they are lower than the resolution of the gap."""
     checked = check_scene(BOWL)
@@ -211,7 +213,7 @@ EXPLAINED = {
 }
 
 
-@each("number", release_after(4, EXPLAINED))
+@each("number", long_until(4, EXPLAINED))
 def test_differences_explained_by_rounding_are_no_findings(number: int) -> None:
     """Scenes whose differences rounding explains have no findings."""
     assert check_scene(draw_scene(number)).findings == []
