@@ -114,16 +114,18 @@ class ClusterPool(Pool):
         lost_tasks = []
         with self._watch_workers(submitted) as reasons:
             for future in distributed.as_completed(list(submitted), loop=self._client.loop):
-                name = submitted.pop(future)
+                name = submitted[future]
                 try:
                     results: list[T] = future.result()
                 except distributed.scheduler.KilledWorker:
                     lost_tasks.append(name)
                 except (distributed.CancelledError, distributed.comm.CommClosedError):
                     why = "".join(reasons) or f"the Dask scheduler at {self._address} went away"
-                    raise ClusterError(f"{why}; tasks left: {len(submitted) + 1}", hints=[_CONTINUE]) from None
+                    raise ClusterError(f"{why}; tasks left: {len(submitted)}", hints=[_CONTINUE]) from None
                 else:
                     yield results
+                # Only now: a result whose worker was lost after its task is awaited until its future is cancelled.
+                del submitted[future]
                 future.release()
         if lost_tasks:
             problem = f"workers of the cluster at {self._address} ended; tasks lost"

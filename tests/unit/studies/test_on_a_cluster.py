@@ -8,9 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.attacks.clusters import start_cluster
 from tests.cases import each
 
 import carom
+from carom.execution import cluster
+from carom.execution.cluster import ClusterError
 from carom.execution.journal import MemoryJournal
 from carom.studies.bench.options import BenchPlan
 from carom.studies.bench.run import measure_work_precision
@@ -100,3 +103,22 @@ def test_study_from_a_cluster_resumes_locally(address: str, tmp_path: Path) -> N
     before = (tmp_path / JOURNAL).read_bytes()
     assert run_stress_campaign(["tunnelling"], options, out=tmp_path, resume=True).cells == there.cells
     assert (tmp_path / JOURNAL).read_bytes() == before
+
+
+def test_worker_lost_before_its_result_is_fetched_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """If the only worker is lost after a task and before its result is fetched, an error reports the lost worker."""
+    distributed: Any = pytest.importorskip("distributed", reason="distributed, extra cluster, is not installed")
+    completed = distributed.as_completed
+
+    with start_cluster(tmp_path) as (address, (_, worker)):
+
+        def lose_worker(futures: list[Any], **options: Any) -> Iterator[Any]:
+            for future in completed(futures, **options):
+                worker.kill()
+                worker.wait()
+                yield future
+
+        monkeypatch.setattr(distributed, "as_completed", lose_worker)
+        monkeypatch.setattr(cluster, "WORKERLESS_S", 2.0)
+        with pytest.raises(ClusterError, match="had no worker for 2 s; tasks left: 1"):
+            carom.run("paper/missed", "pit", scheduler=address)
