@@ -2,27 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from carom.model.trace import Trace, turn_times
-from carom.report.tracks import Track, Turning, build_reference_tracks, compute_turnings, list_sampled_positions
+from carom.report.tracks import Array, Track, Turning, build_reference_tracks, compute_turnings, list_sampled_positions
 
 #: Number of straight pieces with which a parabola is drawn. The pieces differ from the parabola by at most 1/576 of its
 #: height, which is less than the width of a line in any picture.
 _PIECES_OF_A_PARABOLA = 24
-
-
-@dataclass(frozen=True)
-class ImpactPosition:
-    """Position of a disc at the instant of one of its impacts."""
-
-    disc: int
-    time_s: float
-    position_m: NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -31,22 +20,17 @@ class Paths:
 
     Attributes:
         lines: For each disc, times and positions of its centre, shapes ``(k,)`` and ``(k, 2)``.
-        impact_positions: Position of each disc at each of its impacts.
+        impacts: For each disc, times of its impacts and its positions at these times, with the same shapes.
         turned: Rotation of each disc over time; empty if no disc turns.
         sampled: Whether the points of the lines are the positions at the recorded steps.
     """
 
-    lines: tuple[tuple[NDArray[np.float64], NDArray[np.float64]], ...]
-    impact_positions: tuple[ImpactPosition, ...]
+    lines: tuple[tuple[Array, Array], ...]
+    impacts: tuple[tuple[Array, Array], ...] = ()
     turned: tuple[Turning, ...] = ()
     sampled: bool = False
 
-    def position_at(self, disc: int, time_s: float) -> NDArray[np.float64]:
-        """Return the position of a disc at a time."""
-        times, points = self.lines[disc]
-        return np.array([np.interp(time_s, times, points[:, axis]) for axis in (0, 1)])
-
-    def compute_bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def compute_bounds(self) -> tuple[Array, Array]:
         """Return the smallest and the largest coordinates of all centres."""
         points = np.concatenate([points for _, points in self.lines])
         points = points[np.isfinite(points).all(axis=1)]
@@ -61,14 +45,12 @@ def build_exact_paths(trace: Trace) -> Paths:
     With gravity, a flight is a parabola, which is drawn as a chain of short lines.
     """
     tracks = build_reference_tracks(trace)
-    turns = _list_turns(trace, trace.impacts["time_s"])
-    impact_positions = tuple(
-        ImpactPosition(disc, time, tracks[disc].positions_at(np.array([time]))[0]) for disc, time in turns
-    )
-    return Paths(tuple(map(_build_line, tracks)), impact_positions, compute_turnings(trace))
+    impact_times = _group_by_disc(trace, trace.impacts["time_s"])
+    impacts = tuple((times, track.positions_at(times)) for times, track in zip(impact_times, tracks, strict=True))
+    return Paths(tuple(map(_build_line, tracks)), impacts, compute_turnings(trace))
 
 
-def _build_line(track: Track) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _build_line(track: Track) -> tuple[Array, Array]:
     pieces = np.where(track.pulls_m_s2.any(axis=1), _PIECES_OF_A_PARABOLA, 1).tolist()
     flights = zip(track.time_s[:-1].tolist(), np.diff(track.time_s).tolist(), pieces, strict=True)
     times = np.array(
@@ -77,10 +59,10 @@ def _build_line(track: Track) -> tuple[NDArray[np.float64], NDArray[np.float64]]
     return times, track.positions_at(times)
 
 
-def _list_turns(trace: Trace, time_s: NDArray[np.float64]) -> Iterator[tuple[int, float]]:
-    """Yield the discs that take part in each impact, with the impact's time."""
-    for impact, time in zip(trace.impacts, time_s.tolist(), strict=True):
-        yield from ((int(impact[side]), time) for side in ("first", "second") if impact[side] >= 0)
+def _group_by_disc(trace: Trace, time_s: Array) -> list[Array]:
+    """Return for each disc the times of its impacts. `time_s` contains the times of all impacts."""
+    first, second = trace.impacts["first"], trace.impacts["second"]
+    return [time_s[(first == disc) | (second == disc)] for disc in range(len(trace.scene.discs))]
 
 
 def build_observed_paths(trace: Trace) -> Paths:
@@ -92,10 +74,11 @@ def build_observed_paths(trace: Trace) -> Paths:
         return build_exact_paths(trace)
     times, positions = sampled
     lines = tuple((times, positions[:, disc]) for disc in range(positions.shape[1]))
-    paths = Paths(lines, (), compute_turnings(trace), sampled=True)
-    turns = _list_turns(trace, turn_times(trace))
-    found = tuple(ImpactPosition(disc, time, paths.position_at(disc, time)) for disc, time in turns)
-    return replace(paths, impact_positions=found)
+    impacts = tuple(
+        (time_s, np.stack([np.interp(time_s, times, axis) for axis in points.T], axis=-1))
+        for time_s, (_, points) in zip(_group_by_disc(trace, turn_times(trace)), lines, strict=True)
+    )
+    return Paths(lines, impacts, compute_turnings(trace), sampled=True)
 
 
 def compute_extent(trace: Trace) -> float:

@@ -9,13 +9,12 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from carom.model.scene import Wall
 from carom.model.trace import Trace
 from carom.model.walls import move_wall
 from carom.report import formatting
-from carom.report.paths import ImpactPosition, Paths, build_exact_paths, build_observed_paths
+from carom.report.paths import Paths, build_exact_paths, build_observed_paths
 from carom.report.shapes import (
     Circle,
     Dots,
@@ -29,6 +28,7 @@ from carom.report.shapes import (
     render_svg,
 )
 from carom.report.svg import INK, MUTED, SERIES, WALL, build_figure, render, use_drawing_style
+from carom.report.tracks import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -37,9 +37,9 @@ if TYPE_CHECKING:
     from carom.model.scene import Scene
     from carom.model.walls import AnyWall
 
-Limits = tuple[NDArray[np.float64], NDArray[np.float64]]
+Limits = tuple[Array, Array]
 #: Discs with the positions at which a picture shows them for a missed impact.
-_Misses = Sequence[tuple[int, NDArray[np.float64]]]
+_Misses = Sequence[tuple[int, Array]]
 
 _WIDTH_PT, _PT_PER_IN = 237.6, 72.0
 #: Smallest and largest height of a picture, as a fraction of its width. A flat scene gets empty space above and below.
@@ -82,7 +82,7 @@ def draw_pair(reference: Trace, observed: Trace, missed: Sequence[int], labels: 
         sides = zip((right, found), labels, strict=True)
         return [_render_over_time(scene, paths, axis, limits, label) for paths, label in sides]
     misses = _find_missed_frames(reference, found, missed) if len(missed) <= _MOST_MISSES else []
-    dotted = max(len(right.impact_positions), len(found.impact_positions)) > _MOST_IMPACT_POSITIONS
+    dotted = _has_many_impacts(right, found)
     low, high = _extend_to_shape(limits)
     return [
         render_svg(_list_shapes(scene, paths, (low, high), shown, dotted=dotted), low, high, _WIDTH_PT, label)
@@ -100,7 +100,7 @@ def draw_traces(several: Sequence[Axes], traces: Sequence[Trace]) -> None:
     corners = [compute_limits(scene, paths[0], other) for other in paths]
     limits = np.min([low for low, _ in corners], axis=0), np.max([high for _, high in corners], axis=0)
     axis = _find_axis_of_motion(paths[0], scene)
-    dotted = max(len(one.impact_positions) for one in paths) > _MOST_IMPACT_POSITIONS
+    dotted = _has_many_impacts(*paths)
     for axes, one in zip(several, paths, strict=True):
         if axis is not None:
             _draw_over_time(axes, scene, one, axis, limits)
@@ -111,10 +111,15 @@ def draw_traces(several: Sequence[Axes], traces: Sequence[Trace]) -> None:
 def draw_start(axes: Axes, scene: Scene) -> None:
     """Draw the discs and walls of a scene at the start, with velocities as arrows."""
     start = scene.arrays
-    paths = Paths(tuple((np.zeros(1), place[None]) for place in start.position_m), ())
+    paths = Paths(tuple((np.zeros(1), place[None]) for place in start.position_m))
     _draw_in_plane(axes, scene, paths, compute_limits(scene, paths, paths), dotted=False)
     if start.velocity_m_s.any():
         axes.quiver(*start.position_m.T, *start.velocity_m_s.T, angles="xy", color=INK, width=0.006, zorder=5)
+
+
+def _has_many_impacts(*paths: Paths) -> bool:
+    """Whether at least one of several pictures has too many impacts for circles, so that all pictures have dots."""
+    return any(sum(len(times) for times, _ in one.impacts) > _MOST_IMPACT_POSITIONS for one in paths)
 
 
 def _find_axis_of_motion(paths: Paths, scene: Scene) -> int | None:
@@ -197,20 +202,19 @@ def _list_shapes(scene: Scene, paths: Paths, limits: Limits, misses: _Misses = (
         yield Number(points[0], k)
         if paths.sampled and len(points) <= _MOST_FRAMES:
             yield Dots(points, _FRAME_DOT_PT, Style(4, fill=_colour_of(k)))
-    for k, impact_positions in _group_by_disc(scene, paths):
+    for k, times, points in _list_impacts_by_disc(scene, paths):
         if dotted:
-            places = np.array([point.position_m for point in impact_positions])
-            yield Dots(places, _IMPACT_DOT_PT, Style(4, fill=_colour_of(k)))
+            yield Dots(points, _IMPACT_DOT_PT, Style(4, fill=_colour_of(k)))
             continue
-        for point in impact_positions:
-            yield from _list_disc_shapes(scene, k, point.position_m, Style(3.5, width_pt=1.5, opacity=0.16))
-            yield from _mark_angle(scene, paths, k, point.position_m, point.time_s)
+        for time_s, point in zip(times.tolist(), points, strict=True):
+            yield from _list_disc_shapes(scene, k, point, Style(3.5, width_pt=1.5, opacity=0.16))
+            yield from _mark_angle(scene, paths, k, point, time_s)
     for disc_number, centre in misses:
         style = Style(3.6, edge=_colour_of(disc_number), dashes_pt=(2.5, 2.0))
         yield Circle(centre, scene.discs[disc_number].radius_m, style)
 
 
-def _list_disc_shapes(scene: Scene, disc: int, centre: NDArray[np.float64], style: Style) -> Iterator[Shape]:
+def _list_disc_shapes(scene: Scene, disc: int, centre: Array, style: Style) -> Iterator[Shape]:
     """Yield a disc's area, with the style's opacity, and its opaque outline."""
     radius, colour = scene.discs[disc].radius_m, _colour_of(disc)
     if style.opacity:
@@ -218,7 +222,7 @@ def _list_disc_shapes(scene: Scene, disc: int, centre: NDArray[np.float64], styl
     yield Circle(centre, radius, replace(style, edge=colour, opacity=1.0, order=style.order + 0.1))
 
 
-def _mark_angle(scene: Scene, paths: Paths, disc: int, centre: NDArray[np.float64], time_s: float) -> Iterator[Shape]:
+def _mark_angle(scene: Scene, paths: Paths, disc: int, centre: Array, time_s: float) -> Iterator[Shape]:
     """Yield the outer part of a radius, which shows the angle of a turning disc."""
     if paths.turned:
         angle = paths.turned[disc].angle_at(time_s)
@@ -227,11 +231,11 @@ def _mark_angle(scene: Scene, paths: Paths, disc: int, centre: NDArray[np.float6
         yield Line(ends, Style(3.7, edge=_colour_of(disc), width_pt=1.5))
 
 
-def _group_by_disc(scene: Scene, paths: Paths) -> Iterator[tuple[int, list[ImpactPosition]]]:
-    for k, disc in enumerate(scene.discs):
-        impact_positions = [point for point in paths.impact_positions if point.disc == k]
-        if impact_positions and not disc.immovable:
-            yield k, impact_positions
+def _list_impacts_by_disc(scene: Scene, paths: Paths) -> Iterator[tuple[int, Array, Array]]:
+    """Yield each movable disc that has an impact, with the times and positions of its impacts."""
+    for k, (times, points) in enumerate(paths.impacts):
+        if len(times) and not scene.discs[k].immovable:
+            yield k, times, points
 
 
 def set_limits(axes: Axes, limits: Limits) -> None:
@@ -312,8 +316,8 @@ def _draw_over_time(axes: Axes, scene: Scene, paths: Paths, axis: int, limits: L
                 axes.fill_betweenx(times_s, [begin + wall.drive.moved_at(t)[axis] for t in times_s], end, **solid)
             else:
                 axes.axvspan(begin, end, **solid)
-    for k, impact_positions in _group_by_disc(scene, paths):
-        places = [(point.position_m[axis], point.time_s) for point in impact_positions]
+    for k, times, points in _list_impacts_by_disc(scene, paths):
+        places = np.column_stack([points[:, axis], times])
         draw_on_axes(axes, [Dots(places, _IMPACT_DOT_PT, Style(4, fill=_colour_of(k)))])
     axes.set_xlim(low, high)
     axes.set_ylim(0.0, scene.duration_s)

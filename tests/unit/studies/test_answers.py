@@ -29,7 +29,7 @@ from carom.report import formatting
 from carom.report.document import Document
 from carom.report.impact_rows import build_impact_rows
 from carom.studies.advise.document import build_advice_document
-from carom.studies.advise.run import Advice, UnsearchedMethod
+from carom.studies.advise.run import Advice
 from carom.studies.advise.step_search import SearchEnding, StepRange
 from carom.studies.bench.document import build_bench_document
 from carom.studies.bench.growth_document import build_growth_document
@@ -159,8 +159,8 @@ def test_advice_without_failing_step_is_any_tested_step() -> None:
     assert list_range_rows(refused)[0].count("refused") == 2
     full = " ".join(print_document(build_advice_document(refused), 200, full=True))
     assert "Not run: box2d default at 2 steps per second (too far a step)." in full
-    unable = UnsearchedMethod(Method("box2d", "default"), "the scene has walls")
-    assert "Not run: box2d default (the scene has walls)." in render_advice(replace(found, unable=(unable,)))
+    unable = {Method("box2d", "default"): "the scene has walls"}
+    assert "Not run: box2d default (the scene has walls)." in render_advice(replace(found, unable=unable))
 
 
 def test_located_methods_are_last_and_not_recommended() -> None:

@@ -6,6 +6,7 @@ import math
 import shlex
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
+from typing import TYPE_CHECKING
 
 from carom.engines.registry import format_engine_argument
 from carom.model.trace import body_name
@@ -13,10 +14,12 @@ from carom.report import formatting
 from carom.report.document import Block, Code, Column, Document, Figure, Figures, Lines, Media, Section, Table, Text
 from carom.report.provenance import build_provenance
 from carom.studies.advise.figure import render_advice_svg
-from carom.studies.advise.run import Advice
 from carom.studies.advise.step_search import CONFIRM, SearchEnding, StepAdvice, StepRange, count_steps_per_frame
 from carom.studies.advise.step_trial import StepTrial
 from carom.support.formatting import format_step_option
+
+if TYPE_CHECKING:
+    from carom.studies.advise.run import Advice
 
 #: Name of the study in its output folders.
 PURPOSE = "advise"
@@ -108,21 +111,21 @@ def _build_headline(advice: Advice) -> Iterator[str]:
         without_miss = _describe_longest_step(advice, lambda answer: answer.never_misses)
         yield f"{advice.scene.name}: to miss no impact, {without_miss}."
         target = f"For a direction error of at most {_format_target_angle(advice)}"
-        if advice.target.miss_probability > 0:
-            most = formatting.format_percent(advice.target.miss_probability)
+        if advice.options.miss_probability > 0:
+            most = formatting.format_percent(advice.options.miss_probability)
             target += f", with misses at no more than {most} of phases"
         yield f"{target}, {_describe_longest_step(advice, lambda answer: answer.meets_target)}."
     else:
         yield f"{advice.scene.name}: no engine was tested."
     if needed := _describe_pit_steps(advice):
         yield f"PIT (one check per step) needs {needed}."
-    reasons = formatting.group_by((unable.reason, unable.method.label) for unable in advice.unable)
+    reasons = formatting.group_by((reason, method.label) for method, reason in advice.unable.items())
     for reason, names in reasons.items():
         yield f"Not run: {formatting.join_words(names)} ({reason})."
 
 
 def _format_target_angle(advice: Advice) -> str:
-    return _format_degrees(advice.target.direction_error_rad)
+    return _format_degrees(advice.options.direction_error_rad)
 
 
 def _describe_longest_step(advice: Advice, criterion: Callable[[StepAdvice], StepRange]) -> str:
@@ -232,14 +235,14 @@ def _build_notes(advice: Advice) -> Iterator[str]:
         never_misses = answer.never_misses
         for found, result in ((never_misses, "misses no impact"), (answer.meets_target, "meets the target")):
             is_repeated = result != "misses no impact" and found.finer_failures == never_misses.finer_failures
-            if found.monotone or is_repeated:
+            if is_repeated or not found.finer_failures:
                 continue
             passing, failing = _format_rates(found.coarser_passes), _format_rates(found.finer_failures)
             where = f"at {passing} steps per second, but fails at {failing}"
             yield f"Smaller steps are not always better: {answer.method.label} {result} {where}."
     stopped = [answer.method.label for answer in advice.answers if answer.ending is SearchEnding.BUDGET]
     if stopped:
-        budget = f"its budget of {advice.budget_steps} engine steps (--budget)"
+        budget = f"its budget of {advice.options.budget_steps} engine steps (--budget)"
         yield f"For {formatting.join_words(stopped)}, the search stopped at {budget}."
     for answer in advice.answers:
         if answer.ending is SearchEnding.BROKE:
@@ -302,10 +305,11 @@ def _describe_search(advice: Advice, rows: Sequence[StepAdvice]) -> Iterator[str
     for one in rows:
         if one.refused_s is not None:
             yield f"Not run: {one.method.label} at {_format_rate(one.refused_s)} steps per second ({one.refusal})."
+    phases = advice.options.phases
     yield (
-        f"Each step size was tested at {formatting.format_count(advice.phases, 'phase')} that are spread evenly "
-        "over a step, and at phases at which a step ends just before one of the hardest impacts. The largest step "
-        f"size of each range was tested at {max(CONFIRM, advice.phases)} phases."
+        f"Each step size was tested at {formatting.format_count(phases, 'phase')} that are spread evenly over "
+        "a step, and at phases at which a step ends just before one of the hardest impacts. The largest step "
+        f"size of each range was tested at {max(CONFIRM, phases)} phases."
     )
 
 
@@ -327,14 +331,14 @@ def _describe_hardest_impact(advice: Advice) -> str:
     bodies = f"{body_name(impact.first)} and {body_name(impact.second)}"
     bodies_and_time = f"between {bodies} at {formatting.format_number(impact.time_s, 4)} s"
     which = "The only impact is" if advice.impacts == 1 else f"The hardest of {advice.impacts} impacts is"
-    window = impact.limit.window
+    window = impact.window
     if window is None:
         return f"{which} {bodies_and_time}: {impact.cause.value}."
     speed, reach = formatting.format_number(window.speed_m_s), formatting.format_number(window.reach_m)
     size = f"relative speed {speed} m/s, centres {reach} m apart"
     offset = formatting.format_number(window.relative_offset, 4)
     why = impact.cause.value.format(offset=offset, size=size)
-    late = impact.limit.direction_dt_s
+    late = impact.direction_dt_s
     direction = f"error is too large if the impact is found more than {formatting.format_seconds(late)} late"
     if math.isinf(late):
         direction = "meets the target even if the impact is found late"

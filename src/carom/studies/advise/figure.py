@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 from carom.report.notebook import render_picture
 from carom.report.svg import INK, choose_line_style, format_tick
-from carom.studies.advise.run import Advice
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from carom.studies.advise.run import Advice
 
 #: Smallest error in the diagram, in degrees. It is larger than the rounding error of a direction, and smaller than any
 #: target.
@@ -46,7 +47,7 @@ def draw_advice(advice: Advice, axes: Axes, *, narrow: bool = False) -> None:
         ]
         if lossy_points:
             axes.plot(*zip(*lossy_points, strict=True), "x", color=style["color"], markersize=9.0)
-    target_degrees = math.degrees(advice.target.direction_error_rad)
+    target_degrees = math.degrees(advice.options.direction_error_rad)
     axes.axhline(
         target_degrees, color=INK, linewidth=0.8, linestyle=":", label=f"target: {format_tick(target_degrees, 0.0)}°"
     )

@@ -11,10 +11,11 @@ from __future__ import annotations
 import math
 import time
 from bisect import bisect_left, bisect_right
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import partial
+from typing import TYPE_CHECKING
 
 from carom.comparator.horizon import estimate_horizon
 from carom.engines.registry import EngineInfo
@@ -28,10 +29,17 @@ from carom.execution.scene_reference import solve_reference
 from carom.execution.settings_code import find_step_code
 from carom.model.scene import Scene
 from carom.model.trace import Trace
+from carom.report.document import Document
+from carom.report.notebook import ShownResult
+from carom.studies.advise.document import build_advice_document
+from carom.studies.advise.figure import draw_advice, format_title
 from carom.studies.advise.options import AdviceOptions
-from carom.studies.advise.sampling_limit import AccuracyTarget, HardImpact, rank_hardest_impacts
+from carom.studies.advise.sampling_limit import HardImpact, rank_hardest_impacts
 from carom.studies.advise.step_search import StepAdvice, StepSearch
 from carom.studies.advise.step_trial import StepTrial, list_start_phases, try_phases
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 #: Number of the hardest impacts for which additional phases are tested.
 AIMED = 3
@@ -42,19 +50,6 @@ class ReferenceCut(Enum):
 
     TIE = "a disc meets two others at once, so the scene has no unique answer"
     CHAOS = "rounding decides what happens"
-
-
-@dataclass(frozen=True)
-class UnsearchedMethod:
-    """A method for which no step size was tested.
-
-    Attributes:
-        method: Engine and profile.
-        reason: Reason why the method can't run the scene with any tested step size.
-    """
-
-    method: Method
-    reason: str
 
 
 @dataclass(frozen=True)
@@ -70,21 +65,21 @@ class ClosedForm:
     meets_target_s: float
 
 
-@dataclass(frozen=True)
-class Advice:
-    """Result of `carom advise`.
+@dataclass(frozen=True, repr=False)
+class Advice(ShownResult):
+    """Result of `carom advise`, which can be printed, shown in a notebook and plotted.
+
+    The plot shows the direction error against steps per second.
 
     Attributes:
         scene: The searched scene. It ends before the first impact without a reliable result, if there is one.
-        target: Required accuracy.
+        options: Options of the study.
         impacts: Number of impacts in the searched part of the scene.
         hardest: Some of the hardest impacts, beginning with the hardest one.
         closed_form: The largest step sizes for PIT; None if no formula exists.
         sampling: The search result of PIT, for comparison; None if a formula exists.
         answers: The search result of each engine and profile.
-        unable: Engines and profiles that can't run the scene.
-        phases: Number of evenly spread phases at which each step size was tested.
-        budget_steps: Largest number of engine steps in each search.
+        unable: Engines and profiles that can't run the scene with any tested step size, with the reason.
         swept: Methods whose continuous collision detection keeps a fast body from passing through another within a
             step.
         located: Methods whose steps Carom shortens, so that a step ends at each impact. Users can't get such steps by a
@@ -98,15 +93,13 @@ class Advice:
     """
 
     scene: Scene
-    target: AccuracyTarget
+    options: AdviceOptions
     impacts: int
     hardest: tuple[HardImpact, ...]
     closed_form: ClosedForm | None
     sampling: StepAdvice | None
     answers: tuple[StepAdvice, ...]
-    unable: tuple[UnsearchedMethod, ...]
-    phases: int
-    budget_steps: int
+    unable: Mapping[Method, str]
     swept: frozenset[Method]
     located: frozenset[Method]
     code: Mapping[Method, str]
@@ -114,6 +107,9 @@ class Advice:
     command: str
     elapsed_s: float
     cut: ReferenceCut | None = None
+
+    def _show(self) -> tuple[Document, str, Callable[[Axes], None]]:
+        return build_advice_document(self), format_title(self), partial(draw_advice, self)
 
 
 def advise(
@@ -134,12 +130,11 @@ def advise(
         UnknownNameError: An engine does not exist.
     """
     started = time.perf_counter()
-    target, phases = AccuracyTarget(options.direction_error_rad, options.miss_probability), options.phases
     reference, cut = _cut_reference(scene)
     scene = reference.scene
-    hardest = rank_hardest_impacts(reference, target)
+    hardest = rank_hardest_impacts(reference, options)
     closed_form = _find_closed_form(scene, hardest)
-    guess_s, frame_s = hardest[0].limit.dt_s, 1.0 / scene.frame_rate_hz
+    guess_s, frame_s = hardest[0].dt_s, 1.0 / scene.frame_rate_hz
     infos = select_engines(describe_engines(options.engines, pool), options.engines)
     other_infos = [info for info in infos if info.name not in {"pic", "pit"}]
     methods = list_methods(
@@ -153,14 +148,14 @@ def advise(
 
     def build_search(method: Method) -> StepSearch:
         why = partial(find_refusal, method)
-        return StepSearch(scene, method, target, guess_s, phases, len(aimed_s), options.budget_steps, why)
+        return StepSearch(scene, method, options, guess_s, len(aimed_s), why)
 
     searches = {} if closed_form else {PIT_METHOD: build_search(PIT_METHOD)}
-    unable = []
+    unable = {}
     for method in (method for info in other_infos for method in methods.by_engine_and_step[info.name, frame_s]):
         search = build_search(method)
         if search.is_refused:
-            unable.append(UnsearchedMethod(method, find_refusal(method, frame_s) or search.build_answer().refusal))
+            unable[method] = find_refusal(method, frame_s) or search.build_answer().refusal
         else:
             searches[method] = search
     _run_searches(scene, searches, aimed_s, pool, progress)
@@ -170,15 +165,13 @@ def advise(
     own = {method: answer for method, answer in answers.items() if method not in located}
     return Advice(
         scene,
-        target,
+        options,
         len(reference.impacts),
         hardest[:AIMED],
         closed_form,
         sampling,
         tuple(answers.values()),
-        tuple(unable),
-        phases,
-        options.budget_steps,
+        unable,
         swept=frozenset(one for one in own if _has_continuous_detection(methods.infos[one.engine], one.profile)),
         located=located,
         code={method: code for method, answer in own.items() if (code := _write_frame_code(scene, answer, pool))},
@@ -235,9 +228,8 @@ def _find_closed_form(scene: Scene, hardest: Sequence[HardImpact]) -> ClosedForm
     turns = any(disc.legs for disc in scene.discs)
     if len(scene.discs) != 2 or scene.walls or scene.arrays.has_disc_friction or is_accelerated or turns:
         return None
-    windows = [impact.limit.window for impact in hardest]
-    never = min((window.length_s for window in windows if window is not None), default=math.inf)
-    return ClosedForm(never, hardest[0].limit.dt_s)
+    never = min((impact.window.length_s for impact in hardest if impact.window is not None), default=math.inf)
+    return ClosedForm(never, hardest[0].dt_s)
 
 
 def _run_searches(

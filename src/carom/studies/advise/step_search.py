@@ -10,7 +10,7 @@ from itertools import count, takewhile
 
 from carom.execution.job import Method
 from carom.model.scene import Scene
-from carom.studies.advise.sampling_limit import AccuracyTarget
+from carom.studies.advise.options import AdviceOptions
 from carom.studies.advise.step_trial import StepTrial, compute_step_limit
 
 #: Number of evenly spread phases at which a result is confirmed.
@@ -77,11 +77,6 @@ class StepRange:
     def largest_passing_s(self) -> float:
         """The largest step size that passes, in seconds; 0 if there is none."""
         return 0.0 if self.largest_passing is None else self.largest_passing.dt_s
-
-    @property
-    def monotone(self) -> bool:
-        """Whether all tested step sizes that are smaller than a passing one also pass."""
-        return not self.finer_failures
 
 
 @dataclass(frozen=True)
@@ -163,30 +158,26 @@ class StepSearch:
     Attributes:
         scene: The scene.
         method: Engine and profile.
-        target: Required accuracy.
+        options: Required accuracy, number of evenly spread phases, and budget of engine steps. A step size is tested
+            only if the rest of the budget covers its estimated number of steps. The estimate assumes that runs end as
+            early as with the previous step size.
         guess_s: Largest step size at which checking once per step finds the hardest impact accurately enough.
-        phases: Number of evenly spread phases at which each step size is tested.
         aimed_phases: Number of additional phases, at which a step ends just before a hard impact.
-        budget_steps: Largest number of engine steps in the search. A step size is tested only if the rest of this
-            budget covers its estimated number of steps. The estimate assumes that runs end as early as with the
-            previous step size.
         refusal: Function that returns the reason why the method refuses a step size; empty if the method accepts the
             step size.
     """
 
     scene: Scene
     method: Method
-    target: AccuracyTarget
+    options: AdviceOptions
     guess_s: float
-    phases: int
     aimed_phases: int
-    budget_steps: int
     refusal: Callable[[float], str]
 
     def __post_init__(self) -> None:
         self._frame_s = 1.0 / self.scene.frame_rate_hz
         self._coarsest_end_s = max(min(self._frame_s, self.guess_s), self._frame_s / 2**OCTAVES_COVERED)
-        self._budget_left = self.budget_steps
+        self._budget_left = self.options.budget_steps
         self._grid = tuple(generate_step_grid(self.scene, self.guess_s))
         self._trials: dict[float, StepTrial] = {}
         self._confirmed: set[float] = set()
@@ -223,17 +214,17 @@ class StepSearch:
 
     @property
     def _criteria(self) -> tuple[Callable[[StepTrial], bool], ...]:
-        return (lambda trial: trial.never_misses, lambda trial: trial.is_within(self.target))
+        return (lambda trial: trial.never_misses, lambda trial: trial.meets_target(self.options))
 
     def _generate_steps(self) -> Generator[StepRequest, StepTrial | str, None]:
         for dt_s in self._grid:
             if reason := self.refusal(dt_s):
                 self._refused_step = (dt_s, reason)
                 continue
-            if not (yield from self._test(dt_s, self.phases)):
+            if not (yield from self._test(dt_s, self.options.phases)):
                 return
             while unconfirmed := self._find_unconfirmed():
-                if not (yield from self._test(unconfirmed.dt_s, max(CONFIRM, self.phases))):
+                if not (yield from self._test(unconfirmed.dt_s, max(CONFIRM, self.options.phases))):
                     return
             if all(self._is_found(passes) for passes in self._criteria):
                 self._ending = SearchEnding.FOUND

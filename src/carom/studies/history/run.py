@@ -143,7 +143,7 @@ class _ReleaseRuns:
         for cell in cells:
             for pair in pairwise(name for name in names if found[name][cell].runs):
                 change = classify_change(*(found[name][cell] for name in pair))
-                if change.kind is ChangeKind.OVERLAP:  # the phase may explain the change
+                if change.kind is ChangeKind.PHASE_ONLY:  # the phase may explain the change
                     todo.update((name, cell) for name in pair)
         phases = generate_phases(self.options.phases, self.options.seed)
         jobs = {place: [self.job(*place, phase) for phase in phases] for place in sorted(todo)}
