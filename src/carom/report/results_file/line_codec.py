@@ -34,7 +34,7 @@ from pydantic_core import CoreSchema, core_schema
 from carom.comparator import Grade, LocalScore
 from carom.errors import InputError
 from carom.report.files import FORMATS
-from carom.report.results_file.line_types import RowLine, Summary
+from carom.report.results_file.lines import RowLine, Summary
 from carom.support.escaping import format_value, shorten
 
 Line = TypeVar("Line", Summary, RowLine)
@@ -88,42 +88,27 @@ def build_records_schema() -> dict[str, Any]:
     schema = TypeAdapter(_build_file_type(Summary | RowLine)).json_schema(
         mode="serialization", schema_generator=_Described
     )
-    parts: dict[str, Any] = {"Number": {**_NULLABLE, "description": "null: NaN, infinite or absent."}}
-    either = _replace_named_parts(schema, parts)
-    parts["Summary"]["properties"]["format"] = {"const": FORMATS["results"]}
+    schema["$defs"]["Summary"]["properties"]["format"] = {"const": FORMATS["results"]}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": f"A line of Carom's results, format {FORMATS['results']}",
-        **either,
-        "$defs": parts,
+        **schema,
     }
-
-
-def _replace_named_parts(schema: Any, parts: dict[str, Any]) -> Any:
-    """Move the named parts of a schema to `parts`, and return the schema with references to them."""
-    if isinstance(schema, list):
-        return [_replace_named_parts(item, parts) for item in schema]
-    if not isinstance(schema, dict):
-        return schema
-    if schema == _NULLABLE:
-        return {"$ref": "#/$defs/Number"}
-    if schema.get("anyOf") == [_NULLABLE, {"type": "null"}]:
-        return {"$ref": "#/$defs/Number"}
-    found = {name: _replace_named_parts(item, parts) for name, item in schema.items()}
-    if not isinstance(name := found.pop("title", None), str):
-        return found if name is None else {**found, "title": name}
-    parts[name] = found
-    return {"$ref": f"#/$defs/{name}"}
 
 
 class _Described(GenerateJsonSchema):
     """JSON Schema generator that gives fields no title, because a title would only repeat the field's name.
 
-    Fields with a default are also required, except those that a line may omit (`OF_SPINS` and `_LATER`).
+    A number may be null in any case, so the schema is the same for a number that may be absent. Fields with a default
+    are also required, except those that a line may omit (`OF_SPINS` and `_LATER`).
     """
 
     def field_title_should_be_set(self, schema: Any) -> bool:  # noqa: ARG002 - pydantic's signature
         return False
+
+    def nullable_schema(self, schema: Any) -> dict[str, Any]:
+        inner = self.generate_inner(schema["schema"])
+        return inner if inner == _NULLABLE else super().nullable_schema(schema)
 
     def default_schema(self, schema: Any) -> dict[str, Any]:
         return self.generate_inner(schema["schema"])
@@ -164,7 +149,8 @@ def _build_file_type(hint: Any) -> Any:
     return hint
 
 
-_NULLABLE = {"type": ["number", "null"]}
+#: JSON Schema of a number that may be NaN, infinite or absent.
+_NULLABLE = {"type": ["number", "null"], "description": "null: NaN, infinite or absent."}
 
 
 _FINITE = Annotated[
@@ -210,7 +196,7 @@ class _Fields:
         ]
         arguments = core_schema.dataclass_args_schema(kind.__name__, fields, computed_fields=derived)
         return core_schema.dataclass_schema(
-            kind, arguments, list(fields_by_name), frozen=True, slots="__slots__" in vars(kind)
+            kind, arguments, list(fields_by_name), ref=kind.__name__, frozen=True, slots="__slots__" in vars(kind)
         )
 
 

@@ -13,13 +13,12 @@ from pathlib import Path
 from typing import Any
 
 from carom.comparator import Score
+from carom.comparator.grades import EARLIER_WORDS
 from carom.errors import InputError
 from carom.execution.results import Results, Row
 from carom.report.files import FORMATS
-from carom.report.results_file import format_2
 from carom.report.results_file.line_codec import format_line, read_line
-from carom.report.results_file.line_types import RowLine, Summary
-from carom.report.results_file.lines_from_rows import build_line, build_summary
+from carom.report.results_file.lines import RowLine, Summary, build_line, build_summary
 from carom.support.escaping import escape_controls, shorten
 from carom.support.limits import MOST_BYTES, MOST_VALUES, count_values
 
@@ -63,7 +62,7 @@ def stream_records(path: Path) -> tuple[Summary, Iterator[RowLine]]:
         count = 0
         for count, text in enumerate(texts, start=1):
             try:
-                line = _encode(format_2.convert_line(_parse_object(path, count + 1, text))) if is_earlier else text
+                line = _encode(convert_format_2(_parse_object(path, count + 1, text))) if is_earlier else text
                 row = read_line(RowLine, line, path, count + 1)
             except InputError:
                 _require_whole(path, head, count + sum(1 for _ in texts))
@@ -75,8 +74,12 @@ def stream_records(path: Path) -> tuple[Summary, Iterator[RowLine]]:
 
 
 _WANTED = FORMATS["results"]
+#: The earlier format that Carom also reads. It has other words for diverged runs.
+_EARLIER_FORMAT = 2
+#: Fields of the earlier format that have another name in the present format.
+_RENAMED = {"parted_s": "diverged_s", "pit_parted_s": "pit_diverged_s"}
 _READS = (
-    f"; this Carom reads complete files of formats {format_2.FORMAT} and {_WANTED}: run the cross-check again, or use "
+    f"; this Carom reads complete files of formats {_EARLIER_FORMAT} and {_WANTED}: run the cross-check again, or use "
     "the version that wrote the file"
 )
 _ASK = f"give the folder of a report, or a results.jsonl that `carom run --out` wrote (format {_WANTED})"
@@ -87,11 +90,36 @@ def _parse_head(path: Path, text: bytes) -> tuple[dict[str, Any], bool]:
     head = _parse_object(path, 1, text)
     if (found := head.get("format")) is None:
         raise InputError(f"{path} is not the results.jsonl of a cross-check", hints=[_ASK])
-    if found == format_2.FORMAT:
-        return format_2.convert_line(head), True
+    if found == _EARLIER_FORMAT:
+        return convert_format_2(head), True
     if found != _WANTED:
         raise InputError(f"{path} is of format {escape_controls(shorten(str(found)))}{_READS}")
     return head, False
+
+
+def convert_format_2(line: Mapping[str, Any]) -> dict[str, Any]:
+    """Replace the words and field names of format 2 in a line by the present ones.
+
+    Other texts, such as names of scenes, are unchanged.
+    """
+    converters = {"format": lambda _: FORMATS["results"], "grade": _replace_word, "verdicts": _replace_verdicts}
+    return {
+        _RENAMED.get(name, name): converters[name](value) if name in converters else value
+        for name, value in line.items()
+    }
+
+
+def _replace_verdicts(verdicts: Any) -> Any:
+    """Replace words in the verdicts of a run (a list), or in the meanings of verdicts in the first line (a mapping)."""
+    if isinstance(verdicts, list):
+        return [_replace_verdicts(one) if isinstance(one, dict) else one for one in verdicts]
+    if isinstance(verdicts, dict):
+        return {_replace_word(name): _replace_word(value) for name, value in verdicts.items()}
+    return verdicts
+
+
+def _replace_word(word: Any) -> Any:
+    return EARLIER_WORDS.get(word, word) if isinstance(word, str) else word
 
 
 def _encode(line: Mapping[str, Any]) -> bytes:

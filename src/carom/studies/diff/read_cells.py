@@ -18,7 +18,7 @@ from carom.comparator.thresholds import THRESHOLDS
 from carom.errors import InputError
 from carom.execution.job import Method
 from carom.report.outcome_marks import Mark, parse_mark
-from carom.report.results_file.line_types import RowLine, Summary
+from carom.report.results_file.lines import RowLine, Summary
 from carom.report.results_file.results_jsonl import stream_records
 
 #: Verdicts without a number, of which only the presence is compared.
