@@ -6,8 +6,10 @@ import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from itertools import islice
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from carom.comparator import Score
+from carom.execution.results import Results
 from carom.model.scene import Chain, Disc, Ring, Scene, Wall
 from carom.model.trace import Trace, pair_name
 from carom.report import formatting
@@ -15,11 +17,7 @@ from carom.report.certified import list_decimals
 from carom.report.engine_and_scene_lists import format_engine_lines
 from carom.report.formatting import format_count, format_seconds
 from carom.report.outcome_marks import mark_of, mark_of_grade
-
-if TYPE_CHECKING:
-    from carom.comparator import Score
-    from carom.execution.results import Results
-    from carom.solvers.certified.result import CertifiedTrace
+from carom.solvers.certified.result import CertifiedTrace
 
 #: Largest number of lines in the text of one result, and of characters in a line.
 MOST_LINES, WIDTH = 8, 100

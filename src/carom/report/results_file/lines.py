@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Annotated, Any, Literal
 
 from pydantic import Field
@@ -162,7 +161,7 @@ def build_summary(results: Results) -> Summary:
 
 
 def _build_pit_errors(scene: str, dt_s: float, score: Score) -> dict[str, str | int | float | None]:
-    errors = dataclasses.asdict(score.sampling) if score.sampling else {}
+    errors = asdict(score.sampling) if score.sampling else {}
     missed = None if score.pit_missed is None else len(score.pit_missed)
     return {"scene": scene, "dt_s": dt_s, "missed": missed, **errors}
 

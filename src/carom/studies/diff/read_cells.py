@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -57,6 +57,16 @@ class DiffCell:
     settings: Mapping[str, Any]
     reference: Mapping[str, Any]
     pair: int = 0  # number (from 1) of the pair of names that selects this run; 0 without a pair
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names with which a user can select this run: its engine, its profile, and its method with all settings."""
+        return self.method.engine, f"{self.method.engine}/{self.method.profile}", self.method.name
+
+    @property
+    def as_absent(self) -> DiffCell:
+        """The same cell of a report that does not contain this run."""
+        return replace(self, mark=Mark.ABSENT, measures=(), numbers=(), verdicts=(), settings={}, reference={})
 
 
 def read_cells(path: Path) -> tuple[Summary, list[DiffCell]]:
