@@ -169,7 +169,7 @@ def tune(
         varying=varying,
         time_ratio=ratio,
         trials=search.trials,
-        abandoned=search.abandoned,
+        abandoned=search.count_abandoned(),
         environment=describe_environment([info]),
         command=command,
         elapsed_s=time.perf_counter() - started,
