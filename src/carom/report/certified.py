@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from carom.catalogue import BugReport, CatalogueScene
 from carom.model.trace import Mode, body_name, pair_name
-from carom.report import formatting
 from carom.report.document import Column, Document, Section, Table
 from carom.solvers.certified.result import CertifiedTrace, proven_decimal
+from carom.support import formatting
 
 
 def format_scene_file(entry: CatalogueScene) -> str:

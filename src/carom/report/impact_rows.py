@@ -12,7 +12,7 @@ from carom.comparator import ImpactError, Score
 from carom.comparator.measure.local_errors import LocalErrors
 from carom.comparator.thresholds import THRESHOLDS
 from carom.model.trace import Trace, pair_name
-from carom.report import formatting
+from carom.support import formatting
 
 #: Text for an unknown cause.
 UNKNOWN = "unknown: the run's state before the impact is not known"

@@ -13,7 +13,6 @@ import numpy as np
 from carom.model.scene import Wall
 from carom.model.trace import Trace
 from carom.model.walls import move_wall
-from carom.report import formatting
 from carom.report.paths import Paths, build_exact_paths, build_observed_paths
 from carom.report.shapes import (
     Circle,
@@ -29,6 +28,7 @@ from carom.report.shapes import (
 )
 from carom.report.svg import INK, MUTED, SERIES, WALL, build_figure, render, use_drawing_style
 from carom.report.tracks import Array
+from carom.support import formatting
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -20,13 +20,13 @@ from carom.execution.job import Job
 from carom.execution.results import Row
 from carom.model.scene import Chain, Need, Ring, Scene, Wall
 from carom.model.trace import Mode, Trace, format_setting
-from carom.report import formatting
 from carom.report.impact_rows import NEAR_STEPS, Json, build_impact_rows
 from carom.report.outcome_marks import mark_of
 from carom.report.paths import compute_extent
 from carom.report.picture import ARC_PARTS
 from carom.report.results_file.lines import build_line, list_reasons
 from carom.report.tracks import Track, build_observed_tracks, build_reference_tracks, compute_turnings
+from carom.support import formatting
 from carom.support.escaping import escape_controls
 
 #: Number of stored decimal digits of positions, relative to the scene's extent. One unit of the last digit is a tenth

@@ -12,12 +12,12 @@ from carom.comparator import Score
 from carom.execution.results import Results
 from carom.model.scene import Chain, Disc, Ring, Scene, Wall
 from carom.model.trace import Trace, pair_name
-from carom.report import formatting
 from carom.report.certified import list_decimals
 from carom.report.engine_and_scene_lists import format_engine_lines
-from carom.report.formatting import format_count, format_seconds
 from carom.report.outcome_marks import mark_of, mark_of_grade
 from carom.solvers.certified.result import CertifiedTrace
+from carom.support import formatting
+from carom.support.formatting import format_count, format_seconds
 
 #: Largest number of lines in the text of one result, and of characters in a line.
 MOST_LINES, WIDTH = 8, 100

@@ -25,7 +25,6 @@ from carom.catalogue import CatalogueScene, find_scenes
 from carom.cli.ascii import ERRORS
 from carom.comparator import compare
 from carom.execution.job import Method
-from carom.report import formatting
 from carom.report.document import Document
 from carom.report.impact_rows import build_impact_rows
 from carom.studies.advise.document import build_advice_document
@@ -38,6 +37,7 @@ from carom.studies.bench.tables import list_reached_targets
 from carom.studies.cross_check.document import cross_check_document
 from carom.studies.stress.document import build_stress_document
 from carom.studies.stress.result import CellEnding, CellResult, StressRow
+from carom.support import formatting
 
 DOCUMENTS: dict[str, Callable[[], Document]] = {
     "bench": lambda: build_bench_document(build_bench()),

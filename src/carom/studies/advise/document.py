@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 
 from carom.engines.registry import format_engine_argument
 from carom.model.trace import body_name
-from carom.report import formatting
 from carom.report.document import Block, Code, Column, Document, Figure, Figures, Lines, Media, Section, Table, Text
 from carom.report.provenance import build_provenance
 from carom.studies.advise.figure import render_advice_svg
 from carom.studies.advise.step_search import CONFIRM, SearchEnding, StepAdvice, StepRange, count_steps_per_frame
 from carom.studies.advise.step_trial import StepTrial
+from carom.support import formatting
 from carom.support.formatting import format_step_option
 
 if TYPE_CHECKING:

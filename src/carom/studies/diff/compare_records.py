@@ -13,10 +13,10 @@ from carom.comparator import Grade
 from carom.comparator.thresholds import THRESHOLDS
 from carom.errors import InputError
 from carom.execution.environment import Environment
-from carom.report import formatting
 from carom.report.outcome_marks import BROKEN, GRADED, Mark
 from carom.studies.diff.options import DiffOptions
 from carom.studies.diff.read_cells import DiffCell, read_cells
+from carom.support import formatting
 
 
 class Kind(Enum):

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 from carom.comparator import Grade
-from carom.report import formatting
 from carom.report.document import Column, Document, Lines, Media, Section, Table, Text
 from carom.report.outcome_marks import mark_of_grade
 from carom.report.provenance import build_provenance
@@ -21,6 +20,7 @@ from carom.studies.history.compare_cells import CellChange, ChangeKind
 from carom.studies.history.release_engines import Origin
 from carom.studies.history.result import Bisection, History, Release, RunCell, Transition
 from carom.studies.history.run import PURPOSE
+from carom.support import formatting
 from carom.support.escaping import is_older, parse_release_numbers
 from carom.support.folders import write_files
 

@@ -14,12 +14,12 @@ from carom.comparator import Grade
 from carom.engines.registry import format_engine_argument
 from carom.execution.job import Method
 from carom.model.trace import format_setting
-from carom.report import formatting
 from carom.report.document import Cell, Code, Column, Document, Lines, Media, Section, Table, Text
 from carom.report.outcome_marks import mark_of_grade
 from carom.report.provenance import build_provenance
 from carom.studies.tune.objective import SceneResult
 from carom.studies.tune.search import TriedSettings
+from carom.support import formatting
 
 if TYPE_CHECKING:
     from carom.studies.tune.run import Tuning
