@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from functools import partial
 from html import escape
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Self
 
 from carom.comparator import Score
 from carom.comparator.non_finite import find_non_finite
@@ -189,6 +189,11 @@ class ShownResult:
     def _show(self) -> tuple[Document, str, Callable[[Axes], None]]:
         """Return the document of the result, the title of its picture, and the function that draws the picture."""
         raise NotImplementedError
+
+    @classmethod
+    def of(cls, found: Any) -> Self:
+        """Copy the fields of a study's result to an instance of this class."""
+        return cls(**{field.name: getattr(found, field.name) for field in dataclasses.fields(found)})
 
     def __repr__(self) -> str:
         from carom.report.render.terminal import render_plain_text  # imports Rich

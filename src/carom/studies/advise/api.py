@@ -2,18 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import nullcontext
-from dataclasses import replace
-from typing import Any
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 from carom.engines.registry import resolve_engine
 from carom.execution.job import Progress, no_progress
 from carom.execution.pool import Pool
 from carom.model.scene import Scene, to_scene
-from carom.studies.advise import run
+from carom.report.document import Document
+from carom.report.notebook import ShownResult
+from carom.studies.advise.document import build_advice_document
+from carom.studies.advise.figure import draw_advice, format_title
 from carom.studies.advise.options import AdviceOptions
 from carom.studies.advise.run import Advice
+from carom.studies.advise.run import advise as found_by
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+@dataclass(frozen=True, repr=False)
+class ShownAdvice(ShownResult, Advice):
+    """Result of `carom.advise`, which can be printed, shown in a notebook and plotted.
+
+    The plot shows the direction error against steps per second.
+    """
+
+    def _show(self) -> tuple[Document, str, Callable[[Axes], None]]:
+        return build_advice_document(self), format_title(self), partial(draw_advice, self)
 
 
 def advise(
@@ -23,7 +42,7 @@ def advise(
     progress: Progress | None = None,
     pool: Pool | None = None,
     **options: Any,
-) -> Advice:
+) -> ShownAdvice:
     """For each engine, find the largest step sizes at which it misses no impact of a scene and meets a target accuracy.
 
     `print(result)` shows the same text as `carom advise`. A notebook shows a picture of the result. `result.plot()`
@@ -53,4 +72,5 @@ def advise(
         parsed_options, engines=parsed_options.engines and [resolve_engine(word) for word in parsed_options.engines]
     )
     with parsed_options.open_pool() if pool is None else nullcontext(pool) as opened:
-        return run.advise(scene, parsed_options, opened, progress=progress or no_progress)
+        found = found_by(scene, parsed_options, opened, progress=progress or no_progress)
+    return ShownAdvice.of(found)

@@ -6,20 +6,17 @@ import math
 import shlex
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
-from typing import TYPE_CHECKING
 
 from carom.engines.registry import format_engine_argument
 from carom.model.trace import body_name
 from carom.report.document import Block, Code, Column, Document, Figure, Figures, Lines, Media, Section, Table, Text
 from carom.report.provenance import build_provenance
 from carom.studies.advise.figure import render_advice_svg
+from carom.studies.advise.run import Advice
 from carom.studies.advise.step_search import CONFIRM, SearchEnding, StepAdvice, StepRange, count_steps_per_frame
 from carom.studies.advise.step_trial import StepTrial
 from carom.support import formatting
 from carom.support.formatting import format_step_option
-
-if TYPE_CHECKING:
-    from carom.studies.advise.run import Advice
 
 #: Name of the study in its output folders.
 PURPOSE = "advise"

@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from carom.report.notebook import render_picture
 from carom.report.svg import INK, choose_line_style, format_tick
+from carom.studies.advise.run import Advice
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from carom.studies.advise.run import Advice
 
 #: Smallest error in the diagram, in degrees. It is larger than the rounding error of a direction, and smaller than any
 #: target.

@@ -11,11 +11,10 @@ from __future__ import annotations
 import math
 import time
 from bisect import bisect_left, bisect_right
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import partial
-from typing import TYPE_CHECKING
 
 from carom.comparator.horizon import estimate_horizon
 from carom.engines.registry import EngineInfo
@@ -29,17 +28,10 @@ from carom.execution.scene_reference import solve_reference
 from carom.execution.settings_code import find_step_code
 from carom.model.scene import Scene
 from carom.model.trace import Trace
-from carom.report.document import Document
-from carom.report.notebook import ShownResult
-from carom.studies.advise.document import build_advice_document
-from carom.studies.advise.figure import draw_advice, format_title
 from carom.studies.advise.options import AdviceOptions
 from carom.studies.advise.sampling_limit import HardImpact, rank_hardest_impacts
 from carom.studies.advise.step_search import StepAdvice, StepSearch
 from carom.studies.advise.step_trial import StepTrial, list_start_phases, try_phases
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 #: Number of the hardest impacts for which additional phases are tested.
 AIMED = 3
@@ -65,11 +57,9 @@ class ClosedForm:
     meets_target_s: float
 
 
-@dataclass(frozen=True, repr=False)
-class Advice(ShownResult):
-    """Result of `carom advise`, which can be printed, shown in a notebook and plotted.
-
-    The plot shows the direction error against steps per second.
+@dataclass(frozen=True)
+class Advice:
+    """Result of `carom advise`.
 
     Attributes:
         scene: The searched scene. It ends before the first impact without a reliable result, if there is one.
@@ -107,9 +97,6 @@ class Advice(ShownResult):
     command: str
     elapsed_s: float
     cut: ReferenceCut | None = None
-
-    def _show(self) -> tuple[Document, str, Callable[[Axes], None]]:
-        return build_advice_document(self), format_title(self), partial(draw_advice, self)
 
 
 def advise(

@@ -6,7 +6,6 @@ import math
 import shlex
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING
 
 import tomli_w
 
@@ -18,11 +17,9 @@ from carom.report.document import Cell, Code, Column, Document, Lines, Media, Se
 from carom.report.outcome_marks import mark_of_grade
 from carom.report.provenance import build_provenance
 from carom.studies.tune.objective import SceneResult
+from carom.studies.tune.run import Tuning
 from carom.studies.tune.search import TriedSettings
 from carom.support import formatting
-
-if TYPE_CHECKING:
-    from carom.studies.tune.run import Tuning
 
 ERROR_NOTE = (
     "The error is the largest velocity or spin error, divided by PIT's largest error over the phases of the step. 1 is "

@@ -7,8 +7,6 @@ import statistics
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
-from typing import TYPE_CHECKING
 
 from carom.engines.api import unsupported_reason
 from carom.engines.registry import EngineInfo, require_profile
@@ -25,18 +23,11 @@ from carom.execution.settings_code import find_changed_code
 from carom.execution.timing import TimeTask
 from carom.model.scene import Scene
 from carom.model.trace import Setting, Trace
-from carom.report.document import Document
-from carom.report.notebook import ShownResult
-from carom.studies.tune.document import build_tune_document
 from carom.studies.tune.evaluate import Evaluator
-from carom.studies.tune.figure import draw_errors
 from carom.studies.tune.objective import SceneResult, compute_merit
 from carom.studies.tune.options import TuneOptions
 from carom.studies.tune.search import KnobSearch, TriedSettings
 from carom.studies.tune.search_space import Space, list_values
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 #: Name of the study in its output folders, and file name of its journal.
 PURPOSE, JOURNAL = "tune", "journal.jsonl"
@@ -44,11 +35,9 @@ PURPOSE, JOURNAL = "tune", "journal.jsonl"
 SCENES = "classics"
 
 
-@dataclass(frozen=True, repr=False)
-class Tuning(ShownResult):
-    """Result of `carom tune`, which can be printed, shown in a notebook and plotted.
-
-    The plot compares the first profile with the best settings: it shows each scene's error, divided by PIT's error.
+@dataclass(frozen=True)
+class Tuning:
+    """Result of `carom tune`.
 
     Attributes:
         engine: Name of the adapter.
@@ -94,10 +83,6 @@ class Tuning(ShownResult):
     environment: Environment
     command: str
     elapsed_s: float
-
-    def _show(self) -> tuple[Document, str, Callable[[Axes], None]]:
-        document = build_tune_document(self, [scene.name for scene in self.scenes])
-        return document, f"Error by scene, with different settings of {self.engine}", partial(draw_errors, self)
 
 
 def tune(

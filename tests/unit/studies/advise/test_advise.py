@@ -21,6 +21,7 @@ from carom.execution.observation.engine_run import observe_run
 from carom.model.trace import Outcome
 from carom.model.walls import Leg
 from carom.studies.advise import run as adviser
+from carom.studies.advise.api import ShownAdvice
 from carom.studies.advise.document import build_advice_document
 from carom.studies.advise.options import AdviceOptions
 from carom.studies.advise.run import Advice, ReferenceCut, advise
@@ -210,14 +211,14 @@ def test_run_that_ends_early_counts_as_lost(monkeypatch: pytest.MonkeyPatch) -> 
 
 
 @pytest.fixture(scope="module")
-def advice() -> Advice:
+def advice() -> ShownAdvice:
     """Pymunk's steps for two discs, confirmed at four phases."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("carom.studies.advise.step_search.CONFIRM", 4)
         return carom.advise("paper/late", ["pymunk"], profiles=["tuned"], phases=1, pool=InProcessPool())
 
 
-def test_advice_prints_answer_first_and_settings_code(advice: Advice) -> None:
+def test_advice_prints_answer_first_and_settings_code(advice: ShownAdvice) -> None:
     """The first printed line of `carom.advise` is the rate that misses no impact; the settings code is included."""
     (answer,) = advice.answers
     rate = 1.0 / require_value(answer.never_misses.largest_passing).dt_s
@@ -225,7 +226,7 @@ def test_advice_prints_answer_first_and_settings_code(advice: Advice) -> None:
     assert advice.code[answer.method] in repr(advice)
 
 
-def test_advice_plot_has_one_line_per_method_and_the_target(advice: Advice) -> None:
+def test_advice_plot_has_one_line_per_method_and_the_target(advice: ShownAdvice) -> None:
     """The plot shows a line per method with its rates, and a level line at the target; HTML contains an SVG."""
     pytest.importorskip("matplotlib", reason="matplotlib, extra report, is not installed")
     from matplotlib.figure import Figure
