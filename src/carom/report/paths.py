@@ -51,7 +51,7 @@ def build_exact_paths(trace: Trace) -> Paths:
 
 
 def _build_line(track: Track) -> tuple[Array, Array]:
-    pieces = np.where(track.pulls_m_s2.any(axis=1), _PIECES_OF_A_PARABOLA, 1).tolist()
+    pieces = np.where(track.pull_m_s2.any(axis=1), _PIECES_OF_A_PARABOLA, 1).tolist()
     flights = zip(track.time_s[:-1].tolist(), np.diff(track.time_s).tolist(), pieces, strict=True)
     times = np.array(
         [begin + duration_s * (k / n) for begin, duration_s, n in flights for k in range(n)] + [track.time_s[-1]]

@@ -8,12 +8,14 @@ never jump.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from carom.model.flights import Flight, free_flights
+from carom.model.scene import Scene
 from carom.model.trace import Trace, turn_times
 
 Array = NDArray[np.float64]
@@ -34,38 +36,29 @@ class Track:
     Attributes:
         time_s: Times at which flights begin, and the time at which the last flight ends; shape ``(k,)``, ascending.
         position_m: Positions of the disc at these times, shape ``(k, 2)``.
-        pull_m_s2: Acceleration in all flights, shape ``(2,)``. For a disc that sometimes slides, rolls or rests: the
-            acceleration in each flight, shape ``(k - 1, 2)``.
+        pull_m_s2: Acceleration in each flight, shape ``(k - 1, 2)``.
     """
 
     time_s: Array
     position_m: Array
     pull_m_s2: Array
 
-    @property
-    def pulls_m_s2(self) -> Array:
-        """The acceleration in each flight, shape ``(k - 1, 2)``."""
-        return np.broadcast_to(self.pull_m_s2, (len(self.time_s) - 1, 2))
-
     def positions_at(self, time_s: Array) -> Array:
         """Return the positions of the disc at times within the run, shape ``(len(time_s), 2)``."""
         after = np.searchsorted(self.time_s, time_s, side="right")
         after = np.minimum(np.maximum(after, 1), len(self.time_s) - 1)
-        pull = self.pull_m_s2 if self.pull_m_s2.ndim == 1 else self.pull_m_s2[after - 1]
         ends = (self.time_s[after - 1], self.time_s[after]), (self.position_m[after - 1], self.position_m[after])
-        return _compute_flight(time_s, *ends, pull)
+        return _compute_flight(time_s, *ends, self.pull_m_s2[after - 1])
 
     def convert_to_pull(self, pull_m_s2: Array, near_m: float) -> Track:
         """Convert a track to flights with a given acceleration, with a position error of at most `near_m`."""
-        if self.pull_m_s2.ndim == 1:
-            return self
         durations_s = np.diff(self.time_s)
-        pull_difference = np.hypot(*(self.pulls_m_s2 - pull_m_s2).T)
+        pull_difference = np.hypot(*(self.pull_m_s2 - pull_m_s2).T)
         count = np.maximum(1, np.ceil(durations_s * np.sqrt(pull_difference / (8.0 * near_m)))).astype(int)
         begins = self.time_s[:-1]
         pieces = [begins[k] + durations_s[k] * np.arange(n) / n for k, n in enumerate(count.tolist())]
         times = np.append(np.concatenate(pieces), self.time_s[-1])
-        return Track(times, self.positions_at(times), pull_m_s2)
+        return Track(times, self.positions_at(times), np.tile(pull_m_s2, (len(times) - 1, 1)))
 
 
 def _compute_flight(
@@ -154,13 +147,7 @@ def build_reference_tracks(trace: Trace) -> tuple[Track, ...]:
             times[flight.disc].append(time_s)
             places[flight.disc].append(flight.position_at(time_s))
             pulls[flight.disc].append(flight.pull_m_s2)
-    bent = set[int]() if trace.modes is None else set(trace.modes["disc"].tolist())
-    if trace.scene.table_deceleration_m_s2:
-        bent.update(range(len(discs)))
-    return tuple(
-        Track(np.array(times[k]), np.array(places[k]), np.array(pulls[k]) if k in bent else pulls[k][0])
-        for k in range(len(discs))
-    )
+    return tuple(Track(*map(np.array, of_disc)) for of_disc in zip(times, places, pulls, strict=True))
 
 
 def _compute_knot_times(flight: Flight) -> list[float]:
@@ -198,10 +185,13 @@ def build_observed_tracks(trace: Trace, extent_m: float) -> tuple[Track, ...]:
     near = SHARPNESS * extent_m
     if all(_has_states(track, times, places[:, disc], near) for disc, track in enumerate(impact_tracks)):
         return impact_tracks
-    return tuple(
-        _thin_track(times, places[:, k], np.array((0.0, 0.0) if disc.immovable else trace.scene.gravity_m_s2), near)
-        for k, disc in enumerate(trace.scene.discs)
-    )
+    pulls = list_flight_pulls(trace.scene)
+    return tuple(_thin_track(times, places[:, k], pull, near) for k, pull in enumerate(pulls))
+
+
+def list_flight_pulls(scene: Scene) -> list[Array]:
+    """Return the acceleration of each disc while it flies freely."""
+    return [np.array((0.0, 0.0) if disc.immovable else scene.gravity_m_s2) for disc in scene.discs]
 
 
 def list_sampled_positions(trace: Trace) -> tuple[Array, Array] | None:
@@ -221,7 +211,7 @@ def _cut_at_non_finite(track: Track) -> Track:
     """Return a track up to its first NaN or infinite number. After its last point, the disc is drawn at rest."""
     known = np.isfinite(track.time_s) & np.isfinite(track.position_m).all(axis=1)
     count = len(known) if known.all() else int(known.argmin())
-    return track if count == len(known) else Track(track.time_s[:count], track.position_m[:count], track.pull_m_s2)
+    return Track(track.time_s[:count], track.position_m[:count], track.pull_m_s2[: count - 1])
 
 
 def _has_states(track: Track, times: Array, places: Array, near: float) -> bool:
@@ -234,16 +224,33 @@ def _thin_track(times: Array, places: Array, pull: Array, near: float) -> Track:
     """Return a track through a few of the states. The other states are at most `near` away from the track."""
     finite = np.isfinite(places).all(axis=1)
     times, places = times[finite], places[finite]
-    kept_rows, pending = [0], [(0, len(times) - 1)]
-    while pending:
-        first, last = pending.pop()
+
+    def measure_errors(first: int, last: int) -> Array:
         ends = (times[first], times[last]), (places[first], places[last])
         flight = _compute_flight(times[first : last + 1], *ends, pull)
-        away = np.abs(flight - places[first : last + 1]).max(axis=1)
-        worst = first + int(away.argmax())
-        if last - first > 1 and away.max() > near:
+        errors: Array = np.abs(flight - places[first : last + 1]).max(axis=1)
+        return errors
+
+    chosen = select_points(len(times), measure_errors, near)
+    return Track(times[chosen], places[chosen], np.tile(pull, (len(chosen) - 1, 1)))
+
+
+def select_points(count: int, measure_errors: Callable[[int, int], Array], most: float) -> list[int]:
+    """Return the numbers of a few points, such that their connection passes all other points (Douglas-Peucker).
+
+    Args:
+        count: Number of points.
+        measure_errors: Function that takes the numbers of two points, and returns the distances of these points and of
+            all points between them from the connection of the two points.
+        most: Largest distance of a point from the connection.
+    """
+    selected, pending = [0], [(0, count - 1)]
+    while pending:
+        first, last = pending.pop()
+        errors = measure_errors(first, last)
+        if last - first > 1 and errors.max() > most:
+            worst = first + int(errors.argmax())
             pending += [(worst, last), (first, worst)]
         else:
-            kept_rows.append(last)
-    chosen = np.array(kept_rows)
-    return Track(times[chosen], places[chosen], pull)
+            selected.append(last)
+    return selected
