@@ -32,6 +32,7 @@ from pydantic.json_schema import GenerateJsonSchema
 from pydantic_core import CoreSchema, core_schema
 
 from carom.comparator import Grade, LocalScore
+from carom.comparator.grades import EARLIER_WORDS
 from carom.errors import InputError
 from carom.report.files import FORMATS
 from carom.report.results_file.lines import RowLine, Summary
@@ -41,6 +42,12 @@ Line = TypeVar("Line", Summary, RowLine)
 
 #: Fields of a score about spins, which are only written if a disc of the scene spins.
 OF_SPINS = frozenset({"spin", "final_spin", "angular", "angular_excess", "arm"})
+
+#: Names of fields that have another name in files of format 2.
+_ALIASES: dict[str, list[list[str | int]]] = {
+    "diverged_s": [["diverged_s"], ["parted_s"]],
+    "pit_diverged_s": [["pit_diverged_s"], ["pit_parted_s"]],
+}
 
 #: Fields of a timing that files of earlier versions lack, and that are omitted if they have no value.
 _LATER = frozenset({"ends"})
@@ -145,7 +152,7 @@ def _build_file_type(hint: Any) -> Any:
     if origin is tuple:
         return tuple[tuple(part if part is ... else _build_file_type(part) for part in parts)]  # type: ignore[misc] # made here
     if isinstance(origin, type) and issubclass(origin, Mapping):
-        return dict[str, _build_file_type(parts[1])]  # type: ignore[misc] # a type made here
+        return dict[parts[0], _build_file_type(parts[1])]  # type: ignore[misc, valid-type] # a type made here
     return hint
 
 
@@ -167,9 +174,10 @@ def _build_enum_type(kind: type[Enum]) -> Any:
     names = {member.name.lower(): member for member in kind}
 
     def read(name: object) -> Enum:
-        if not isinstance(name, str) or name not in names:
+        present_name = EARLIER_WORDS.get(name, name) if isinstance(name, str) else None
+        if present_name not in names:
             raise ValueError(f"must be one of {', '.join(names)}")
-        return names[name]
+        return names[present_name]
 
     return Annotated[
         kind,
@@ -187,7 +195,11 @@ class _Fields:
         hints = get_type_hints(kind, include_extras=True)
         fields_by_name = {field.name: field for field in dataclasses.fields(kind)}
         fields = [
-            core_schema.dataclass_field(name, _add_default(field, hints[name], handler(_build_file_type(hints[name]))))
+            core_schema.dataclass_field(
+                name,
+                _add_default(field, hints[name], handler(_build_file_type(hints[name]))),
+                validation_alias=_ALIASES.get(name),
+            )
             for name, field in fields_by_name.items()
         ]
         derived = [

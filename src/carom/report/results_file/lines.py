@@ -7,9 +7,10 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
 from carom.comparator import Errors, Grade, LocalScore, Score, Verdict
+from carom.comparator.grades import EARLIER_WORDS
 from carom.comparator.measure.consistency import Consistency
 from carom.comparator.scales import Scales
 from carom.execution.environment import Environment
@@ -23,6 +24,9 @@ from carom.support.limits import LARGEST, SMALLEST
 
 #: Type of a step size in seconds, within the range that a run supports.
 Step = Annotated[float, Field(ge=SMALLEST, le=LARGEST)]
+
+#: Name of a verdict. Files of format 2 contain earlier names.
+VerdictName = Annotated[str, AfterValidator(lambda name: EARLIER_WORDS.get(name, name))]
 
 
 @dataclass(frozen=True)
@@ -53,7 +57,7 @@ class Summary:
     environment: Environment
     command: str
     elapsed_s: float
-    verdicts: Mapping[str, str]
+    verdicts: Mapping[VerdictName, str]
     scenes: Mapping[str, SceneLine]
     sampling: tuple[Mapping[str, str | int | float | None], ...]
 
@@ -62,7 +66,7 @@ class Summary:
 class VerdictLine:
     """A verdict by name, and its reason as a sentence with numbers."""
 
-    verdict: str
+    verdict: VerdictName
     reason: str
 
 

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 from carom.comparator import Score
-from carom.comparator.grades import EARLIER_WORDS
 from carom.errors import InputError
 from carom.execution.results import Results, Row
 from carom.report.files import FORMATS
@@ -56,91 +55,53 @@ def stream_records(path: Path) -> tuple[Summary, Iterator[RowLine]]:
         InputError: The file has a fault that `read_records` lists. The iterator raises this error, too.
     """
     texts = _read_lines(path)
-    head, is_earlier = _parse_head(path, next(texts, b"{}"))
+    first_line = next(texts, b"{}")
+    head = _parse_head(path, first_line)
 
     def read_rows() -> Iterator[RowLine]:
         count = 0
         for count, text in enumerate(texts, start=1):
             try:
-                line = _encode(convert_format_2(_parse_object(path, count + 1, text))) if is_earlier else text
-                row = read_line(RowLine, line, path, count + 1)
+                row = read_line(RowLine, text, path, count + 1)
             except InputError:
                 _require_whole(path, head, count + sum(1 for _ in texts))
                 raise
             yield row
         _require_whole(path, head, count)
 
-    return read_line(Summary, _encode(head), path, 1), read_rows()
+    return read_line(Summary, first_line, path, 1), read_rows()
 
 
 _WANTED = FORMATS["results"]
-#: The earlier format that Carom also reads. It has other words for diverged runs.
-_EARLIER_FORMAT = 2
-#: Fields of the earlier format that have another name in the present format.
-_RENAMED = {"parted_s": "diverged_s", "pit_parted_s": "pit_diverged_s"}
+#: Formats that Carom reads. Format 2 has other words for diverged runs.
+_READABLE = (2, _WANTED)
 _READS = (
-    f"; this Carom reads complete files of formats {_EARLIER_FORMAT} and {_WANTED}: run the cross-check again, or use "
-    "the version that wrote the file"
+    f"; this Carom reads complete files of formats {' and '.join(map(str, _READABLE))}: run the cross-check again, or "
+    "use the version that wrote the file"
 )
 _ASK = f"give the folder of a report, or a results.jsonl that `carom run --out` wrote (format {_WANTED})"
 
 
-def _parse_head(path: Path, text: bytes) -> tuple[dict[str, Any], bool]:
-    """Return the first line in the present format, and whether the file has an earlier format."""
-    head = _parse_object(path, 1, text)
+def _parse_head(path: Path, text: bytes) -> dict[str, Any]:
+    """Return the first line. Raise an error if it is not the first line of a format that Carom reads."""
+    try:
+        head = json.loads(text)
+    except UnicodeError as error:
+        raise InputError(f"{path} can't be read: {error}", hints=[_ASK]) from None
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}, line 1: invalid JSON ({shorten(str(error), 200)})", hints=[_ASK]) from None
+    if not isinstance(head, dict):
+        raise InputError(f"{path}, line 1: not a JSON object", hints=[_ASK])
     if (found := head.get("format")) is None:
         raise InputError(f"{path} is not the results.jsonl of a cross-check", hints=[_ASK])
-    if found == _EARLIER_FORMAT:
-        return convert_format_2(head), True
-    if found != _WANTED:
+    if found not in _READABLE:
         raise InputError(f"{path} is of format {escape_controls(shorten(str(found)))}{_READS}")
-    return head, False
-
-
-def convert_format_2(line: Mapping[str, Any]) -> dict[str, Any]:
-    """Replace the words and field names of format 2 in a line by the present ones.
-
-    Other texts, such as names of scenes, are unchanged.
-    """
-    converters = {"format": lambda _: FORMATS["results"], "grade": _replace_word, "verdicts": _replace_verdicts}
-    return {
-        _RENAMED.get(name, name): converters[name](value) if name in converters else value
-        for name, value in line.items()
-    }
-
-
-def _replace_verdicts(verdicts: Any) -> Any:
-    """Replace words in the verdicts of a run (a list), or in the meanings of verdicts in the first line (a mapping)."""
-    if isinstance(verdicts, list):
-        return [_replace_verdicts(one) if isinstance(one, dict) else one for one in verdicts]
-    if isinstance(verdicts, dict):
-        return {_replace_word(name): _replace_word(value) for name, value in verdicts.items()}
-    return verdicts
-
-
-def _replace_word(word: Any) -> Any:
-    return EARLIER_WORDS.get(word, word) if isinstance(word, str) else word
-
-
-def _encode(line: Mapping[str, Any]) -> bytes:
-    return json.dumps(line).encode()
+    return head
 
 
 def _require_whole(path: Path, head: Mapping[str, Any], rows: int) -> None:
     if (stated_rows := head.get("rows")) != rows:
         raise InputError(f"{path} has {rows} of {escape_controls(shorten(str(stated_rows)))} rows{_READS}")
-
-
-def _parse_object(path: Path, number: int, text: bytes) -> dict[str, Any]:
-    try:
-        line = json.loads(text)
-    except UnicodeError as error:
-        raise InputError(f"{path} can't be read: {error}", hints=[_ASK]) from None
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}, line {number}: invalid JSON ({shorten(str(error), 200)})", hints=[_ASK]) from None
-    if not isinstance(line, dict):
-        raise InputError(f"{path}, line {number}: not a JSON object", hints=[_ASK])
-    return line
 
 
 def _read_lines(path: Path) -> Iterator[bytes]:
