@@ -13,7 +13,6 @@ import numpy as np
 from carom.model.scene import Wall
 from carom.model.trace import Trace
 from carom.model.walls import move_wall
-from carom.report.paths import Paths, build_exact_paths, build_observed_paths
 from carom.report.shapes import (
     Circle,
     Dots,
@@ -27,7 +26,7 @@ from carom.report.shapes import (
     render_svg,
 )
 from carom.report.svg import INK, MUTED, SERIES, WALL, build_figure, render, use_drawing_style
-from carom.report.tracks import Array
+from carom.report.tracks import Array, Paths, build_exact_paths, build_observed_paths
 from carom.support import formatting
 
 if TYPE_CHECKING:
@@ -77,12 +76,11 @@ def draw_pair(reference: Trace, observed: Trace, missed: Sequence[int], labels: 
         labels: Accessible names of the drawings.
     """
     scene, right, found = reference.scene, build_exact_paths(reference), build_observed_paths(observed)
-    axis, limits = _find_axis_of_motion(right, scene), compute_limits(scene, right, found)
+    axis, limits, dotted = _plan_pictures(scene, (right, found))
     if axis is not None:
         sides = zip((right, found), labels, strict=True)
         return [_render_over_time(scene, paths, axis, limits, label) for paths, label in sides]
     misses = _find_missed_frames(reference, found, missed) if len(missed) <= _MOST_MISSES else []
-    dotted = _has_many_impacts(right, found)
     low, high = _extend_to_shape(limits)
     return [
         render_svg(_list_shapes(scene, paths, (low, high), shown, dotted=dotted), low, high, _WIDTH_PT, label)
@@ -97,10 +95,7 @@ def draw_traces(several: Sequence[Axes], traces: Sequence[Trace]) -> None:
     line, the drawings show positions on this line against time.
     """
     scene, paths = traces[0].scene, [build_observed_paths(trace) for trace in traces]
-    corners = [compute_limits(scene, paths[0], other) for other in paths]
-    limits = np.min([low for low, _ in corners], axis=0), np.max([high for _, high in corners], axis=0)
-    axis = _find_axis_of_motion(paths[0], scene)
-    dotted = _has_many_impacts(*paths)
+    axis, limits, dotted = _plan_pictures(scene, paths)
     for axes, one in zip(several, paths, strict=True):
         if axis is not None:
             _draw_over_time(axes, scene, one, axis, limits)
@@ -117,9 +112,17 @@ def draw_start(axes: Axes, scene: Scene) -> None:
         axes.quiver(*start.position_m.T, *start.velocity_m_s.T, angles="xy", color=INK, width=0.006, zorder=5)
 
 
-def _has_many_impacts(*paths: Paths) -> bool:
-    """Whether at least one of several pictures has too many impacts for circles, so that all pictures have dots."""
-    return any(sum(len(times) for times, _ in one.impacts) > _MOST_IMPACT_POSITIONS for one in paths)
+def _plan_pictures(scene: Scene, several: Sequence[Paths]) -> tuple[int | None, Limits, bool]:
+    """Return what all pictures of a scene have in common.
+
+    Returns:
+        The axis along which all discs move (see `_find_axis_of_motion`), the shown region, and whether the impacts are
+        drawn as dots, because a picture has too many impacts for circles.
+    """
+    corners = [compute_limits(scene, several[0], other) for other in several]
+    limits = np.min([low for low, _ in corners], axis=0), np.max([high for _, high in corners], axis=0)
+    dotted = any(sum(len(times) for times, _ in one.impacts) > _MOST_IMPACT_POSITIONS for one in several)
+    return _find_axis_of_motion(several[0], scene), limits, dotted
 
 
 def _find_axis_of_motion(paths: Paths, scene: Scene) -> int | None:

@@ -22,13 +22,13 @@ from carom.model.scene import Chain, Need, Ring, Scene, Wall
 from carom.model.trace import Mode, Trace, format_setting
 from carom.report.impact_rows import NEAR_STEPS, Json, build_impact_rows
 from carom.report.outcome_marks import mark_of
-from carom.report.paths import compute_extent
 from carom.report.picture import ARC_PARTS
 from carom.report.results_file.lines import build_line, list_reasons
 from carom.report.tracks import (
     Track,
     build_observed_tracks,
     build_reference_tracks,
+    compute_extent,
     compute_turnings,
     list_flight_pulls,
 )

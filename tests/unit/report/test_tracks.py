@@ -16,9 +16,16 @@ from carom.catalogue import all_scenes
 from carom.execution.scene_reference import solve_reference
 from carom.model.trace import Trace, wall_index
 from carom.model.walls import build_drive
-from carom.report.paths import build_exact_paths, build_observed_paths, compute_extent
 from carom.report.replay_data import build_replay_data
-from carom.report.tracks import SHARPNESS, build_observed_tracks, build_reference_tracks, compute_turnings
+from carom.report.tracks import (
+    SHARPNESS,
+    build_exact_paths,
+    build_observed_paths,
+    build_observed_tracks,
+    build_reference_tracks,
+    compute_extent,
+    compute_turnings,
+)
 
 
 def compute_gap(scene: Scene, impact: Any, places: Sequence[Any]) -> float:

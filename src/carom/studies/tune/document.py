@@ -56,7 +56,7 @@ def build_tune_document(tuning: Tuning, scene_words: Sequence[str]) -> Document:
 def _build_result_columns(name: str, found: TriedSettings) -> Iterator[Column]:
     """Yield the columns of a table of scenes that show the grades and errors with some settings."""
     yield Column(name, lambda k: _format_grade(found.results[k]))
-    yield Column("error", lambda k: _format_error(found.results[k]), number=True)
+    yield Column("error", lambda k: formatting.format_number(found.results[k].error_ratio), number=True)
 
 
 def format_set_options(found: TriedSettings) -> str:
@@ -120,10 +120,6 @@ def _format_grade(result: SceneResult) -> Cell:
         return Cell(_grade_word(result), result.reason)
     lost = formatting.format_missed_and_invented(result.missed, result.spurious)
     return Cell(f"{_grade_word(result)} {lost}".rstrip())
-
-
-def _format_error(result: SceneResult) -> str:
-    return formatting.ABSENT if math.isnan(result.error_ratio) else formatting.format_number(result.error_ratio)
 
 
 def _build_profile_section(tuning: Tuning) -> Section:
