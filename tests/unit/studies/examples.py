@@ -8,7 +8,7 @@ from carom.execution.environment import Environment
 from carom.execution.job import Method
 from carom.model.scene import Disc, Scene
 from carom.studies.advise.options import AdviceOptions
-from carom.studies.advise.run import Advice, ClosedForm
+from carom.studies.advise.run import Advice
 from carom.studies.advise.sampling_limit import Cause, ContactWindow, HardImpact
 from carom.studies.advise.step_search import SearchEnding, StepAdvice, StepRange, count_steps_per_frame
 from carom.studies.advise.step_trial import StepTrial
@@ -115,8 +115,7 @@ def build_advice() -> Advice:
         options=AdviceOptions(direction_error_rad=math.radians(1.0), phases=8, budget_steps=400_000),
         impacts=1,
         hardest=(HardImpact(0.379, 0, 1, Cause.TURN, window, 0.148, 0.0055),),
-        closed_form=ClosedForm(0.148, 0.0055),
-        sampling=None,
+        pit_steps_s=(0.148, 0.0055),
         answers=tuple(answers),
         unable={},
         swept=frozenset({Method("box2d", "tuned")}),

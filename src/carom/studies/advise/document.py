@@ -114,8 +114,8 @@ def _build_headline(advice: Advice) -> Iterator[str]:
         yield f"{target}, {_describe_longest_step(advice, lambda answer: answer.meets_target)}."
     else:
         yield f"{advice.scene.name}: no engine was tested."
-    if needed := _describe_pit_steps(advice):
-        yield f"PIT (one check per step) needs {needed}."
+    without_miss, accurate = map(_describe_needed_rate, advice.pit_steps_s)
+    yield f"PIT (one check per step) needs {without_miss} to miss none, {accurate} for {_format_target_angle(advice)}."
     reasons = formatting.group_by((reason, method.label) for method, reason in advice.unable.items())
     for reason, names in reasons.items():
         yield f"Not run: {formatting.join_words(names)} ({reason})."
@@ -207,17 +207,6 @@ def _format_frame_step_result(advice: Advice, answer: StepAdvice) -> str:
     if trial.lost_phases:
         return f"fails at {trial.lost_phases} of {trial.phases}"
     return f"found, {_format_degrees(trial.direction_error_rad)} error"
-
-
-def _describe_pit_steps(advice: Advice) -> str:
-    if (closed := advice.closed_form) is not None:
-        dts_s = (closed.never_misses_s, closed.meets_target_s)
-    elif (found := advice.sampling) is not None:
-        dts_s = (found.never_misses.largest_passing_s, found.meets_target.largest_passing_s)
-    else:
-        return ""
-    one, other = (_describe_needed_rate(dt_s) for dt_s in dts_s)
-    return f"{one} to miss none, {other} for {_format_target_angle(advice)}"
 
 
 def _describe_needed_rate(dt_s: float) -> str:

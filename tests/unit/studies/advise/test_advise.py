@@ -24,7 +24,7 @@ from carom.studies.advise import run as adviser
 from carom.studies.advise.api import ShownAdvice
 from carom.studies.advise.document import build_advice_document
 from carom.studies.advise.options import AdviceOptions
-from carom.studies.advise.run import Advice, ReferenceCut, advise
+from carom.studies.advise.run import Advice, ReferenceCut, advise, find_closed_form
 from carom.studies.advise.sampling_limit import Cause, rank_hardest_impacts
 from carom.studies.advise.step_trial import StartTask
 
@@ -160,13 +160,12 @@ def test_scene_is_cut_before_simultaneous_impacts() -> None:
 
 @pytest.mark.long
 def test_step_of_pit_is_searched_with_friction() -> None:
-    """With friction, PIT runs to find PIT's step. The found step meets the demand, and the failing step does not."""
+    """With friction, PIT runs to find PIT's step. The found step meets the demand, and the next larger one does not."""
     rough = Scene(**{**dict(build_pair(0.3)), "friction": 0.5})
     advice = ask(rough, ["pit"], 5 * DEGREE)
-    assert (advice.closed_form, advice.answers) == (None, ())
-    answer = require_value(advice.sampling).meets_target
-    passes_s = require_value(answer.largest_passing).dt_s
-    for step, right in ((passes_s, True), (require_value(answer.smallest_failing).dt_s, False)):
+    assert advice.answers == ()
+    _, passes_s = advice.pit_steps_s
+    for step, right in ((passes_s, True), (1.5 * passes_s, False)):
         found, worst = measure_direction_error(rough, step, step * 0.999)
         assert (found == 1 and worst <= 5 * DEGREE) is right
     text = print_as_line(build_advice_document(advice))
@@ -177,14 +176,18 @@ def test_step_of_pit_is_searched_with_friction() -> None:
 @pytest.mark.long
 def test_closed_form_ignores_spin_and_excludes_curved_paths() -> None:
     """Without friction, spin does not change the closed form; with gravity or a driven disc there is none."""
+
+    def closed_form(scene: Scene) -> tuple[float, float] | None:
+        return find_closed_form(scene, rank_hardest_impacts(solve_pic(scene), AdviceOptions()))
+
     pair = build_pair()
-    plain, spinning = (ask(scene, ["pit"]).closed_form for scene in (pair, with_discs(pair, spin_rad_s=2.0)))
-    assert require_value(plain) == spinning
+    plain, spinning = (closed_form(scene) for scene in (pair, with_discs(pair, spin_rad_s=2.0)))
+    assert require_value(plain) == spinning == ask(pair, ["pit"]).pit_steps_s
     hung = [pair.discs[0], pair.discs[1].model_copy(update={"mass_kg": math.inf})]
     legs = (Leg(from_s=0.0, velocity_m_s=(0.0, 0.0)), Leg(from_s=1.2, velocity_m_s=(0.1, 0.0)))
     driven = [hung[0], hung[1].model_copy(update={"driven": True, "legs": legs})]
     for changes in ({"discs": hung, "gravity_m_s2": (0.0, -0.1)}, {"discs": driven}):
-        assert ask(Scene(**{**dict(pair), **changes}), ["pit"], 10 * DEGREE, phases=1).closed_form is None
+        assert closed_form(Scene(**{**dict(pair), **changes})) is None
 
 
 def test_impact_in_last_step_is_decided() -> None:
