@@ -49,17 +49,12 @@ _ALIASES: dict[str, list[list[str | int]]] = {
     "pit_diverged_s": [["pit_diverged_s"], ["pit_parted_s"]],
 }
 
-#: Fields of a timing that files of earlier versions lack, and that are omitted if they have no value.
-_LATER = frozenset({"ends"})
-
 
 def format_line(line: Summary | RowLine, *, spins: bool = True) -> str:
     """Return a line as strict JSON without a line break. If `spins` is true, the line has fields about spins."""
-    leave_out = {} if spins else {part: set(OF_SPINS) for part in ("total", "against_pit", "consistency")}
-    if isinstance(line, RowLine) and line.timing and line.timing.ends is None:
-        leave_out["timing"] = set(_LATER)
+    leave_out = None if spins else {part: set(OF_SPINS) for part in ("total", "against_pit", "consistency")}
     kind: Any = type(line)  # for mypy, a class of unhashable objects is unhashable
-    return _JSON(_build_type_adapter(kind).dump_python(line, mode="json", exclude=leave_out or None))
+    return _JSON(_build_type_adapter(kind).dump_python(line, mode="json", exclude=leave_out))
 
 
 _JSON = json.JSONEncoder(ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode
@@ -107,7 +102,7 @@ class _Described(GenerateJsonSchema):
     """JSON Schema generator that gives fields no title, because a title would only repeat the field's name.
 
     A number may be null in any case, so the schema is the same for a number that may be absent. Fields with a default
-    are also required, except those that a line may omit (`OF_SPINS` and `_LATER`).
+    are also required, except those that a line may omit (`OF_SPINS`).
     """
 
     def field_title_should_be_set(self, schema: Any) -> bool:  # noqa: ARG002 - pydantic's signature
@@ -121,7 +116,7 @@ class _Described(GenerateJsonSchema):
         return self.generate_inner(schema["schema"])
 
     def field_is_required(self, field: Any, total: bool) -> bool:  # noqa: ARG002 - pydantic's signature
-        return field["name"] not in OF_SPINS | _LATER
+        return field["name"] not in OF_SPINS
 
 
 #: Properties that are written in addition to a class's fields, and ignored when a file is read.
