@@ -244,9 +244,7 @@ def _list_impacts_by_disc(scene: Scene, paths: Paths) -> Iterator[tuple[int, Arr
 def set_limits(axes: Axes, limits: Limits) -> None:
     """Show a region, with equal scales."""
     low, high = limits
-    axes.set_xlim(low[0], high[0])
-    axes.set_ylim(low[1], high[1])
-    axes.set_aspect("equal")
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
 
 
 def list_wall_shapes(wall: AnyWall, limits: Limits, opacity: float = 1.0) -> Iterator[Shape]:
@@ -312,20 +310,14 @@ def _draw_over_time(axes: Axes, scene: Scene, paths: Paths, axis: int, limits: L
     for wall in scene.half_planes():
         if abs(wall.normal[axis]) > math.sqrt(0.5):  # the wall is perpendicular to the line of motion
             end = low if wall.normal[axis] > 0 else high
-            begin = wall.point_m[axis]
-            if wall.driven:
-                begins_s = [leg.begin_s for leg in wall.drive.legs if leg.begin_s < scene.duration_s]
-                times_s = [*begins_s, scene.duration_s]
-                axes.fill_betweenx(times_s, [begin + wall.drive.moved_at(t)[axis] for t in times_s], end, **solid)
-            else:
-                axes.axvspan(begin, end, **solid)
+            begins_s = [leg.begin_s for leg in wall.drive.legs if leg.begin_s < scene.duration_s]
+            times_s = [*begins_s, scene.duration_s]
+            places_m = [wall.point_m[axis] + wall.drive.moved_at(time_s)[axis] for time_s in times_s]
+            axes.fill_betweenx(times_s, places_m, end, **solid)
     for k, times, points in _list_impacts_by_disc(scene, paths):
         places = np.column_stack([points[:, axis], times])
         draw_on_axes(axes, [Dots(places, _IMPACT_DOT_PT, Style(4, fill=_colour_of(k)))])
-    axes.set_xlim(low, high)
-    axes.set_ylim(0.0, scene.duration_s)
-    axes.set_xlabel(f"{'xy'[axis]} in m")
-    axes.set_ylabel("time in s")
+    axes.set(xlim=(low, high), ylim=(0.0, scene.duration_s), xlabel=f"{'xy'[axis]} in m", ylabel="time in s")
     axes.tick_params(length=2.5, color=MUTED)
     for side in (axes.xaxis, axes.yaxis):
         side.set_major_locator(MaxNLocator(5))

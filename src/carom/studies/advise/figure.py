@@ -50,8 +50,7 @@ def draw_advice(advice: Advice, axes: Axes, *, narrow: bool = False) -> None:
     axes.axhline(
         target_degrees, color=INK, linewidth=0.8, linestyle=":", label=f"target: {format_tick(target_degrees, 0.0)}°"
     )
-    axes.set(xscale="log", yscale="log", xlabel="steps per second")
-    axes.set_ylabel("direction error, degrees")
+    axes.set(xscale="log", yscale="log", xlabel="steps per second", ylabel="direction error, degrees")
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_formatter(format_tick)
     axes.grid(which="major", alpha=0.18, linewidth=0.6)
