@@ -104,9 +104,9 @@ def build_advice() -> Advice:
             StepTrial(last / 2**k, 64 if k == 0 else 8, 65 if k == 0 else 9, 0, 0, 0.017 / 2**k, 400) for k in range(3)
         ]
         framed = next((trial for trial in fine if count_steps_per_frame(trial.dt_s, build_scene().frame_rate_hz)), None)
-        never = StepRange(fine[0], framed, fine[-1].dt_s, first[-1], (), ())
+        never = StepRange(fine[0], framed, first[-1], (), ())
         lost = method == Method("mujoco", "default")
-        whole = StepRange(None, None, fine[-1].dt_s, fine[-1], (), ()) if lost else never
+        whole = StepRange(None, None, fine[-1], (), ()) if lost else never
         ending = SearchEnding.FLAT if lost else SearchEnding.FOUND
         answers.append(StepAdvice(method, (*first, *fine), never, whole, ending))
     window = ContactWindow.of(0.9, (0.9, 0.1), (6.0, 0.0))

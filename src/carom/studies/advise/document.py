@@ -50,7 +50,7 @@ def build_advice_document(advice: Advice, scene_word: str = "") -> Document:
         )
         figure = Figure(partial(render_advice_svg, advice), caption)
         search = Lines(tuple(_describe_search(advice, rows)), Media.IN_FULL)
-        tested: tuple[Block, ...] = (_build_evidence_table(advice, rows), search, *map(_build_trials_table, rows))
+        tested: tuple[Block, ...] = (search, *map(_build_trials_table, rows))
         sections += [
             Section("Error against step", (Figures((figure,), large=True),), only=Media.PAGE),
             Section("Code to paste", tuple(_build_code_blocks(advice, rows, scene_word or advice.scene.name))),
@@ -58,12 +58,6 @@ def build_advice_document(advice: Advice, scene_word: str = "") -> Document:
         ]
     making_of = build_provenance(advice.environment, advice.command, advice.elapsed_s)
     return Document("Carom: advice", (answer,), (*sections, *making_of))
-
-
-def _list_criteria(advice: Advice) -> Iterator[tuple[str, Callable[[StepAdvice], StepRange]]]:
-    """For each accuracy criterion, yield its heading, and a function that returns the step sizes that meet it."""
-    yield "no miss", lambda answer: answer.never_misses
-    yield f"≤ {_format_target_angle(advice)}", lambda answer: answer.meets_target
 
 
 def _build_table(advice: Advice, rows: Sequence[StepAdvice]) -> Table:
@@ -77,7 +71,8 @@ def _build_table(advice: Advice, rows: Sequence[StepAdvice]) -> Table:
     return Table(
         (
             Column("", lambda answer: answer.method.label + (" +CCD" if answer.method in advice.swept else "")),
-            *(column for criterion in _list_criteria(advice) for column in build_columns(*criterion)),
+            *build_columns("no miss", lambda answer: answer.never_misses),
+            *build_columns(f"≤ {_format_target_angle(advice)}", lambda answer: answer.meets_target),
             Column(f"at {frame}", lambda answer: _format_frame_step_result(advice, answer)),
         ),
         rows,
@@ -85,21 +80,6 @@ def _build_table(advice: Advice, rows: Sequence[StepAdvice]) -> Table:
         note="This step size and all smaller tested ones pass. Other step sizes were not checked. "
         "'Fails at' counts phases with a missed or spurious impact.",
     )
-
-
-def _build_evidence_table(advice: Advice, rows: Sequence[StepAdvice]) -> Table:
-    def build_columns(head: str, read: Callable[[StepAdvice], StepRange]) -> Iterator[Column]:
-        yield Column(head, lambda answer: _format_rate_range(read(answer)), number=True)
-        yield Column("fails", lambda answer: _format_failing_rate(answer, read(answer)), "at", number=True)
-
-    columns = (
-        Column("", lambda answer: answer.method.label),
-        *(column for criterion in _list_criteria(advice) for column in build_columns(*criterion)),
-        Column("direction", _format_direction_error, "error", number=True),
-        Column("engine", lambda answer: str(answer.steps), "steps", number=True),
-    )
-    title = "Steps per second that pass, from the largest step size to the smallest tested one:"
-    return Table(columns, rows, title=title, only=Media.IN_FULL)
 
 
 def _build_headline(advice: Advice) -> Iterator[str]:
@@ -191,9 +171,11 @@ def _build_code_blocks(advice: Advice, rows: Sequence[StepAdvice], scene_word: s
 
 
 def _describe_passing_step(answer: StepAdvice, step_range: StepRange) -> str:
-    if not step_range.largest_passing_s:
-        return _format_rate_range(step_range)
-    return "any tried" if _has_no_step_limit(answer, step_range) else _format_rate(step_range.largest_passing_s)
+    if step_range.largest_passing is not None:
+        return "any tried" if _has_no_step_limit(answer, step_range) else _format_rate(step_range.largest_passing_s)
+    if not answer.trials:
+        return formatting.ABSENT
+    return "none" if step_range.smallest_failing is answer.trials[-1] else "unfinished"
 
 
 def _format_frame_step_result(advice: Advice, answer: StepAdvice) -> str:
@@ -267,23 +249,6 @@ def _format_rates(trials: Iterable[StepTrial]) -> str:
     return f"{rates[0]} to {rates[-1]} ({len(rates)} step sizes tested)"
 
 
-def _format_rate_range(step_range: StepRange) -> str:
-    if step_range.largest_passing_s:
-        return f"{_format_rate(step_range.largest_passing_s)}-{_format_rate(step_range.smallest_tested_s)}"
-    if math.isnan(step_range.smallest_tested_s):
-        return formatting.ABSENT
-    failing = step_range.smallest_failing
-    return "none" if failing is not None and failing.dt_s == step_range.smallest_tested_s else "unfinished"
-
-
-def _format_failing_rate(answer: StepAdvice, step_range: StepRange) -> str:
-    if step_range.smallest_failing is not None:
-        return _format_rate(step_range.smallest_failing.dt_s)
-    if not answer.trials:
-        return formatting.ABSENT
-    return "none" if answer.refused_s is None else "refused"
-
-
 def _describe_search(advice: Advice, rows: Sequence[StepAdvice]) -> Iterator[str]:
     """Yield the reasons for the end of searches and for refused step sizes, and describe the tested phases."""
     for ending, names in formatting.group_by((one.ending, one.method.label) for one in rows).items():
@@ -297,15 +262,6 @@ def _describe_search(advice: Advice, rows: Sequence[StepAdvice]) -> Iterator[str
         "a step, and at phases at which a step ends just before one of the hardest impacts. The largest step "
         f"size of each range was tested at {max(CONFIRM, phases)} phases."
     )
-
-
-def _format_direction_error(answer: StepAdvice) -> str:
-    """Return the error at the recommended step size. If there is none, use the smallest tested step size."""
-    trial = answer.meets_target.largest_passing or (answer.trials[-1] if answer.trials else None)
-    if trial is None:
-        return formatting.ABSENT
-    any_step = trial.dt_s <= (answer.flat_from_s or 0.0)
-    return _format_degrees(trial.direction_error_rad) + (" at any" if any_step else "")
 
 
 def _format_degrees(angle_rad: float) -> str:

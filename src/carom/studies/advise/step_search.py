@@ -54,13 +54,12 @@ class SearchEnding(Enum):
 
 @dataclass(frozen=True)
 class StepRange:
-    """Step sizes from `largest_passing` to `smallest_tested_s`, of which all tested ones are accurate enough.
+    """Step sizes from `largest_passing` to the smallest tested one, all of which are accurate enough.
 
     Attributes:
         largest_passing: The largest step size that passes, confirmed at `CONFIRM` phases; None if there is none.
         frame_divisor: The largest step size that passes and divides a frame into equal steps, also confirmed; None if
             there is none.
-        smallest_tested_s: The smallest tested step size, in seconds; NaN if none was tested.
         smallest_failing: The smallest tested step size that fails; None if none fails.
         coarser_passes: Step sizes that pass although a smaller one fails, the largest first.
         finer_failures: Step sizes that fail although a larger one passes, the largest first.
@@ -68,7 +67,6 @@ class StepRange:
 
     largest_passing: StepTrial | None
     frame_divisor: StepTrial | None
-    smallest_tested_s: float
     smallest_failing: StepTrial | None
     coarser_passes: tuple[StepTrial, ...]
     finer_failures: tuple[StepTrial, ...]
@@ -100,23 +98,6 @@ class StepAdvice:
     ending: SearchEnding
     refused_s: float | None = None
     refusal: str = ""
-
-    @property
-    def steps(self) -> int:
-        """Number of engine steps in all trials."""
-        return sum(trial.steps for trial in self.trials)
-
-    @property
-    def flat_from_s(self) -> float | None:
-        """The step size, in seconds, below which the direction error stays about the same; None if there is none.
-
-        Only step sizes below the smallest step size with a missed or invented impact are considered.
-        """
-        passing = _select_finest_passing(self.trials, lambda trial: trial.never_misses)
-        for k, trial in enumerate(passing):
-            if _is_constant([one.direction_error_rad for one in passing[k:]]):
-                return trial.dt_s if _has_octaves(passing[k:], LONGEST) else None
-        return None
 
 
 @dataclass(frozen=True)
@@ -296,7 +277,7 @@ class StepSearch:
         finer = tuple(trial for trial in tested if coarser and not passes(trial) and trial.dt_s < coarser[0].dt_s)
         answer = run[0] if self._is_found(passes) else None
         framed = next((one for one in self._select_frame_divisor(run) if answer and one.dt_s in self._confirmed), None)
-        return StepRange(answer, framed, tested[-1].dt_s if tested else math.nan, failed, coarser, finer)
+        return StepRange(answer, framed, failed, coarser, finer)
 
 
 def _select_finest_passing(trials: Sequence[StepTrial], passes: Callable[[StepTrial], bool]) -> list[StepTrial]:
