@@ -140,10 +140,9 @@ def _build_file_type(hint: Any) -> Any:
     if dataclasses.is_dataclass(hint):
         return Annotated[hint, _Fields()]
     if origin in (Union, UnionType):
-        if type(None) in parts:  # here, null does not mean NaN
-            parts = tuple(_FINITE if part is float else part for part in parts if part is not type(None))
-            return Union[tuple(map(_build_file_type, parts))] | None  # noqa: UP007 - the number of types varies
-        return Union[tuple(map(_build_file_type, parts))]  # noqa: UP007 - the number of types varies
+        is_nullable = type(None) in parts  # then null does not mean NaN
+        kinds = tuple(_FINITE if is_nullable and part is float else _build_file_type(part) for part in parts)
+        return Union[kinds]  # noqa: UP007 - the number of types varies
     if origin is tuple:
         return tuple[tuple(part if part is ... else _build_file_type(part) for part in parts)]  # type: ignore[misc] # made here
     if isinstance(origin, type) and issubclass(origin, Mapping):

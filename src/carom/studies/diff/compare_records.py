@@ -15,7 +15,7 @@ from carom.errors import InputError
 from carom.execution.environment import Environment
 from carom.report.outcome_marks import BROKEN, GRADED, Mark
 from carom.studies.diff.options import DiffOptions
-from carom.studies.diff.read_cells import DiffCell, read_cells
+from carom.studies.diff.read_cells import DiffCell, Measure, read_cells
 from carom.support import formatting
 
 
@@ -30,23 +30,17 @@ class Kind(Enum):
     BETTER = "better"
 
 
-@dataclass(frozen=True)
-class BeforeAfter:
+@dataclass(frozen=True, kw_only=True)
+class BeforeAfter(Measure):
     """A number of a run in the old and the new report.
 
     Attributes:
-        name: Name of the number.
-        old: The number in the old report, with its sign; None if it was not measured.
-        new: The number in the new report; None if it was not measured.
-        rounding: Largest difference that does not count as a change.
-        unit: Unit of the number; empty without a unit.
+        old: The number in the old report, with its sign; NaN if it was not measured.
+        new: The number in the new report; NaN if it was not measured.
     """
 
-    name: str
-    old: float | bool | None
-    new: float | bool | None
-    rounding: float
-    unit: str = ""
+    old: float | bool
+    new: float | bool
 
     @property
     def is_count(self) -> bool:
@@ -56,17 +50,15 @@ class BeforeAfter:
     @property
     def is_changed(self) -> bool:
         """Whether the number differs, or is measured in only one of the runs."""
-        if self.old is None or self.new is None:
-            return self.old is not self.new
+        if math.isnan(self.old) or math.isnan(self.new):
+            return math.isnan(self.old) is not math.isnan(self.new)
         return not abs(self.new - self.old) <= self.rounding
 
     @property
     def growth(self) -> float:
         """Increase of the number's absolute value; 0 within rounding, or if only one of the runs has the number."""
-        if self.old is None or self.new is None:
-            return 0.0
         grown = abs(self.new) - abs(self.old)
-        return 0.0 if abs(grown) <= self.rounding else grown
+        return grown if abs(grown) > self.rounding else 0.0
 
     def __str__(self) -> str:
         if isinstance(self.old, bool):
@@ -77,8 +69,8 @@ class BeforeAfter:
         return f"{self.name} {old} → {new}{self.unit}"
 
 
-def _format_number(value: float | None, digits: int) -> str:
-    return "not measured" if value is None else formatting.format_number(value, digits)
+def _format_number(value: float, digits: int) -> str:
+    return "not measured" if math.isnan(value) else formatting.format_number(value, digits)
 
 
 @dataclass(frozen=True)
@@ -279,7 +271,7 @@ def _list_changed_numbers(old: DiffCell, new: DiffCell) -> Iterator[BeforeAfter]
     """
     for a, b, before, after in zip(old.measures, new.measures, old.numbers, new.numbers, strict=False):
         if before != after:
-            measure = BeforeAfter(a.name, before, after, min(a.rounding, b.rounding), a.unit)
+            measure = BeforeAfter(a.name, min(a.rounding, b.rounding), a.unit, old=before, new=after)
             if measure.is_changed:
                 yield measure
 
