@@ -222,7 +222,7 @@ def run_history(
     cells = [
         RunCell(scene.name, profile, dt_s)
         for scene in scenes_by_name.values()
-        for dt_s in options.list_steps(scene)
+        for dt_s in sorted(set(options.dts or (1.0 / scene.frame_rate_hz,)), reverse=True)
         for profile in options.profiles
     ]
     with options.open_pool() as pool:
