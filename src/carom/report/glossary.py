@@ -55,9 +55,7 @@ def find_meanings(word: str) -> list[Meaning]:
     """
     normalised = _ALSO.get(_normalise_word(word), _normalise_word(word))
     entries = list(list_meanings())
-    names = group_by(
-        (name, entry) for entry in entries for name in {*map(_normalise_word, (entry.word, entry.sentence))}
-    )
+    names = group_by((_normalise_word(name), entry) for entry in entries for name in (entry.word, entry.sentence))
     if normalised in names:
         return names[normalised]
     near = [names[name][0].word for name in difflib.get_close_matches(normalised, names, n=3, cutoff=0.5)]

@@ -106,7 +106,7 @@ def _build_headline(history: History) -> Iterator[str]:
     changed_steps = [step for step in history.transitions if step.engine_changes]
     if len(run_releases) >= 2 and not changed_steps:
         nothing = "no change is larger than the difference between results at different phases"
-        if not any(step.has_changed_bits for step in history.transitions):
+        if all(step.count(ChangeKind.SAME_BITS) == step.compared for step in history.transitions):
             nothing = "no bit changed"
         yield f"In {engine} from {run_releases[0].version} to {run_releases[-1].version}, {nothing}."
     for step in reversed(changed_steps):
@@ -207,7 +207,7 @@ def render_error_chart(history: History) -> str:
             axes.plot(places, [statistics.median(one) for one in errors], label=f"{profile}, median", **style)
             axes.plot(places, [max(one) for one in errors], label=f"{profile}, largest", **style | thin)
         for k, step in enumerate(history.transitions, 1):
-            if step.has_changed_bits:
+            if step.count(ChangeKind.SAME_BITS) < step.compared:
                 axes.axvline(k, linewidth=0.6, alpha=0.4, zorder=0)
         axes.set_yscale("symlog", linthresh=1e-9)
         axes.set_xticks(list(places), [release.version for release in releases], rotation=45, ha="right")

@@ -89,11 +89,6 @@ class Transition:
         """Number of runs (scenes with a profile and step size) that both releases completed."""
         return len(self.changes) - self.count(ChangeKind.NOT_RUN)
 
-    @property
-    def has_changed_bits(self) -> bool:
-        """Whether a bit of a result changed."""
-        return self.count(ChangeKind.SAME_BITS) < self.compared
-
     def count(self, kind: ChangeKind) -> int:
         """Return the number of changes of one kind."""
         return sum(change.kind is kind for change in self.changes.values())
