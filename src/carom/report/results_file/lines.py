@@ -189,10 +189,8 @@ def build_line(row: Row) -> RowLine:
             "price_paid": "inf" if math.isinf(score.price_paid) else score.price_paid,
             "outcome_taken": _build_outcome(score),
         }
-    of_trace: dict[str, Any] = {}
-    if trace is not None:
-        of_trace = {name: getattr(trace, name) for name in ("counts", "outcome", "settings")}
-        of_trace["notes"] = tuple(trace.notes)
+    names = () if trace is None else ("counts", "outcome", "notes", "settings")
+    of_trace: dict[str, Any] = {name: getattr(trace, name) for name in names}
     return RowLine(
         scene=job.scene.name,
         engine=job.engine,
