@@ -16,8 +16,7 @@ from carom.report.certified import list_decimals
 from carom.report.engine_and_scene_lists import format_engine_lines
 from carom.report.outcome_marks import mark_of, mark_of_grade
 from carom.solvers.certified.result import CertifiedTrace
-from carom.support import formatting
-from carom.support.formatting import format_count, format_seconds
+from carom.support.formatting import format_count, format_number, format_seconds, format_step
 
 #: Largest number of lines in the text of one result, and of characters in a line.
 MOST_LINES, WIDTH = 8, 100
@@ -49,7 +48,7 @@ def _limit_lines(heading: Sequence[str], parts: Iterable[str], count: int) -> li
 
 
 def _format_number(value: float) -> str:
-    return formatting.format_number(value, 6)
+    return format_number(value, 6)
 
 
 def _format_vector(vector: Sequence[float]) -> str:
@@ -127,7 +126,7 @@ def _format_shape(wall: Wall | Chain | Ring) -> str:
 
 def _format_trace(trace: Trace) -> list[str]:
     method = trace.method + (f" ({trace.profile_shown})" if trace.profile_shown else "")
-    step_text = f" at {formatting.format_step(trace.dt_s)}" if trace.dt_s else ""
+    step_text = f" at {format_step(trace.dt_s)}" if trace.dt_s else ""
     heading = (
         f"Trace of {_format_name(trace.scene)} by {format_printable(method, _NAME_WIDTH)}{step_text}:"
         f" {format_count(len(trace.impacts), 'impact')}",

@@ -113,16 +113,17 @@ def _read_lines(path: Path) -> Iterator[bytes]:
             while line := file.readline(MOST_BYTES[".json"] + 1):  # names may contain other line separators
                 number, size, found = number + 1, size + len(line), count_values(line)
                 values += found
-                for source, kind, bytes_, count in (
-                    (str(path), ".jsonl", size, values),
-                    (f"{path}, line {number}", ".json", len(line), found),
-                ):
-                    if bytes_ > MOST_BYTES[kind] or count > MOST_VALUES[kind]:
-                        limit = f"{MOST_BYTES[kind] >> 20} MiB, or {MOST_VALUES[kind]:,} values"
-                        raise InputError(f"{source} is larger than the limit for results: {limit}", hints=[_ASK])
+                _require_limits(str(path), ".jsonl", size, values)
+                _require_limits(f"{path}, line {number}", ".json", len(line), found)
                 yield line.removesuffix(b"\n")
     except OSError as error:
         raise InputError(f"{path} can't be read: {error.strerror or error}", hints=[_ASK]) from None
+
+
+def _require_limits(source: str, kind: str, size: int, values: int) -> None:
+    if size > MOST_BYTES[kind] or values > MOST_VALUES[kind]:
+        limit = f"{MOST_BYTES[kind] >> 20} MiB, or {MOST_VALUES[kind]:,} values"
+        raise InputError(f"{source} is larger than the limit for results: {limit}", hints=[_ASK])
 
 
 def _summarise_local_errors(score: Score) -> dict[str, int | float]:

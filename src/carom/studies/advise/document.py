@@ -16,7 +16,6 @@ from carom.studies.advise.run import Advice
 from carom.studies.advise.step_search import CONFIRM, SearchEnding, StepAdvice, StepRange, count_steps_per_frame
 from carom.studies.advise.step_trial import StepTrial
 from carom.support import formatting
-from carom.support.formatting import format_step_option
 
 #: Name of the study in its output folders.
 PURPOSE = "advise"
@@ -165,7 +164,7 @@ def _build_code_blocks(advice: Advice, rows: Sequence[StepAdvice], scene_word: s
         if code:
             yield Code(code, media)
         words = ("carom", "engines", format_engine_argument(method.engine), "--show", method.profile)
-        options = ("--dt", format_step_option(trial.dt_s), "--scene", scene_word)
+        options = ("--dt", formatting.format_step_option(trial.dt_s), "--scene", scene_word)
         yield Text(f"To print all settings, run: {shlex.join((*words, *options))}", media)
         media = Media.IN_FULL
 
