@@ -205,7 +205,8 @@ class CellChange:
 
     Attributes:
         kind: Kind of change.
-        numbers: Phrase with the numbers that show the change, or with its reason; empty if there are none.
+        numbers: Phrase with the numbers that show a change of the engine or of its settings, or with the reason why a
+            release did not run; otherwise empty.
     """
 
     kind: ChangeKind
@@ -303,10 +304,8 @@ def classify_change(old: ReleaseCell, new: ReleaseCell) -> CellChange:
         return CellChange(ChangeKind.UNOBSERVED_CONTACTS)
     if not _has_changed(a, b):
         return CellChange(ChangeKind.ROUNDING)
-    if (fewest := min(len(old.runs), len(new.runs))) < FEWEST_PHASES:
-        return CellChange(
-            ChangeKind.PHASE_ONLY, f"the comparison needs {FEWEST_PHASES} completed phases, but has only {fewest}"
-        )
+    if min(len(old.runs), len(new.runs)) < FEWEST_PHASES:
+        return CellChange(ChangeKind.PHASE_ONLY)
     separate = list(_find_separated_measures(_MOTION, old.runs, new.runs))
     elsewhere = "" if separate else _describe_coordinate(old.runs, new.runs)
     if separate or elsewhere:
@@ -314,11 +313,9 @@ def classify_change(old: ReleaseCell, new: ReleaseCell) -> CellChange:
         unknown = Grade.UNGRADED.name in (a.grade, b.grade)  # it is unknown which release is correct
         kind = kinds.pop() if len(kinds) == 1 and not unknown else ChangeKind.OTHERWISE
         return CellChange(kind, "; ".join(why for _, why in separate) or elsewhere)
-    changes = [why for _, why in _find_separated_measures(_CONTACTS, old.runs, new.runs)]
-    changes += _find_verdict_changes(old.runs, new.runs)
-    alike = all(map(_has_same_motion, old.runs, new.runs))
-    kind = ChangeKind.OTHER_CONTACTS if changes or alike else ChangeKind.PHASE_ONLY
-    return CellChange(kind, "; ".join(changes or _describe_all_ranges(old.runs, new.runs)))
+    has_other_contacts = any(_find_separated_measures(_CONTACTS, old.runs, new.runs))
+    has_other_contacts |= _has_other_verdicts(old.runs, new.runs) or all(map(_has_same_motion, old.runs, new.runs))
+    return CellChange(ChangeKind.OTHER_CONTACTS if has_other_contacts else ChangeKind.PHASE_ONLY)
 
 
 def _find_separated_measures(
@@ -364,13 +361,6 @@ def _describe_coordinate(old: Sequence[ReleaseRun], new: Sequence[ReleaseRun]) -
     return f"error of disc {disc}'s {'xy'[k % 2]} coordinate after {instant + 1}/{PLACES} of the run: {ranges}"
 
 
-def _describe_all_ranges(old: Sequence[ReleaseRun], new: Sequence[ReleaseRun]) -> Iterator[str]:
-    for measure in (*_MOTION, *_CONTACTS):
-        before, after = (list(map(measure.compute, runs)) for runs in (old, new))
-        if sorted(map(repr, before)) != sorted(map(repr, after)):
-            yield measure.describe(before, after)
-
-
 def _format_range(values: Sequence[float]) -> str:
     known = [value for value in values if math.isfinite(value)]
     if not known:
@@ -386,11 +376,8 @@ def _describe_changed_settings(old: Sequence[tuple[str, str]], new: Sequence[tup
             yield f"{name} {a.get(name, 'none')} → {b.get(name, 'none')}"
 
 
-def _find_verdict_changes(old: Sequence[ReleaseRun], new: Sequence[ReleaseRun]) -> list[str]:
-    """List the verdicts that one release has at every phase, and the other release at none."""
-
-    def own(own_runs: Sequence[ReleaseRun], other_runs: Sequence[ReleaseRun]) -> list[str]:
-        shared = set.intersection(*(set(run.verdicts) for run in own_runs))
-        return [Verdict[name].value for name in sorted(shared - {name for run in other_runs for name in run.verdicts})]
-
-    return [*(f"no longer: {one}" for one in own(old, new)), *(f"now: {one}" for one in own(new, old))]
+def _has_other_verdicts(old: Sequence[ReleaseRun], new: Sequence[ReleaseRun]) -> bool:
+    """Whether one release has a verdict at every phase, and the other release at none."""
+    always_old, always_new = (set.intersection(*(set(run.verdicts) for run in runs)) for runs in (old, new))
+    ever_old, ever_new = ({name for run in runs for name in run.verdicts} for runs in (old, new))
+    return bool(always_old - ever_new or always_new - ever_old)
