@@ -21,7 +21,6 @@ from carom.report.shapes import (
     Polygon,
     Shape,
     Style,
-    area_options,
     draw_on_axes,
     render_svg,
 )
@@ -306,14 +305,13 @@ def _draw_over_time(axes: Axes, scene: Scene, paths: Paths, axis: int, limits: L
             axes.plot(edge, times, color=colour, linewidth=0.8, alpha=0.8)
         axes.plot(along, times, color=colour, linewidth=1.2)
         draw_on_axes(axes, [Number((along[0], 0.0), k)])
-    solid = area_options(_SOLID)
     for wall in scene.half_planes():
         if abs(wall.normal[axis]) > math.sqrt(0.5):  # the wall is perpendicular to the line of motion
             end = low if wall.normal[axis] > 0 else high
             begins_s = [leg.begin_s for leg in wall.drive.legs if leg.begin_s < scene.duration_s]
             times_s = [*begins_s, scene.duration_s]
-            places_m = [wall.point_m[axis] + wall.drive.moved_at(time_s)[axis] for time_s in times_s]
-            axes.fill_betweenx(times_s, places_m, end, **solid)
+            surface = [(wall.point_m[axis] + wall.drive.moved_at(time_s)[axis], time_s) for time_s in times_s]
+            draw_on_axes(axes, [Polygon([*surface, (end, scene.duration_s), (end, 0.0)], _SOLID)])
     for k, times, points in _list_impacts_by_disc(scene, paths):
         places = np.column_stack([points[:, axis], times])
         draw_on_axes(axes, [Dots(places, _IMPACT_DOT_PT, Style(4, fill=_colour_of(k)))])

@@ -110,9 +110,9 @@ def draw_on_axes(axes: Axes, shapes: Iterable[Shape]) -> list[Artist]:
             case Circle(centre, radius, style):
                 x, y = np.asarray(centre, dtype=float)
                 if math.isfinite(x) and math.isfinite(y):
-                    artists.append(axes.add_artist(patches.Circle((x, y), radius, **area_options(style))))
+                    artists.append(axes.add_artist(patches.Circle((x, y), radius, **_area_options(style))))
             case Polygon(corners, style):
-                artists.append(axes.add_artist(patches.Polygon(np.asarray(corners), **area_options(style))))
+                artists.append(axes.add_artist(patches.Polygon(np.asarray(corners), **_area_options(style))))
             case Line(points, style):
                 look: dict[str, Any] = {"color": style.edge, "linewidth": style.width_pt, "alpha": style.opacity}
                 look |= {"zorder": style.order, "solid_capstyle": "butt"}
@@ -128,7 +128,7 @@ def draw_on_axes(axes: Axes, shapes: Iterable[Shape]) -> list[Artist]:
     return artists
 
 
-def area_options(style: Style) -> dict[str, Any]:
+def _area_options(style: Style) -> dict[str, Any]:
     """Return a style as options of matplotlib's areas."""
     return {
         "facecolor": style.fill or "none",
