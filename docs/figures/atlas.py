@@ -45,7 +45,7 @@ from docs.figures.raw_records import read_raw_records
 
 from carom.comparator.thresholds import THRESHOLDS
 from carom.report.document import Column, Table
-from carom.report.formatting import format_number
+from carom.support.formatting import format_number
 
 ROOT = Path(__file__).resolve().parents[2]
 MEASURED = ROOT / "docs" / "figures" / "measured.json"

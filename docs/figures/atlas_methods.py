@@ -12,7 +12,7 @@ from typing import Any
 
 from carom.catalogue import all_scenes
 from carom.model.trace import format_profile
-from carom.report.formatting import format_number, format_percent
+from carom.support.formatting import format_number, format_percent
 
 #: Grades from best to worst.
 GRADES = ("exact", "close", "sampled", "inaccurate", "diverged", "diverged inaccurate", "wrong")

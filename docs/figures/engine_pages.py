@@ -16,7 +16,7 @@ from typing import Any
 
 from carom.catalogue import all_scenes
 from carom.engines.registry import load_adapter
-from carom.report.formatting import join_words
+from carom.support.formatting import join_words
 
 DOCS = Path(__file__).resolve().parents[1]
 PAGES = DOCS / "engines"

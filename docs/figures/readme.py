@@ -21,7 +21,6 @@ from docs.figures.raw_records import read_raw_records
 
 from carom.catalogue import find_scenes
 from carom.execution.job import Method
-from carom.report.formatting import format_number
 from carom.report.svg import to_separate_svg
 from carom.studies.bench.axes import Diagram, ErrorKind
 from carom.studies.bench.convergence import Convergence, ConvergenceOrder
@@ -33,6 +32,7 @@ from carom.studies.bench.tables import format_error
 from carom.studies.bench.timing_pass import CellTiming
 from carom.studies.stress.result import CellEnding, CellResult, StressRow
 from carom.studies.stress.run import list_rows
+from carom.support.formatting import format_number
 
 ROOT = Path(__file__).resolve().parents[2]
 SAMPLE = ROOT / "reports" / "sample" / "results.jsonl"

@@ -9,7 +9,7 @@ from tests.hazards.page import SHOWN_TO, parse_ranges, render_lines
 from tests.scene_builders import Named
 
 from carom.execution.job import Method
-from carom.report.formatting import format_percent
+from carom.support.formatting import format_percent
 
 PAGE = Path(__file__).parents[2] / "docs" / "results" / "hazards.md"
 NAMES = ("pit", "pymunk", "pybullet", "mujoco", "box2d")

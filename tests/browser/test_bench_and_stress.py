@@ -8,7 +8,7 @@ import pytest
 from playwright.sync_api import Locator, Page
 from tests.browser.conftest import Window
 
-from carom.report import formatting
+from carom.support import formatting
 
 pytestmark = pytest.mark.browser
 

@@ -11,8 +11,8 @@ from carom.catalogue.find_scenes import find_scenes
 from carom.engines.api import Adapter
 from carom.execution.job import Method
 from carom.report.document import Column, Document, Section, Table
-from carom.report.formatting import format_number, format_percent
 from carom.report.render.markdown import render_markdown
+from carom.support.formatting import format_number, format_percent
 
 #: What is nearer to another number than this is shown as that number: the tables are of hazards, not of roundings.
 SHOWN_TO = 1e-6

@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
 
+import numpy as np
 import tomli_w
+from numpy.typing import NDArray
 
 from carom.catalogue import BugReport, CatalogueScene
 from carom.model.trace import Mode, body_name, pair_name
-from carom.report import formatting
 from carom.report.document import Column, Document, Section, Table
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from carom.solvers.certified.result import CertifiedTrace
+from carom.solvers.certified.result import CertifiedTrace, proven_decimal
+from carom.support import formatting
 
 
 def format_scene_file(entry: CatalogueScene) -> str:
@@ -58,7 +54,6 @@ def _build_limited_table(columns: Sequence[Column], count: int, max_rows: int, t
 
 def _build_modes_table(certified: CertifiedTrace, modes: NDArray[np.void], max_rows: int) -> Table:
     """Return a table of the first times at which a disc begins to fly, slide, roll or rest."""
-    from carom.solvers.certified.result import proven_decimal
 
     def format_proven_number(field: str, *index: int) -> str:
         bound = 0.0 if certified.mode_radii is None else certified.mode_radii[field][index]
@@ -78,8 +73,6 @@ def list_decimals(certified: CertifiedTrace, k: int) -> Sequence[str]:
     """Return the proven digits of an impact's time, and of its bodies' velocities and spins after the impact."""
     if certified.decimals:
         return certified.decimals[k]
-    from carom.solvers.certified.result import proven_decimal
-
     impact, radius = certified.trace.impacts[k], certified.radii[k]
     sides = [(side, c) for side in ("velocity_first_after", "velocity_second_after") for c in (0, 1)]
     numbers = [(impact["time_s"], radius["time_s"]), *((impact[side][c], radius[side][c]) for side, c in sides)]

@@ -10,8 +10,8 @@ from operator import itemgetter
 from carom.catalogue import BugReport, CatalogueScene, all_scenes
 from carom.engines.api import Capabilities, ContactTimes, Knob, Stamp
 from carom.engines.registry import EngineInfo
-from carom.report import formatting
 from carom.report.document import Block, Column, Document, Facts, Lines, Media, Section, Table
+from carom.support import formatting
 
 
 def format_engine_lines(infos: Sequence[EngineInfo]) -> list[str]:

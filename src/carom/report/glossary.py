@@ -10,6 +10,7 @@ from carom.comparator.explanations import GRADE_CONDITIONS, VERDICT_CONDITIONS
 from carom.comparator.grades import EARLIER_WORDS
 from carom.errors import UnknownNameError
 from carom.report.outcome_marks import GRADED, Mark
+from carom.support.formatting import group_by
 
 #: Common words and words of earlier versions, each with the word that reports use instead.
 _ALSO = {"tunnelling": "missed", "tunneling": "missed", "invented": "spurious", **EARLIER_WORDS}
@@ -54,12 +55,10 @@ def find_meanings(word: str) -> list[Meaning]:
     """
     normalised = _ALSO.get(_normalise_word(word), _normalise_word(word))
     entries = list(list_meanings())
-    names = {_normalise_word(name): entry for entry in entries for name in (entry.sentence, entry.word)}
-    if found := [
-        entry for entry in entries if normalised in (_normalise_word(entry.word), _normalise_word(entry.sentence))
-    ]:
-        return found
-    near = [names[name].word for name in difflib.get_close_matches(normalised, names, n=3, cutoff=0.5)]
+    names = group_by((_normalise_word(name), entry) for entry in entries for name in (entry.word, entry.sentence))
+    if normalised in names:
+        return names[normalised]
+    near = [names[name][0].word for name in difflib.get_close_matches(normalised, names, n=3, cutoff=0.5)]
     near += [entry.word for entry in entries if normalised and normalised in _normalise_word(entry.sentence)][:3]
     hint = " or ".join(repr(one) for one in dict.fromkeys(near))
     hints = [f"did you mean {hint}?" if near else "`carom explain` lists the words"]

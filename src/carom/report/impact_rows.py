@@ -12,7 +12,7 @@ from carom.comparator import ImpactError, Score
 from carom.comparator.measure.local_errors import LocalErrors
 from carom.comparator.thresholds import THRESHOLDS
 from carom.model.trace import Trace, pair_name
-from carom.report import formatting
+from carom.support import formatting
 
 #: Text for an unknown cause.
 UNKNOWN = "unknown: the run's state before the impact is not known"
@@ -29,36 +29,32 @@ def build_impact_rows(reference: Trace, trace: Trace, score: Score) -> Iterator[
     found = {error.reference: error for error in score.errors}
     rows: list[Json] = []
     for k, impact in enumerate(reference.impacts):
-        true_s = float(impact["time_s"])
-        row: Json = {"bodies": _list_bodies(impact), "pair": pair_name(impact), "true": true_s, "at": k}
-        error = found.get(k)
-        if error is None:
+        row = {**_describe_bodies(impact), "true": float(impact["time_s"]), "at": k}
+        if error := found.get(k):
+            rows.append(row | _describe_matched(row["true"], error, trace, score))
+        else:
             rows.append(row | _describe_unmatched(k, impact, trace, score))
-            continue
-        rows.append(
-            row
-            | {
-                "reported": _replace_non_finite(true_s + error.reported_time_s),
-                "turned": _replace_non_finite(true_s + error.effective_time_s),
-                "velocity": _replace_non_finite(error.velocity),
-                "spin": _replace_non_finite(error.spin),
-                **_describe_delay(error.time_s, trace.dt_s, score),
-                "cause": _explain_error(error, score),
-            }
-        )
     for k in score.spurious:
-        impact = trace.impacts[k]
-        rows.append(
-            {
-                "bodies": _list_bodies(impact),
-                "pair": pair_name(impact),
-                "reported": _replace_non_finite(float(impact["time_s"])),
-                "flag": "invented",
-                "became": "invented",
-                "cause": _explain_invented(k, score.local),
-            }
-        )
+        reported = {"reported": _replace_non_finite(float(trace.impacts[k]["time_s"]))}
+        outcome = {"flag": "invented", "became": "invented", "cause": _explain_invented(k, score.local)}
+        rows.append(_describe_bodies(trace.impacts[k]) | reported | outcome)
     yield from sorted(rows, key=lambda row: row.get("true", row.get("reported")) or 0.0)
+
+
+def _describe_bodies(impact: np.void) -> Json:
+    return {"bodies": [int(impact["first"]), int(impact["second"])], "pair": pair_name(impact)}
+
+
+def _describe_matched(true_s: float, error: ImpactError, trace: Trace, score: Score) -> Json:
+    """Describe an impact of the reference at time `true_s` that the run found."""
+    return {
+        "reported": _replace_non_finite(true_s + error.reported_time_s),
+        "turned": _replace_non_finite(true_s + error.effective_time_s),
+        "velocity": _replace_non_finite(error.velocity),
+        "spin": _replace_non_finite(error.spin),
+        **_describe_delay(error.time_s, trace.dt_s, score),
+        "cause": _explain_error(error, score),
+    }
 
 
 def _explain_invented(k: int, local: LocalErrors) -> str:
@@ -68,10 +64,6 @@ def _explain_invented(k: int, local: LocalErrors) -> str:
     if math.isnan(local.velocity[k]):
         return UNKNOWN
     return "starting from the run's own state before the impact, the bodies do collide"
-
-
-def _list_bodies(impact: np.void) -> list[int]:
-    return [int(impact["first"]), int(impact["second"])]
 
 
 def _replace_non_finite(value: float) -> float | None:

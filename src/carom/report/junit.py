@@ -8,9 +8,9 @@ from xml.etree import ElementTree as ET
 
 from carom.comparator import Grade
 from carom.execution.results import Results, Row, is_violation
-from carom.report import formatting
 from carom.report.outcome_marks import BROKEN, Mark, mark_of
-from carom.report.results_file.lines_from_rows import build_line, list_reasons
+from carom.report.results_file.lines import build_line, list_reasons
+from carom.support import formatting
 
 _SKIPPED = {Mark.UNSUPPORTED, Mark.UNAVAILABLE, Mark.UNGRADED, Mark.UNSCORED}
 

@@ -17,12 +17,12 @@ from carom.execution.describe_engines import EngineList
 from carom.execution.results import Results
 from carom.model.scene import Scene
 from carom.model.trace import Trace
-from carom.report import formatting
 from carom.report.files import find_missing_package, require_report_extra
 from carom.report.outcome_marks import Mark, mark_of, mark_of_grade
 from carom.report.picture import draw_start, draw_traces
 from carom.report.svg import INK, SERIES, SURFACE, build_figure, render, use_drawing_style
 from carom.solvers.certified.result import CertifiedTrace
+from carom.support import formatting
 from carom.support.checks import check_instance
 from carom.support.limits import MOST_DISCS_DRAWN
 

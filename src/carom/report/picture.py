@@ -9,13 +9,10 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from carom.model.scene import Wall
 from carom.model.trace import Trace
 from carom.model.walls import move_wall
-from carom.report import formatting
-from carom.report.paths import ImpactPosition, Paths, build_exact_paths, build_observed_paths
 from carom.report.shapes import (
     Circle,
     Dots,
@@ -24,11 +21,12 @@ from carom.report.shapes import (
     Polygon,
     Shape,
     Style,
-    area_options,
     draw_on_axes,
     render_svg,
 )
 from carom.report.svg import INK, MUTED, SERIES, WALL, build_figure, render, use_drawing_style
+from carom.report.tracks import Array, Paths, build_exact_paths, build_observed_paths
+from carom.support import formatting
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -37,9 +35,9 @@ if TYPE_CHECKING:
     from carom.model.scene import Scene
     from carom.model.walls import AnyWall
 
-Limits = tuple[NDArray[np.float64], NDArray[np.float64]]
+Limits = tuple[Array, Array]
 #: Discs with the positions at which a picture shows them for a missed impact.
-_Misses = Sequence[tuple[int, NDArray[np.float64]]]
+_Misses = Sequence[tuple[int, Array]]
 
 _WIDTH_PT, _PT_PER_IN = 237.6, 72.0
 #: Smallest and largest height of a picture, as a fraction of its width. A flat scene gets empty space above and below.
@@ -77,12 +75,11 @@ def draw_pair(reference: Trace, observed: Trace, missed: Sequence[int], labels: 
         labels: Accessible names of the drawings.
     """
     scene, right, found = reference.scene, build_exact_paths(reference), build_observed_paths(observed)
-    axis, limits = _find_axis_of_motion(right, scene), compute_limits(scene, right, found)
+    axis, limits, dotted = _plan_pictures(scene, (right, found))
     if axis is not None:
         sides = zip((right, found), labels, strict=True)
         return [_render_over_time(scene, paths, axis, limits, label) for paths, label in sides]
     misses = _find_missed_frames(reference, found, missed) if len(missed) <= _MOST_MISSES else []
-    dotted = max(len(right.impact_positions), len(found.impact_positions)) > _MOST_IMPACT_POSITIONS
     low, high = _extend_to_shape(limits)
     return [
         render_svg(_list_shapes(scene, paths, (low, high), shown, dotted=dotted), low, high, _WIDTH_PT, label)
@@ -97,10 +94,7 @@ def draw_traces(several: Sequence[Axes], traces: Sequence[Trace]) -> None:
     line, the drawings show positions on this line against time.
     """
     scene, paths = traces[0].scene, [build_observed_paths(trace) for trace in traces]
-    corners = [compute_limits(scene, paths[0], other) for other in paths]
-    limits = np.min([low for low, _ in corners], axis=0), np.max([high for _, high in corners], axis=0)
-    axis = _find_axis_of_motion(paths[0], scene)
-    dotted = max(len(one.impact_positions) for one in paths) > _MOST_IMPACT_POSITIONS
+    axis, limits, dotted = _plan_pictures(scene, paths)
     for axes, one in zip(several, paths, strict=True):
         if axis is not None:
             _draw_over_time(axes, scene, one, axis, limits)
@@ -111,10 +105,23 @@ def draw_traces(several: Sequence[Axes], traces: Sequence[Trace]) -> None:
 def draw_start(axes: Axes, scene: Scene) -> None:
     """Draw the discs and walls of a scene at the start, with velocities as arrows."""
     start = scene.arrays
-    paths = Paths(tuple((np.zeros(1), place[None]) for place in start.position_m), ())
+    paths = Paths(tuple((np.zeros(1), place[None]) for place in start.position_m))
     _draw_in_plane(axes, scene, paths, compute_limits(scene, paths, paths), dotted=False)
     if start.velocity_m_s.any():
         axes.quiver(*start.position_m.T, *start.velocity_m_s.T, angles="xy", color=INK, width=0.006, zorder=5)
+
+
+def _plan_pictures(scene: Scene, several: Sequence[Paths]) -> tuple[int | None, Limits, bool]:
+    """Return what all pictures of a scene have in common.
+
+    Returns:
+        The axis along which all discs move (see `_find_axis_of_motion`), the shown region, and whether the impacts are
+        drawn as dots, because a picture has too many impacts for circles.
+    """
+    corners = [compute_limits(scene, several[0], other) for other in several]
+    limits = np.min([low for low, _ in corners], axis=0), np.max([high for _, high in corners], axis=0)
+    dotted = any(sum(len(times) for times, _ in one.impacts) > _MOST_IMPACT_POSITIONS for one in several)
+    return _find_axis_of_motion(several[0], scene), limits, dotted
 
 
 def _find_axis_of_motion(paths: Paths, scene: Scene) -> int | None:
@@ -197,20 +204,19 @@ def _list_shapes(scene: Scene, paths: Paths, limits: Limits, misses: _Misses = (
         yield Number(points[0], k)
         if paths.sampled and len(points) <= _MOST_FRAMES:
             yield Dots(points, _FRAME_DOT_PT, Style(4, fill=_colour_of(k)))
-    for k, impact_positions in _group_by_disc(scene, paths):
+    for k, times, points in _list_impacts_by_disc(scene, paths):
         if dotted:
-            places = np.array([point.position_m for point in impact_positions])
-            yield Dots(places, _IMPACT_DOT_PT, Style(4, fill=_colour_of(k)))
+            yield Dots(points, _IMPACT_DOT_PT, Style(4, fill=_colour_of(k)))
             continue
-        for point in impact_positions:
-            yield from _list_disc_shapes(scene, k, point.position_m, Style(3.5, width_pt=1.5, opacity=0.16))
-            yield from _mark_angle(scene, paths, k, point.position_m, point.time_s)
+        for time_s, point in zip(times.tolist(), points, strict=True):
+            yield from _list_disc_shapes(scene, k, point, Style(3.5, width_pt=1.5, opacity=0.16))
+            yield from _mark_angle(scene, paths, k, point, time_s)
     for disc_number, centre in misses:
         style = Style(3.6, edge=_colour_of(disc_number), dashes_pt=(2.5, 2.0))
         yield Circle(centre, scene.discs[disc_number].radius_m, style)
 
 
-def _list_disc_shapes(scene: Scene, disc: int, centre: NDArray[np.float64], style: Style) -> Iterator[Shape]:
+def _list_disc_shapes(scene: Scene, disc: int, centre: Array, style: Style) -> Iterator[Shape]:
     """Yield a disc's area, with the style's opacity, and its opaque outline."""
     radius, colour = scene.discs[disc].radius_m, _colour_of(disc)
     if style.opacity:
@@ -218,7 +224,7 @@ def _list_disc_shapes(scene: Scene, disc: int, centre: NDArray[np.float64], styl
     yield Circle(centre, radius, replace(style, edge=colour, opacity=1.0, order=style.order + 0.1))
 
 
-def _mark_angle(scene: Scene, paths: Paths, disc: int, centre: NDArray[np.float64], time_s: float) -> Iterator[Shape]:
+def _mark_angle(scene: Scene, paths: Paths, disc: int, centre: Array, time_s: float) -> Iterator[Shape]:
     """Yield the outer part of a radius, which shows the angle of a turning disc."""
     if paths.turned:
         angle = paths.turned[disc].angle_at(time_s)
@@ -227,19 +233,17 @@ def _mark_angle(scene: Scene, paths: Paths, disc: int, centre: NDArray[np.float6
         yield Line(ends, Style(3.7, edge=_colour_of(disc), width_pt=1.5))
 
 
-def _group_by_disc(scene: Scene, paths: Paths) -> Iterator[tuple[int, list[ImpactPosition]]]:
-    for k, disc in enumerate(scene.discs):
-        impact_positions = [point for point in paths.impact_positions if point.disc == k]
-        if impact_positions and not disc.immovable:
-            yield k, impact_positions
+def _list_impacts_by_disc(scene: Scene, paths: Paths) -> Iterator[tuple[int, Array, Array]]:
+    """Yield each movable disc that has an impact, with the times and positions of its impacts."""
+    for k, (times, points) in enumerate(paths.impacts):
+        if len(times) and not scene.discs[k].immovable:
+            yield k, times, points
 
 
 def set_limits(axes: Axes, limits: Limits) -> None:
     """Show a region, with equal scales."""
     low, high = limits
-    axes.set_xlim(low[0], high[0])
-    axes.set_ylim(low[1], high[1])
-    axes.set_aspect("equal")
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
 
 
 def list_wall_shapes(wall: AnyWall, limits: Limits, opacity: float = 1.0) -> Iterator[Shape]:
@@ -301,24 +305,17 @@ def _draw_over_time(axes: Axes, scene: Scene, paths: Paths, axis: int, limits: L
             axes.plot(edge, times, color=colour, linewidth=0.8, alpha=0.8)
         axes.plot(along, times, color=colour, linewidth=1.2)
         draw_on_axes(axes, [Number((along[0], 0.0), k)])
-    solid = area_options(_SOLID)
     for wall in scene.half_planes():
         if abs(wall.normal[axis]) > math.sqrt(0.5):  # the wall is perpendicular to the line of motion
             end = low if wall.normal[axis] > 0 else high
-            begin = wall.point_m[axis]
-            if wall.driven:
-                begins_s = [leg.begin_s for leg in wall.drive.legs if leg.begin_s < scene.duration_s]
-                times_s = [*begins_s, scene.duration_s]
-                axes.fill_betweenx(times_s, [begin + wall.drive.moved_at(t)[axis] for t in times_s], end, **solid)
-            else:
-                axes.axvspan(begin, end, **solid)
-    for k, impact_positions in _group_by_disc(scene, paths):
-        places = [(point.position_m[axis], point.time_s) for point in impact_positions]
+            begins_s = [leg.begin_s for leg in wall.drive.legs if leg.begin_s < scene.duration_s]
+            times_s = [*begins_s, scene.duration_s]
+            surface = [(wall.point_m[axis] + wall.drive.moved_at(time_s)[axis], time_s) for time_s in times_s]
+            draw_on_axes(axes, [Polygon([*surface, (end, scene.duration_s), (end, 0.0)], _SOLID)])
+    for k, times, points in _list_impacts_by_disc(scene, paths):
+        places = np.column_stack([points[:, axis], times])
         draw_on_axes(axes, [Dots(places, _IMPACT_DOT_PT, Style(4, fill=_colour_of(k)))])
-    axes.set_xlim(low, high)
-    axes.set_ylim(0.0, scene.duration_s)
-    axes.set_xlabel(f"{'xy'[axis]} in m")
-    axes.set_ylabel("time in s")
+    axes.set(xlim=(low, high), ylim=(0.0, scene.duration_s), xlabel=f"{'xy'[axis]} in m", ylabel="time in s")
     axes.tick_params(length=2.5, color=MUTED)
     for side in (axes.xaxis, axes.yaxis):
         side.set_major_locator(MaxNLocator(5))

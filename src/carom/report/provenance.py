@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from carom.execution.environment import Environment
-from carom.report import formatting
 from carom.report.document import Code, Facts, Media, Section
+from carom.support import formatting
 
 
 def build_provenance(environment: Environment, command: str, elapsed_s: float) -> Iterator[Section]:

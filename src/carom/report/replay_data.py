@@ -20,13 +20,19 @@ from carom.execution.job import Job
 from carom.execution.results import Row
 from carom.model.scene import Chain, Need, Ring, Scene, Wall
 from carom.model.trace import Mode, Trace, format_setting
-from carom.report import formatting
 from carom.report.impact_rows import NEAR_STEPS, Json, build_impact_rows
 from carom.report.outcome_marks import mark_of
-from carom.report.paths import compute_extent
 from carom.report.picture import ARC_PARTS
-from carom.report.results_file.lines_from_rows import build_line, list_reasons
-from carom.report.tracks import Track, build_observed_tracks, build_reference_tracks, compute_turnings
+from carom.report.results_file.lines import build_line, list_reasons
+from carom.report.tracks import (
+    Track,
+    build_observed_tracks,
+    build_reference_tracks,
+    compute_extent,
+    compute_turnings,
+    list_flight_pulls,
+)
+from carom.support import formatting
 from carom.support.escaping import escape_controls
 
 #: Number of stored decimal digits of positions, relative to the scene's extent. One unit of the last digit is a tenth
@@ -83,8 +89,8 @@ def build_replay_data(reference: Trace, runs: Iterable[tuple[Trace, Score, Mappi
     return {
         **_build_scene(scene),
         "reference": [
-            _build_track(track.convert_to_pull(np.array(scene.gravity_m_s2), _NEAR_IN_CONTACT * extent_m), None)
-            for track in build_reference_tracks(reference)
+            _build_track(track.convert_to_pull(pull, _NEAR_IN_CONTACT * extent_m), None)
+            for track, pull in zip(build_reference_tracks(reference), list_flight_pulls(scene), strict=True)
         ],
         "turned": _build_turnings(reference),
         "modes": _build_modes(reference),

@@ -13,15 +13,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from zlib import crc32
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from carom.report.svg import INK, SURFACE, WALL, as_page_colour
+from carom.report.tracks import Array, select_points
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
-
-Points = NDArray[np.float64]
 
 #: Order of shapes that nothing covers.
 _TOP = 6.0
@@ -30,11 +29,11 @@ _NUMBER_PT = 8.0
 _NUMBER_RADIUS_PT, _NUMBER_OPACITY = 6.5, 0.8
 #: Distance between the lines of a hatched area, and their width.
 _HATCH_PT, _HATCH_WIDTH_PT = 6.0, 0.6
-#: Points are omitted if the line then moves by less than this distance, which nobody can see.
+#: Array are omitted if the line then moves by less than this distance, which nobody can see.
 _TOLERANCE_PT = 0.05
 #: Number of decimal places of coordinates in points.
 _DIGITS = 2
-#: Points that are farther from the picture's middle are moved towards it. Browsers draw larger numbers inaccurately.
+#: Array that are farther from the picture's middle are moved towards it. Browsers draw larger numbers inaccurately.
 _FARTHEST_PT = 1e6
 
 
@@ -111,9 +110,9 @@ def draw_on_axes(axes: Axes, shapes: Iterable[Shape]) -> list[Artist]:
             case Circle(centre, radius, style):
                 x, y = np.asarray(centre, dtype=float)
                 if math.isfinite(x) and math.isfinite(y):
-                    artists.append(axes.add_artist(patches.Circle((x, y), radius, **area_options(style))))
+                    artists.append(axes.add_artist(patches.Circle((x, y), radius, **_area_options(style))))
             case Polygon(corners, style):
-                artists.append(axes.add_artist(patches.Polygon(np.asarray(corners), **area_options(style))))
+                artists.append(axes.add_artist(patches.Polygon(np.asarray(corners), **_area_options(style))))
             case Line(points, style):
                 look: dict[str, Any] = {"color": style.edge, "linewidth": style.width_pt, "alpha": style.opacity}
                 look |= {"zorder": style.order, "solid_capstyle": "butt"}
@@ -129,7 +128,7 @@ def draw_on_axes(axes: Axes, shapes: Iterable[Shape]) -> list[Artist]:
     return artists
 
 
-def area_options(style: Style) -> dict[str, Any]:
+def _area_options(style: Style) -> dict[str, Any]:
     """Return a style as options of matplotlib's areas."""
     return {
         "facecolor": style.fill or "none",
@@ -142,7 +141,7 @@ def area_options(style: Style) -> dict[str, Any]:
     }
 
 
-def render_svg(shapes: Iterable[Shape], low: Points, high: Points, width_pt: float, label: str) -> str:
+def render_svg(shapes: Iterable[Shape], low: Array, high: Array, width_pt: float, label: str) -> str:
     """Return an SVG element that shows a region.
 
     Args:
@@ -168,7 +167,7 @@ def render_svg(shapes: Iterable[Shape], low: Points, high: Points, width_pt: flo
     return "\n".join(lines)
 
 
-def _draw_svg(shape: Shape, low: Points, high: Points, scale: float, hatch: str) -> Iterator[tuple[float, str]]:
+def _draw_svg(shape: Shape, low: Array, high: Array, scale: float, hatch: str) -> Iterator[tuple[float, str]]:
     """Yield a shape's SVG elements, each with its order. `hatch` is the name of the pattern for hatched areas."""
     for placed in _place(shape[0], low, high, scale):
         x, y = placed[0]
@@ -207,8 +206,8 @@ def _format_look(style: Style, hatch: str) -> str:
     return look
 
 
-def _place(points: ArrayLike, low: Points, high: Points, scale: float) -> Iterator[Points]:
-    """Yield points in coordinates of the SVG element. Points that are not finite separate the yielded groups."""
+def _place(points: ArrayLike, low: Array, high: Array, scale: float) -> Iterator[Array]:
+    """Yield points in coordinates of the SVG element. Array that are not finite separate the yielded groups."""
     middle = (low + high) / 2.0
     with np.errstate(over="ignore", invalid="ignore"):
         offset = (np.asarray(points, dtype=float).reshape(-1, 2) - middle) * scale
@@ -220,30 +219,24 @@ def _place(points: ArrayLike, low: Points, high: Points, scale: float) -> Iterat
             yield np.round(placed[group], _DIGITS)
 
 
-def simplify_line(points: Points) -> Points:
-    """Return a line without the points that it does not need: it moves by less than the tolerance (Douglas-Peucker).
+def simplify_line(points: Array) -> Array:
+    """Return a line without the points that it does not need: it moves by less than the tolerance.
 
     Args:
-        points: Points in the drawing's coordinates, shape ``(n, 2)``.
+        points: Array in the drawing's coordinates, shape ``(n, 2)``.
     """
-    needed, spans = {0, len(points) - 1}, [(0, len(points) - 1)]
-    while spans:
-        begin, end = spans.pop()
-        if end - begin < 2:
-            continue
-        chord, offsets = points[end] - points[begin], points[begin + 1 : end] - points[begin]
+
+    def measure_distances(begin: int, end: int) -> Array:
+        chord, offsets = points[end] - points[begin], points[begin : end + 1] - points[begin]
         length = math.hypot(*chord)
         along = offsets @ (chord / length) if length else np.zeros(len(offsets))
         # The distance from the chord, not from its infinite extension: a line can go back over itself.
         nearest = np.clip(along, 0.0, length)[:, None] * (chord / (length or 1.0))
-        distances = np.hypot(*(offsets - nearest).T)
-        farthest = int(np.argmax(distances))
-        if distances[farthest] > _TOLERANCE_PT:
-            middle = begin + 1 + farthest
-            needed.add(middle)
-            spans += [(begin, middle), (middle, end)]
-    return points[sorted(needed)]
+        distances: Array = np.hypot(*(offsets - nearest).T)
+        return distances
+
+    return points[select_points(len(points), measure_distances, _TOLERANCE_PT)]
 
 
-def _join(points: Points) -> str:
+def _join(points: Array) -> str:
     return "L".join(f"{x:g} {y:g}" for x, y in points.tolist())

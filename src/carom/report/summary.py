@@ -6,20 +6,17 @@ import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from itertools import islice
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from carom.comparator import Score
+from carom.execution.results import Results
 from carom.model.scene import Chain, Disc, Ring, Scene, Wall
 from carom.model.trace import Trace, pair_name
-from carom.report import formatting
 from carom.report.certified import list_decimals
 from carom.report.engine_and_scene_lists import format_engine_lines
-from carom.report.formatting import format_count, format_seconds
 from carom.report.outcome_marks import mark_of, mark_of_grade
-
-if TYPE_CHECKING:
-    from carom.comparator import Score
-    from carom.execution.results import Results
-    from carom.solvers.certified.result import CertifiedTrace
+from carom.solvers.certified.result import CertifiedTrace
+from carom.support.formatting import format_count, format_number, format_seconds, format_step
 
 #: Largest number of lines in the text of one result, and of characters in a line.
 MOST_LINES, WIDTH = 8, 100
@@ -51,7 +48,7 @@ def _limit_lines(heading: Sequence[str], parts: Iterable[str], count: int) -> li
 
 
 def _format_number(value: float) -> str:
-    return formatting.format_number(value, 6)
+    return format_number(value, 6)
 
 
 def _format_vector(vector: Sequence[float]) -> str:
@@ -129,7 +126,7 @@ def _format_shape(wall: Wall | Chain | Ring) -> str:
 
 def _format_trace(trace: Trace) -> list[str]:
     method = trace.method + (f" ({trace.profile_shown})" if trace.profile_shown else "")
-    step_text = f" at {formatting.format_step(trace.dt_s)}" if trace.dt_s else ""
+    step_text = f" at {format_step(trace.dt_s)}" if trace.dt_s else ""
     heading = (
         f"Trace of {_format_name(trace.scene)} by {format_printable(method, _NAME_WIDTH)}{step_text}:"
         f" {format_count(len(trace.impacts), 'impact')}",

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from zlib import crc32
 
 from carom.comparator.thresholds import THRESHOLDS
-from carom.report import formatting
 from carom.report.files import require_report_extra
+from carom.support import formatting
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

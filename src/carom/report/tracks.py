@@ -1,5 +1,6 @@
-"""Paths of the discs of a trace, stored as few points (knots). A disc flies freely from one knot to the next.
+"""Paths of the discs of a trace: tracks for replays and computations, and lines for pictures.
 
+A track is stored as few points (knots). A disc flies freely from one knot to the next.
 Between two knots, a disc moves on the straight line or, under gravity, on the parabola through both knots: ``p(t) = p_a
 + (p_b - p_a) (t - a) / (b - a) + g (t - a) (t - b) / 2``. So a knot consists of only a time and a position, and paths
 never jump.
@@ -8,12 +9,14 @@ never jump.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from carom.model.flights import Flight, free_flights
+from carom.model.scene import Scene
 from carom.model.trace import Trace, turn_times
 
 Array = NDArray[np.float64]
@@ -25,6 +28,9 @@ SHARPNESS = 1e-5
 #: Number of pieces into which the sliding of a disc is divided. In each piece, the disc is drawn with constant spin.
 #: The error of the drawn angle is at most 1/576 of the angle that the change of spin causes.
 _PIECES_OF_A_SLIDE = 12
+#: Number of straight pieces with which a parabola is drawn. The pieces differ from the parabola by at most 1/576 of its
+#: height, which is less than the width of a line in any picture.
+_PIECES_OF_A_PARABOLA = 24
 
 
 @dataclass(frozen=True)
@@ -34,38 +40,29 @@ class Track:
     Attributes:
         time_s: Times at which flights begin, and the time at which the last flight ends; shape ``(k,)``, ascending.
         position_m: Positions of the disc at these times, shape ``(k, 2)``.
-        pull_m_s2: Acceleration in all flights, shape ``(2,)``. For a disc that sometimes slides, rolls or rests: the
-            acceleration in each flight, shape ``(k - 1, 2)``.
+        pull_m_s2: Acceleration in each flight, shape ``(k - 1, 2)``.
     """
 
     time_s: Array
     position_m: Array
     pull_m_s2: Array
 
-    @property
-    def pulls_m_s2(self) -> Array:
-        """The acceleration in each flight, shape ``(k - 1, 2)``."""
-        return np.broadcast_to(self.pull_m_s2, (len(self.time_s) - 1, 2))
-
     def positions_at(self, time_s: Array) -> Array:
         """Return the positions of the disc at times within the run, shape ``(len(time_s), 2)``."""
         after = np.searchsorted(self.time_s, time_s, side="right")
         after = np.minimum(np.maximum(after, 1), len(self.time_s) - 1)
-        pull = self.pull_m_s2 if self.pull_m_s2.ndim == 1 else self.pull_m_s2[after - 1]
         ends = (self.time_s[after - 1], self.time_s[after]), (self.position_m[after - 1], self.position_m[after])
-        return _compute_flight(time_s, *ends, pull)
+        return _compute_flight(time_s, *ends, self.pull_m_s2[after - 1])
 
     def convert_to_pull(self, pull_m_s2: Array, near_m: float) -> Track:
         """Convert a track to flights with a given acceleration, with a position error of at most `near_m`."""
-        if self.pull_m_s2.ndim == 1:
-            return self
         durations_s = np.diff(self.time_s)
-        pull_difference = np.hypot(*(self.pulls_m_s2 - pull_m_s2).T)
+        pull_difference = np.hypot(*(self.pull_m_s2 - pull_m_s2).T)
         count = np.maximum(1, np.ceil(durations_s * np.sqrt(pull_difference / (8.0 * near_m)))).astype(int)
         begins = self.time_s[:-1]
         pieces = [begins[k] + durations_s[k] * np.arange(n) / n for k, n in enumerate(count.tolist())]
         times = np.append(np.concatenate(pieces), self.time_s[-1])
-        return Track(times, self.positions_at(times), pull_m_s2)
+        return Track(times, self.positions_at(times), np.tile(pull_m_s2, (len(times) - 1, 1)))
 
 
 def _compute_flight(
@@ -154,13 +151,7 @@ def build_reference_tracks(trace: Trace) -> tuple[Track, ...]:
             times[flight.disc].append(time_s)
             places[flight.disc].append(flight.position_at(time_s))
             pulls[flight.disc].append(flight.pull_m_s2)
-    bent = set[int]() if trace.modes is None else set(trace.modes["disc"].tolist())
-    if trace.scene.table_deceleration_m_s2:
-        bent.update(range(len(discs)))
-    return tuple(
-        Track(np.array(times[k]), np.array(places[k]), np.array(pulls[k]) if k in bent else pulls[k][0])
-        for k in range(len(discs))
-    )
+    return tuple(Track(*map(np.array, of_disc)) for of_disc in zip(times, places, pulls, strict=True))
 
 
 def _compute_knot_times(flight: Flight) -> list[float]:
@@ -198,10 +189,13 @@ def build_observed_tracks(trace: Trace, extent_m: float) -> tuple[Track, ...]:
     near = SHARPNESS * extent_m
     if all(_has_states(track, times, places[:, disc], near) for disc, track in enumerate(impact_tracks)):
         return impact_tracks
-    return tuple(
-        _thin_track(times, places[:, k], np.array((0.0, 0.0) if disc.immovable else trace.scene.gravity_m_s2), near)
-        for k, disc in enumerate(trace.scene.discs)
-    )
+    pulls = list_flight_pulls(trace.scene)
+    return tuple(_thin_track(times, places[:, k], pull, near) for k, pull in enumerate(pulls))
+
+
+def list_flight_pulls(scene: Scene) -> list[Array]:
+    """Return the acceleration of each disc while it flies freely."""
+    return [np.array((0.0, 0.0) if disc.immovable else scene.gravity_m_s2) for disc in scene.discs]
 
 
 def list_sampled_positions(trace: Trace) -> tuple[Array, Array] | None:
@@ -221,7 +215,7 @@ def _cut_at_non_finite(track: Track) -> Track:
     """Return a track up to its first NaN or infinite number. After its last point, the disc is drawn at rest."""
     known = np.isfinite(track.time_s) & np.isfinite(track.position_m).all(axis=1)
     count = len(known) if known.all() else int(known.argmin())
-    return track if count == len(known) else Track(track.time_s[:count], track.position_m[:count], track.pull_m_s2)
+    return Track(track.time_s[:count], track.position_m[:count], track.pull_m_s2[: count - 1])
 
 
 def _has_states(track: Track, times: Array, places: Array, near: float) -> bool:
@@ -234,16 +228,106 @@ def _thin_track(times: Array, places: Array, pull: Array, near: float) -> Track:
     """Return a track through a few of the states. The other states are at most `near` away from the track."""
     finite = np.isfinite(places).all(axis=1)
     times, places = times[finite], places[finite]
-    kept_rows, pending = [0], [(0, len(times) - 1)]
-    while pending:
-        first, last = pending.pop()
+
+    def measure_errors(first: int, last: int) -> Array:
         ends = (times[first], times[last]), (places[first], places[last])
         flight = _compute_flight(times[first : last + 1], *ends, pull)
-        away = np.abs(flight - places[first : last + 1]).max(axis=1)
-        worst = first + int(away.argmax())
-        if last - first > 1 and away.max() > near:
+        errors: Array = np.abs(flight - places[first : last + 1]).max(axis=1)
+        return errors
+
+    chosen = select_points(len(times), measure_errors, near)
+    return Track(times[chosen], places[chosen], np.tile(pull, (len(chosen) - 1, 1)))
+
+
+def select_points(count: int, measure_errors: Callable[[int, int], Array], most: float) -> list[int]:
+    """Return the numbers of a few points, such that their connection passes all other points (Douglas-Peucker).
+
+    Args:
+        count: Number of points.
+        measure_errors: Function that takes the numbers of two points, and returns the distances of these points and of
+            all points between them from the connection of the two points.
+        most: Largest distance of a point from the connection.
+    """
+    selected, pending = [0], [(0, count - 1)]
+    while pending:
+        first, last = pending.pop()
+        errors = measure_errors(first, last)
+        if last - first > 1 and errors.max() > most:
+            worst = first + int(errors.argmax())
             pending += [(worst, last), (first, worst)]
         else:
-            kept_rows.append(last)
-    chosen = np.array(kept_rows)
-    return Track(times[chosen], places[chosen], pull)
+            selected.append(last)
+    return selected
+
+
+@dataclass(frozen=True)
+class Paths:
+    """The paths of a trace's discs, and its impacts, for drawing.
+
+    Attributes:
+        lines: For each disc, times and positions of its centre, shapes ``(k,)`` and ``(k, 2)``.
+        impacts: For each disc, times of its impacts and its positions at these times, with the same shapes.
+        turned: Rotation of each disc over time; empty if no disc turns.
+        sampled: Whether the points of the lines are the positions at the recorded steps.
+    """
+
+    lines: tuple[tuple[Array, Array], ...]
+    impacts: tuple[tuple[Array, Array], ...] = ()
+    turned: tuple[Turning, ...] = ()
+    sampled: bool = False
+
+    def compute_bounds(self) -> tuple[Array, Array]:
+        """Return the smallest and the largest coordinates of all centres."""
+        points = np.concatenate([points for _, points in self.lines])
+        points = points[np.isfinite(points).all(axis=1)]
+        return points.min(axis=0), points.max(axis=0)
+
+
+def build_exact_paths(trace: Trace) -> Paths:
+    """Return the paths between impacts, computed from the trace's velocities.
+
+    The paths are exact if the method takes no steps, but computes the times of impacts.
+
+    With gravity, a flight is a parabola, which is drawn as a chain of short lines.
+    """
+    tracks = build_reference_tracks(trace)
+    impact_times = _group_by_disc(trace, trace.impacts["time_s"])
+    impacts = tuple((times, track.positions_at(times)) for times, track in zip(impact_times, tracks, strict=True))
+    return Paths(tuple(map(_build_line, tracks)), impacts, compute_turnings(trace))
+
+
+def _build_line(track: Track) -> tuple[Array, Array]:
+    pieces = np.where(track.pull_m_s2.any(axis=1), _PIECES_OF_A_PARABOLA, 1).tolist()
+    flights = zip(track.time_s[:-1].tolist(), np.diff(track.time_s).tolist(), pieces, strict=True)
+    times = np.array(
+        [begin + duration_s * (k / n) for begin, duration_s, n in flights for k in range(n)] + [track.time_s[-1]]
+    )
+    return times, track.positions_at(times)
+
+
+def _group_by_disc(trace: Trace, time_s: Array) -> list[Array]:
+    """Return for each disc the times of its impacts. `time_s` contains the times of all impacts."""
+    first, second = trace.impacts["first"], trace.impacts["second"]
+    return [time_s[(first == disc) | (second == disc)] for disc in range(len(trace.scene.discs))]
+
+
+def build_observed_paths(trace: Trace) -> Paths:
+    """Return lines through the recorded states, with the position of each impact on its disc's line.
+
+    Without recorded states, return exact paths.
+    """
+    if (sampled := list_sampled_positions(trace)) is None:
+        return build_exact_paths(trace)
+    times, positions = sampled
+    lines = tuple((times, positions[:, disc]) for disc in range(positions.shape[1]))
+    impacts = tuple(
+        (time_s, np.stack([np.interp(time_s, times, axis) for axis in points.T], axis=-1))
+        for time_s, (_, points) in zip(_group_by_disc(trace, turn_times(trace)), lines, strict=True)
+    )
+    return Paths(lines, impacts, compute_turnings(trace), sampled=True)
+
+
+def compute_extent(trace: Trace) -> float:
+    """Return the larger side of the bounding box of a trace's discs, in metres."""
+    low, high = build_exact_paths(trace).compute_bounds()
+    return float(np.max(high - low)) + 2.0 * max(disc.radius_m for disc in trace.scene.discs)

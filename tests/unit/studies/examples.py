@@ -7,8 +7,9 @@ from carom.engines.registry import EngineInfo
 from carom.execution.environment import Environment
 from carom.execution.job import Method
 from carom.model.scene import Disc, Scene
-from carom.studies.advise.run import Advice, ClosedForm
-from carom.studies.advise.sampling_limit import AccuracyTarget, Cause, ContactWindow, HardImpact, PairLimit
+from carom.studies.advise.options import AdviceOptions
+from carom.studies.advise.run import Advice
+from carom.studies.advise.sampling_limit import Cause, ContactWindow, HardImpact
 from carom.studies.advise.step_search import SearchEnding, StepAdvice, StepRange, count_steps_per_frame
 from carom.studies.advise.step_trial import StepTrial
 from carom.studies.bench.convergence import fit_order
@@ -103,23 +104,20 @@ def build_advice() -> Advice:
             StepTrial(last / 2**k, 64 if k == 0 else 8, 65 if k == 0 else 9, 0, 0, 0.017 / 2**k, 400) for k in range(3)
         ]
         framed = next((trial for trial in fine if count_steps_per_frame(trial.dt_s, build_scene().frame_rate_hz)), None)
-        never = StepRange(fine[0], framed, fine[-1].dt_s, first[-1], (), ())
+        never = StepRange(fine[0], framed, first[-1], (), ())
         lost = method == Method("mujoco", "default")
-        whole = StepRange(None, None, fine[-1].dt_s, fine[-1], (), ()) if lost else never
+        whole = StepRange(None, None, fine[-1], (), ()) if lost else never
         ending = SearchEnding.FLAT if lost else SearchEnding.FOUND
         answers.append(StepAdvice(method, (*first, *fine), never, whole, ending))
-    limit = PairLimit(ContactWindow.of(0.9, (0.9, 0.1), (6.0, 0.0)), 0.148, 0.0055)
+    window = ContactWindow.of(0.9, (0.9, 0.1), (6.0, 0.0))
     return Advice(
         scene=build_scene(),
-        target=AccuracyTarget(math.radians(1.0)),
+        options=AdviceOptions(direction_error_rad=math.radians(1.0), phases=8, budget_steps=400_000),
         impacts=1,
-        hardest=(HardImpact(0.379, 0, 1, limit, Cause.TURN),),
-        closed_form=ClosedForm(0.148, 0.0055),
-        sampling=None,
+        hardest=(HardImpact(0.379, 0, 1, Cause.TURN, window, 0.148, 0.0055),),
+        pit_steps_s=(0.148, 0.0055),
         answers=tuple(answers),
-        unable=(),
-        phases=8,
-        budget_steps=400_000,
+        unable={},
         swept=frozenset({Method("box2d", "tuned")}),
         located=frozenset(),
         code={Method("pymunk", "tuned"): "dt, steps = 0.01, 2\nfor _ in range(steps):\n    space.step(dt)"},

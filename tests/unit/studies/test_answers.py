@@ -1,7 +1,6 @@
 """Summaries of studies: they fit a terminal, and the results support every sentence."""
 
 import dataclasses
-import math
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -25,11 +24,10 @@ from carom.catalogue import CatalogueScene, find_scenes
 from carom.cli.ascii import ERRORS
 from carom.comparator import compare
 from carom.execution.job import Method
-from carom.report import formatting
 from carom.report.document import Document
 from carom.report.impact_rows import build_impact_rows
 from carom.studies.advise.document import build_advice_document
-from carom.studies.advise.run import Advice, UnsearchedMethod
+from carom.studies.advise.run import Advice
 from carom.studies.advise.step_search import SearchEnding, StepRange
 from carom.studies.bench.document import build_bench_document
 from carom.studies.bench.growth_document import build_growth_document
@@ -38,6 +36,7 @@ from carom.studies.bench.tables import list_reached_targets
 from carom.studies.cross_check.document import cross_check_document
 from carom.studies.stress.document import build_stress_document
 from carom.studies.stress.result import CellEnding, CellResult, StressRow
+from carom.support import formatting
 
 DOCUMENTS: dict[str, Callable[[], Document]] = {
     "bench": lambda: build_bench_document(build_bench()),
@@ -156,11 +155,10 @@ def test_advice_without_failing_step_is_any_tested_step() -> None:
     refused = replace(found, answers=(replace(swept, refused_s=0.5, refusal="too far a step"),))
     assert "any" not in list_method_rows(refused)[0]
     assert "to miss no impact, use 200 steps/s" in render_advice(refused)
-    assert list_range_rows(refused)[0].count("refused") == 2
     full = " ".join(print_document(build_advice_document(refused), 200, full=True))
     assert "Not run: box2d default at 2 steps per second (too far a step)." in full
-    unable = UnsearchedMethod(Method("box2d", "default"), "the scene has walls")
-    assert "Not run: box2d default (the scene has walls)." in render_advice(replace(found, unable=(unable,)))
+    unable = {Method("box2d", "default"): "the scene has walls"}
+    assert "Not run: box2d default (the scene has walls)." in render_advice(replace(found, unable=unable))
 
 
 def test_located_methods_are_last_and_not_recommended() -> None:
@@ -213,17 +211,11 @@ def test_advice_states_unfinished_searches_and_non_monotone_results() -> None:
     )
     assert row.split()[3:] == ["unfinished", "n/a"]
     finest = one.trials[-1]
-    nothing = replace(
-        one,
-        meets_target=replace(
-            one.meets_target, largest_passing=None, smallest_failing=finest, smallest_tested_s=finest.dt_s
-        ),
-    )
-    unmet = replace(found, answers=(nothing,))
+    failing = replace(one.meets_target, largest_passing=None, smallest_failing=finest)
+    unmet = replace(found, answers=(replace(one, meets_target=failing),))
     assert "For a direction error of at most 1°, no tested step size of any engine suffices." in render_advice(unmet)
-    (row,) = list_range_rows(unmet)
-    assert row.split()[4:6] == ["none", formatting.format_number(1 / finest.dt_s, 4)]
-    untried = StepRange(None, None, math.nan, None, (), ())
+    assert list_method_rows(unmet)[0].split()[3:] == ["none", "n/a"]
+    untried = StepRange(None, None, None, (), ())
     (row,) = list_method_rows(
         replace(found, answers=(replace(one, trials=(), never_misses=untried, meets_target=untried),))
     )
@@ -235,13 +227,6 @@ def list_method_rows(found: Advice) -> list[str]:
     names = {f"{answer.method.engine} {answer.method.profile} " for answer in found.answers}
     table = [line for line in print_document(build_advice_document(found), 120) if any(map(line.startswith, names))]
     return [line.rstrip() for line in table if "per frame" not in line]
-
-
-def list_range_rows(found: Advice) -> list[str]:
-    """The lines of the table of ranges, which is printed in full alone."""
-    lines = print_document(build_advice_document(found), 200, full=True)
-    heading = "Steps per second that pass, from the largest step size to the smallest tested one:"
-    return lines[lines.index(heading) + 4 :][: len(found.answers)]
 
 
 def test_campaign_of_few_methods_has_a_sentence_per_method() -> None:

@@ -65,7 +65,8 @@ def history(
     name = arguments.parse_engine(engine)
     with open_release_cache(options.kept_mb * 1e6) as cache, ExitStack() as stack:
         if listed:
-            output.print_lines(describe_listing(*run.list_releases(name, options, cache)))
+            pool = stack.enter_context(options.open_local_pool(1))
+            output.print_lines(describe_listing(*run.list_releases(name, options, cache, pool)))
             return
         if bisect is not None:
             _bisect_change(name, bisect, options, cache)

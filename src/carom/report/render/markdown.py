@@ -47,8 +47,7 @@ def _render_block(block: Block) -> Iterator[str]:
                 parts = pair.heading, ", ".join(pair.sides), " ".join(pair.caption)
                 heading, sides, caption = map(_escape_text, parts)
                 yield f"- **{heading}** ({sides}). {caption}"
-        case blocks.Figures() | blocks.Replays():  # only pages show drawings; tables show the same numbers
-            pass
+        # Only pages show figures and replays; tables show the same numbers.
 
 
 def _render_table(table: Table) -> Iterator[str]:

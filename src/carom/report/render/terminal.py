@@ -48,8 +48,7 @@ def render_terminal(document: Document, width: int, *, full: bool = False) -> It
                     yield escape_controls(block.text)
                 case blocks.Facts():
                     yield from (escape_controls(f"{name}: {value}") for name, value in block.items)
-                case blocks.Figures() | blocks.Pairs() | blocks.Replays():  # pages only
-                    pass
+                # Only pages show figures, pairs and replays.
     yield from map(escape_controls, document.lead[1:])
 
 

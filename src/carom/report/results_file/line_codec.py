@@ -32,9 +32,10 @@ from pydantic.json_schema import GenerateJsonSchema
 from pydantic_core import CoreSchema, core_schema
 
 from carom.comparator import Grade, LocalScore
+from carom.comparator.grades import EARLIER_WORDS
 from carom.errors import InputError
 from carom.report.files import FORMATS
-from carom.report.results_file.line_types import RowLine, Summary
+from carom.report.results_file.lines import RowLine, Summary
 from carom.support.escaping import format_value, shorten
 
 Line = TypeVar("Line", Summary, RowLine)
@@ -42,17 +43,18 @@ Line = TypeVar("Line", Summary, RowLine)
 #: Fields of a score about spins, which are only written if a disc of the scene spins.
 OF_SPINS = frozenset({"spin", "final_spin", "angular", "angular_excess", "arm"})
 
-#: Fields of a timing that files of earlier versions lack, and that are omitted if they have no value.
-_LATER = frozenset({"ends"})
+#: Names of fields that have another name in files of format 2.
+_ALIASES: dict[str, list[list[str | int]]] = {
+    "diverged_s": [["diverged_s"], ["parted_s"]],
+    "pit_diverged_s": [["pit_diverged_s"], ["pit_parted_s"]],
+}
 
 
 def format_line(line: Summary | RowLine, *, spins: bool = True) -> str:
     """Return a line as strict JSON without a line break. If `spins` is true, the line has fields about spins."""
-    leave_out = {} if spins else {part: set(OF_SPINS) for part in ("total", "against_pit", "consistency")}
-    if isinstance(line, RowLine) and line.timing and line.timing.ends is None:
-        leave_out["timing"] = set(_LATER)
+    leave_out = None if spins else {part: set(OF_SPINS) for part in ("total", "against_pit", "consistency")}
     kind: Any = type(line)  # for mypy, a class of unhashable objects is unhashable
-    return _JSON(_build_type_adapter(kind).dump_python(line, mode="json", exclude=leave_out or None))
+    return _JSON(_build_type_adapter(kind).dump_python(line, mode="json", exclude=leave_out))
 
 
 _JSON = json.JSONEncoder(ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode
@@ -88,48 +90,33 @@ def build_records_schema() -> dict[str, Any]:
     schema = TypeAdapter(_build_file_type(Summary | RowLine)).json_schema(
         mode="serialization", schema_generator=_Described
     )
-    parts: dict[str, Any] = {"Number": {**_NULLABLE, "description": "null: NaN, infinite or absent."}}
-    either = _replace_named_parts(schema, parts)
-    parts["Summary"]["properties"]["format"] = {"const": FORMATS["results"]}
+    schema["$defs"]["Summary"]["properties"]["format"] = {"const": FORMATS["results"]}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": f"A line of Carom's results, format {FORMATS['results']}",
-        **either,
-        "$defs": parts,
+        **schema,
     }
-
-
-def _replace_named_parts(schema: Any, parts: dict[str, Any]) -> Any:
-    """Move the named parts of a schema to `parts`, and return the schema with references to them."""
-    if isinstance(schema, list):
-        return [_replace_named_parts(item, parts) for item in schema]
-    if not isinstance(schema, dict):
-        return schema
-    if schema == _NULLABLE:
-        return {"$ref": "#/$defs/Number"}
-    if schema.get("anyOf") == [_NULLABLE, {"type": "null"}]:
-        return {"$ref": "#/$defs/Number"}
-    found = {name: _replace_named_parts(item, parts) for name, item in schema.items()}
-    if not isinstance(name := found.pop("title", None), str):
-        return found if name is None else {**found, "title": name}
-    parts[name] = found
-    return {"$ref": f"#/$defs/{name}"}
 
 
 class _Described(GenerateJsonSchema):
     """JSON Schema generator that gives fields no title, because a title would only repeat the field's name.
 
-    Fields with a default are also required, except those that a line may omit (`OF_SPINS` and `_LATER`).
+    A number may be null in any case, so the schema is the same for a number that may be absent. Fields with a default
+    are also required, except those that a line may omit (`OF_SPINS`).
     """
 
     def field_title_should_be_set(self, schema: Any) -> bool:  # noqa: ARG002 - pydantic's signature
         return False
 
+    def nullable_schema(self, schema: Any) -> dict[str, Any]:
+        inner = self.generate_inner(schema["schema"])
+        return inner if inner == _NULLABLE else super().nullable_schema(schema)
+
     def default_schema(self, schema: Any) -> dict[str, Any]:
         return self.generate_inner(schema["schema"])
 
     def field_is_required(self, field: Any, total: bool) -> bool:  # noqa: ARG002 - pydantic's signature
-        return field["name"] not in OF_SPINS | _LATER
+        return field["name"] not in OF_SPINS
 
 
 #: Properties that are written in addition to a class's fields, and ignored when a file is read.
@@ -153,18 +140,18 @@ def _build_file_type(hint: Any) -> Any:
     if dataclasses.is_dataclass(hint):
         return Annotated[hint, _Fields()]
     if origin in (Union, UnionType):
-        if type(None) in parts:  # here, null does not mean NaN
-            parts = tuple(_FINITE if part is float else part for part in parts if part is not type(None))
-            return Union[tuple(map(_build_file_type, parts))] | None  # noqa: UP007 - the number of types varies
-        return Union[tuple(map(_build_file_type, parts))]  # noqa: UP007 - the number of types varies
+        is_nullable = type(None) in parts  # then null does not mean NaN
+        kinds = tuple(_FINITE if is_nullable and part is float else _build_file_type(part) for part in parts)
+        return Union[kinds]  # noqa: UP007 - the number of types varies
     if origin is tuple:
         return tuple[tuple(part if part is ... else _build_file_type(part) for part in parts)]  # type: ignore[misc] # made here
     if isinstance(origin, type) and issubclass(origin, Mapping):
-        return dict[str, _build_file_type(parts[1])]  # type: ignore[misc] # a type made here
+        return dict[parts[0], _build_file_type(parts[1])]  # type: ignore[misc, valid-type] # a type made here
     return hint
 
 
-_NULLABLE = {"type": ["number", "null"]}
+#: JSON Schema of a number that may be NaN, infinite or absent.
+_NULLABLE = {"type": ["number", "null"], "description": "null: NaN, infinite or absent."}
 
 
 _FINITE = Annotated[
@@ -181,9 +168,10 @@ def _build_enum_type(kind: type[Enum]) -> Any:
     names = {member.name.lower(): member for member in kind}
 
     def read(name: object) -> Enum:
-        if not isinstance(name, str) or name not in names:
+        present_name = EARLIER_WORDS.get(name, name) if isinstance(name, str) else None
+        if present_name not in names:
             raise ValueError(f"must be one of {', '.join(names)}")
-        return names[name]
+        return names[present_name]
 
     return Annotated[
         kind,
@@ -201,7 +189,11 @@ class _Fields:
         hints = get_type_hints(kind, include_extras=True)
         fields_by_name = {field.name: field for field in dataclasses.fields(kind)}
         fields = [
-            core_schema.dataclass_field(name, _add_default(field, hints[name], handler(_build_file_type(hints[name]))))
+            core_schema.dataclass_field(
+                name,
+                _add_default(field, hints[name], handler(_build_file_type(hints[name]))),
+                validation_alias=_ALIASES.get(name),
+            )
             for name, field in fields_by_name.items()
         ]
         derived = [
@@ -210,7 +202,7 @@ class _Fields:
         ]
         arguments = core_schema.dataclass_args_schema(kind.__name__, fields, computed_fields=derived)
         return core_schema.dataclass_schema(
-            kind, arguments, list(fields_by_name), frozen=True, slots="__slots__" in vars(kind)
+            kind, arguments, list(fields_by_name), ref=kind.__name__, frozen=True, slots="__slots__" in vars(kind)
         )
 
 

@@ -16,10 +16,8 @@ from carom.comparator import Score
 from carom.errors import InputError
 from carom.execution.results import Results, Row
 from carom.report.files import FORMATS
-from carom.report.results_file import format_2
 from carom.report.results_file.line_codec import format_line, read_line
-from carom.report.results_file.line_types import RowLine, Summary
-from carom.report.results_file.lines_from_rows import build_line, build_summary
+from carom.report.results_file.lines import RowLine, Summary, build_line, build_summary
 from carom.support.escaping import escape_controls, shorten
 from carom.support.limits import MOST_BYTES, MOST_VALUES, count_values
 
@@ -57,62 +55,53 @@ def stream_records(path: Path) -> tuple[Summary, Iterator[RowLine]]:
         InputError: The file has a fault that `read_records` lists. The iterator raises this error, too.
     """
     texts = _read_lines(path)
-    head, is_earlier = _parse_head(path, next(texts, b"{}"))
+    first_line = next(texts, b"{}")
+    head = _parse_head(path, first_line)
 
     def read_rows() -> Iterator[RowLine]:
         count = 0
         for count, text in enumerate(texts, start=1):
             try:
-                line = _encode(format_2.convert_line(_parse_object(path, count + 1, text))) if is_earlier else text
-                row = read_line(RowLine, line, path, count + 1)
+                row = read_line(RowLine, text, path, count + 1)
             except InputError:
                 _require_whole(path, head, count + sum(1 for _ in texts))
                 raise
             yield row
         _require_whole(path, head, count)
 
-    return read_line(Summary, _encode(head), path, 1), read_rows()
+    return read_line(Summary, first_line, path, 1), read_rows()
 
 
 _WANTED = FORMATS["results"]
+#: Formats that Carom reads. Format 2 has other words for diverged runs.
+_READABLE = (2, _WANTED)
 _READS = (
-    f"; this Carom reads complete files of formats {format_2.FORMAT} and {_WANTED}: run the cross-check again, or use "
-    "the version that wrote the file"
+    f"; this Carom reads complete files of formats {' and '.join(map(str, _READABLE))}: run the cross-check again, or "
+    "use the version that wrote the file"
 )
 _ASK = f"give the folder of a report, or a results.jsonl that `carom run --out` wrote (format {_WANTED})"
 
 
-def _parse_head(path: Path, text: bytes) -> tuple[dict[str, Any], bool]:
-    """Return the first line in the present format, and whether the file has an earlier format."""
-    head = _parse_object(path, 1, text)
+def _parse_head(path: Path, text: bytes) -> dict[str, Any]:
+    """Return the first line. Raise an error if it is not the first line of a format that Carom reads."""
+    try:
+        head = json.loads(text)
+    except UnicodeError as error:
+        raise InputError(f"{path} can't be read: {error}", hints=[_ASK]) from None
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}, line 1: invalid JSON ({shorten(str(error), 200)})", hints=[_ASK]) from None
+    if not isinstance(head, dict):
+        raise InputError(f"{path}, line 1: not a JSON object", hints=[_ASK])
     if (found := head.get("format")) is None:
         raise InputError(f"{path} is not the results.jsonl of a cross-check", hints=[_ASK])
-    if found == format_2.FORMAT:
-        return format_2.convert_line(head), True
-    if found != _WANTED:
+    if found not in _READABLE:
         raise InputError(f"{path} is of format {escape_controls(shorten(str(found)))}{_READS}")
-    return head, False
-
-
-def _encode(line: Mapping[str, Any]) -> bytes:
-    return json.dumps(line).encode()
+    return head
 
 
 def _require_whole(path: Path, head: Mapping[str, Any], rows: int) -> None:
     if (stated_rows := head.get("rows")) != rows:
         raise InputError(f"{path} has {rows} of {escape_controls(shorten(str(stated_rows)))} rows{_READS}")
-
-
-def _parse_object(path: Path, number: int, text: bytes) -> dict[str, Any]:
-    try:
-        line = json.loads(text)
-    except UnicodeError as error:
-        raise InputError(f"{path} can't be read: {error}", hints=[_ASK]) from None
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}, line {number}: invalid JSON ({shorten(str(error), 200)})", hints=[_ASK]) from None
-    if not isinstance(line, dict):
-        raise InputError(f"{path}, line {number}: not a JSON object", hints=[_ASK])
-    return line
 
 
 def _read_lines(path: Path) -> Iterator[bytes]:
@@ -124,16 +113,17 @@ def _read_lines(path: Path) -> Iterator[bytes]:
             while line := file.readline(MOST_BYTES[".json"] + 1):  # names may contain other line separators
                 number, size, found = number + 1, size + len(line), count_values(line)
                 values += found
-                for source, kind, bytes_, count in (
-                    (str(path), ".jsonl", size, values),
-                    (f"{path}, line {number}", ".json", len(line), found),
-                ):
-                    if bytes_ > MOST_BYTES[kind] or count > MOST_VALUES[kind]:
-                        limit = f"{MOST_BYTES[kind] >> 20} MiB, or {MOST_VALUES[kind]:,} values"
-                        raise InputError(f"{source} is larger than the limit for results: {limit}", hints=[_ASK])
+                _require_limits(str(path), ".jsonl", size, values)
+                _require_limits(f"{path}, line {number}", ".json", len(line), found)
                 yield line.removesuffix(b"\n")
     except OSError as error:
         raise InputError(f"{path} can't be read: {error.strerror or error}", hints=[_ASK]) from None
+
+
+def _require_limits(source: str, kind: str, size: int, values: int) -> None:
+    if size > MOST_BYTES[kind] or values > MOST_VALUES[kind]:
+        limit = f"{MOST_BYTES[kind] >> 20} MiB, or {MOST_VALUES[kind]:,} values"
+        raise InputError(f"{source} is larger than the limit for results: {limit}", hints=[_ASK])
 
 
 def _summarise_local_errors(score: Score) -> dict[str, int | float]:

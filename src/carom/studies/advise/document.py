@@ -9,14 +9,13 @@ from functools import partial
 
 from carom.engines.registry import format_engine_argument
 from carom.model.trace import body_name
-from carom.report import formatting
 from carom.report.document import Block, Code, Column, Document, Figure, Figures, Lines, Media, Section, Table, Text
 from carom.report.provenance import build_provenance
 from carom.studies.advise.figure import render_advice_svg
 from carom.studies.advise.run import Advice
 from carom.studies.advise.step_search import CONFIRM, SearchEnding, StepAdvice, StepRange, count_steps_per_frame
 from carom.studies.advise.step_trial import StepTrial
-from carom.support.formatting import format_step_option
+from carom.support import formatting
 
 #: Name of the study in its output folders.
 PURPOSE = "advise"
@@ -50,7 +49,7 @@ def build_advice_document(advice: Advice, scene_word: str = "") -> Document:
         )
         figure = Figure(partial(render_advice_svg, advice), caption)
         search = Lines(tuple(_describe_search(advice, rows)), Media.IN_FULL)
-        tested: tuple[Block, ...] = (_build_evidence_table(advice, rows), search, *map(_build_trials_table, rows))
+        tested: tuple[Block, ...] = (search, *map(_build_trials_table, rows))
         sections += [
             Section("Error against step", (Figures((figure,), large=True),), only=Media.PAGE),
             Section("Code to paste", tuple(_build_code_blocks(advice, rows, scene_word or advice.scene.name))),
@@ -58,12 +57,6 @@ def build_advice_document(advice: Advice, scene_word: str = "") -> Document:
         ]
     making_of = build_provenance(advice.environment, advice.command, advice.elapsed_s)
     return Document("Carom: advice", (answer,), (*sections, *making_of))
-
-
-def _list_criteria(advice: Advice) -> Iterator[tuple[str, Callable[[StepAdvice], StepRange]]]:
-    """For each accuracy criterion, yield its heading, and a function that returns the step sizes that meet it."""
-    yield "no miss", lambda answer: answer.never_misses
-    yield f"≤ {_format_target_angle(advice)}", lambda answer: answer.meets_target
 
 
 def _build_table(advice: Advice, rows: Sequence[StepAdvice]) -> Table:
@@ -77,7 +70,8 @@ def _build_table(advice: Advice, rows: Sequence[StepAdvice]) -> Table:
     return Table(
         (
             Column("", lambda answer: answer.method.label + (" +CCD" if answer.method in advice.swept else "")),
-            *(column for criterion in _list_criteria(advice) for column in build_columns(*criterion)),
+            *build_columns("no miss", lambda answer: answer.never_misses),
+            *build_columns(f"≤ {_format_target_angle(advice)}", lambda answer: answer.meets_target),
             Column(f"at {frame}", lambda answer: _format_frame_step_result(advice, answer)),
         ),
         rows,
@@ -87,42 +81,27 @@ def _build_table(advice: Advice, rows: Sequence[StepAdvice]) -> Table:
     )
 
 
-def _build_evidence_table(advice: Advice, rows: Sequence[StepAdvice]) -> Table:
-    def build_columns(head: str, read: Callable[[StepAdvice], StepRange]) -> Iterator[Column]:
-        yield Column(head, lambda answer: _format_rate_range(read(answer)), number=True)
-        yield Column("fails", lambda answer: _format_failing_rate(answer, read(answer)), "at", number=True)
-
-    columns = (
-        Column("", lambda answer: answer.method.label),
-        *(column for criterion in _list_criteria(advice) for column in build_columns(*criterion)),
-        Column("direction", _format_direction_error, "error", number=True),
-        Column("engine", lambda answer: str(answer.steps), "steps", number=True),
-    )
-    title = "Steps per second that pass, from the largest step size to the smallest tested one:"
-    return Table(columns, rows, title=title, only=Media.IN_FULL)
-
-
 def _build_headline(advice: Advice) -> Iterator[str]:
     """Yield the two recommended step sizes, the step sizes that PIT needs, and the methods that could not be tested."""
     if advice.answers:
         without_miss = _describe_longest_step(advice, lambda answer: answer.never_misses)
         yield f"{advice.scene.name}: to miss no impact, {without_miss}."
         target = f"For a direction error of at most {_format_target_angle(advice)}"
-        if advice.target.miss_probability > 0:
-            most = formatting.format_percent(advice.target.miss_probability)
+        if advice.options.miss_probability > 0:
+            most = formatting.format_percent(advice.options.miss_probability)
             target += f", with misses at no more than {most} of phases"
         yield f"{target}, {_describe_longest_step(advice, lambda answer: answer.meets_target)}."
     else:
         yield f"{advice.scene.name}: no engine was tested."
-    if needed := _describe_pit_steps(advice):
-        yield f"PIT (one check per step) needs {needed}."
-    reasons = formatting.group_by((unable.reason, unable.method.label) for unable in advice.unable)
+    without_miss, accurate = map(_describe_needed_rate, advice.pit_steps_s)
+    yield f"PIT (one check per step) needs {without_miss} to miss none, {accurate} for {_format_target_angle(advice)}."
+    reasons = formatting.group_by((reason, method.label) for method, reason in advice.unable.items())
     for reason, names in reasons.items():
         yield f"Not run: {formatting.join_words(names)} ({reason})."
 
 
 def _format_target_angle(advice: Advice) -> str:
-    return _format_degrees(advice.target.direction_error_rad)
+    return _format_degrees(advice.options.direction_error_rad)
 
 
 def _describe_longest_step(advice: Advice, criterion: Callable[[StepAdvice], StepRange]) -> str:
@@ -185,15 +164,17 @@ def _build_code_blocks(advice: Advice, rows: Sequence[StepAdvice], scene_word: s
         if code:
             yield Code(code, media)
         words = ("carom", "engines", format_engine_argument(method.engine), "--show", method.profile)
-        options = ("--dt", format_step_option(trial.dt_s), "--scene", scene_word)
+        options = ("--dt", formatting.format_step_option(trial.dt_s), "--scene", scene_word)
         yield Text(f"To print all settings, run: {shlex.join((*words, *options))}", media)
         media = Media.IN_FULL
 
 
 def _describe_passing_step(answer: StepAdvice, step_range: StepRange) -> str:
-    if not step_range.largest_passing_s:
-        return _format_rate_range(step_range)
-    return "any tried" if _has_no_step_limit(answer, step_range) else _format_rate(step_range.largest_passing_s)
+    if step_range.largest_passing is not None:
+        return "any tried" if _has_no_step_limit(answer, step_range) else _format_rate(step_range.largest_passing_s)
+    if not answer.trials:
+        return formatting.ABSENT
+    return "none" if step_range.smallest_failing is answer.trials[-1] else "unfinished"
 
 
 def _format_frame_step_result(advice: Advice, answer: StepAdvice) -> str:
@@ -209,17 +190,6 @@ def _format_frame_step_result(advice: Advice, answer: StepAdvice) -> str:
     return f"found, {_format_degrees(trial.direction_error_rad)} error"
 
 
-def _describe_pit_steps(advice: Advice) -> str:
-    if (closed := advice.closed_form) is not None:
-        dts_s = (closed.never_misses_s, closed.meets_target_s)
-    elif (found := advice.sampling) is not None:
-        dts_s = (found.never_misses.largest_passing_s, found.meets_target.largest_passing_s)
-    else:
-        return ""
-    one, other = (_describe_needed_rate(dt_s) for dt_s in dts_s)
-    return f"{one} to miss none, {other} for {_format_target_angle(advice)}"
-
-
 def _describe_needed_rate(dt_s: float) -> str:
     if math.isinf(dt_s):
         return "any number of steps"
@@ -232,14 +202,14 @@ def _build_notes(advice: Advice) -> Iterator[str]:
         never_misses = answer.never_misses
         for found, result in ((never_misses, "misses no impact"), (answer.meets_target, "meets the target")):
             is_repeated = result != "misses no impact" and found.finer_failures == never_misses.finer_failures
-            if found.monotone or is_repeated:
+            if is_repeated or not found.finer_failures:
                 continue
             passing, failing = _format_rates(found.coarser_passes), _format_rates(found.finer_failures)
             where = f"at {passing} steps per second, but fails at {failing}"
             yield f"Smaller steps are not always better: {answer.method.label} {result} {where}."
     stopped = [answer.method.label for answer in advice.answers if answer.ending is SearchEnding.BUDGET]
     if stopped:
-        budget = f"its budget of {advice.budget_steps} engine steps (--budget)"
+        budget = f"its budget of {advice.options.budget_steps} engine steps (--budget)"
         yield f"For {formatting.join_words(stopped)}, the search stopped at {budget}."
     for answer in advice.answers:
         if answer.ending is SearchEnding.BROKE:
@@ -278,23 +248,6 @@ def _format_rates(trials: Iterable[StepTrial]) -> str:
     return f"{rates[0]} to {rates[-1]} ({len(rates)} step sizes tested)"
 
 
-def _format_rate_range(step_range: StepRange) -> str:
-    if step_range.largest_passing_s:
-        return f"{_format_rate(step_range.largest_passing_s)}-{_format_rate(step_range.smallest_tested_s)}"
-    if math.isnan(step_range.smallest_tested_s):
-        return formatting.ABSENT
-    failing = step_range.smallest_failing
-    return "none" if failing is not None and failing.dt_s == step_range.smallest_tested_s else "unfinished"
-
-
-def _format_failing_rate(answer: StepAdvice, step_range: StepRange) -> str:
-    if step_range.smallest_failing is not None:
-        return _format_rate(step_range.smallest_failing.dt_s)
-    if not answer.trials:
-        return formatting.ABSENT
-    return "none" if answer.refused_s is None else "refused"
-
-
 def _describe_search(advice: Advice, rows: Sequence[StepAdvice]) -> Iterator[str]:
     """Yield the reasons for the end of searches and for refused step sizes, and describe the tested phases."""
     for ending, names in formatting.group_by((one.ending, one.method.label) for one in rows).items():
@@ -302,20 +255,12 @@ def _describe_search(advice: Advice, rows: Sequence[StepAdvice]) -> Iterator[str
     for one in rows:
         if one.refused_s is not None:
             yield f"Not run: {one.method.label} at {_format_rate(one.refused_s)} steps per second ({one.refusal})."
+    phases = advice.options.phases
     yield (
-        f"Each step size was tested at {formatting.format_count(advice.phases, 'phase')} that are spread evenly "
-        "over a step, and at phases at which a step ends just before one of the hardest impacts. The largest step "
-        f"size of each range was tested at {max(CONFIRM, advice.phases)} phases."
+        f"Each step size was tested at {formatting.format_count(phases, 'phase')} that are spread evenly over "
+        "a step, and at phases at which a step ends just before one of the hardest impacts. The largest step "
+        f"size of each range was tested at {max(CONFIRM, phases)} phases."
     )
-
-
-def _format_direction_error(answer: StepAdvice) -> str:
-    """Return the error at the recommended step size. If there is none, use the smallest tested step size."""
-    trial = answer.meets_target.largest_passing or (answer.trials[-1] if answer.trials else None)
-    if trial is None:
-        return formatting.ABSENT
-    any_step = trial.dt_s <= (answer.flat_from_s or 0.0)
-    return _format_degrees(trial.direction_error_rad) + (" at any" if any_step else "")
 
 
 def _format_degrees(angle_rad: float) -> str:
@@ -327,14 +272,14 @@ def _describe_hardest_impact(advice: Advice) -> str:
     bodies = f"{body_name(impact.first)} and {body_name(impact.second)}"
     bodies_and_time = f"between {bodies} at {formatting.format_number(impact.time_s, 4)} s"
     which = "The only impact is" if advice.impacts == 1 else f"The hardest of {advice.impacts} impacts is"
-    window = impact.limit.window
+    window = impact.window
     if window is None:
         return f"{which} {bodies_and_time}: {impact.cause.value}."
     speed, reach = formatting.format_number(window.speed_m_s), formatting.format_number(window.reach_m)
     size = f"relative speed {speed} m/s, centres {reach} m apart"
     offset = formatting.format_number(window.relative_offset, 4)
     why = impact.cause.value.format(offset=offset, size=size)
-    late = impact.limit.direction_dt_s
+    late = impact.direction_dt_s
     direction = f"error is too large if the impact is found more than {formatting.format_seconds(late)} late"
     if math.isinf(late):
         direction = "meets the target even if the impact is found late"

@@ -46,12 +46,11 @@ def draw_advice(advice: Advice, axes: Axes, *, narrow: bool = False) -> None:
         ]
         if lossy_points:
             axes.plot(*zip(*lossy_points, strict=True), "x", color=style["color"], markersize=9.0)
-    target_degrees = math.degrees(advice.target.direction_error_rad)
+    target_degrees = math.degrees(advice.options.direction_error_rad)
     axes.axhline(
         target_degrees, color=INK, linewidth=0.8, linestyle=":", label=f"target: {format_tick(target_degrees, 0.0)}°"
     )
-    axes.set(xscale="log", yscale="log", xlabel="steps per second")
-    axes.set_ylabel("direction error, degrees")
+    axes.set(xscale="log", yscale="log", xlabel="steps per second", ylabel="direction error, degrees")
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_formatter(format_tick)
     axes.grid(which="major", alpha=0.18, linewidth=0.6)

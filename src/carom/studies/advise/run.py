@@ -29,7 +29,7 @@ from carom.execution.settings_code import find_step_code
 from carom.model.scene import Scene
 from carom.model.trace import Trace
 from carom.studies.advise.options import AdviceOptions
-from carom.studies.advise.sampling_limit import AccuracyTarget, HardImpact, rank_hardest_impacts
+from carom.studies.advise.sampling_limit import HardImpact, rank_hardest_impacts
 from carom.studies.advise.step_search import StepAdvice, StepSearch
 from carom.studies.advise.step_trial import StepTrial, list_start_phases, try_phases
 
@@ -45,46 +45,18 @@ class ReferenceCut(Enum):
 
 
 @dataclass(frozen=True)
-class UnsearchedMethod:
-    """A method for which no step size was tested.
-
-    Attributes:
-        method: Engine and profile.
-        reason: Reason why the method can't run the scene with any tested step size.
-    """
-
-    method: Method
-    reason: str
-
-
-@dataclass(frozen=True)
-class ClosedForm:
-    """The largest step sizes for PIT with two discs without friction, in seconds, computed by formulas.
-
-    Attributes:
-        never_misses_s: Largest step size with which PIT finds the impact at every phase.
-        meets_target_s: Largest step size with which PIT meets the accuracy target.
-    """
-
-    never_misses_s: float
-    meets_target_s: float
-
-
-@dataclass(frozen=True)
 class Advice:
     """Result of `carom advise`.
 
     Attributes:
         scene: The searched scene. It ends before the first impact without a reliable result, if there is one.
-        target: Required accuracy.
+        options: Options of the study.
         impacts: Number of impacts in the searched part of the scene.
         hardest: Some of the hardest impacts, beginning with the hardest one.
-        closed_form: The largest step sizes for PIT; None if no formula exists.
-        sampling: The search result of PIT, for comparison; None if a formula exists.
+        pit_steps_s: The largest step sizes with which PIT misses no impact, and with which it meets the accuracy
+            target, for comparison; 0 if no tested step size suffices.
         answers: The search result of each engine and profile.
-        unable: Engines and profiles that can't run the scene.
-        phases: Number of evenly spread phases at which each step size was tested.
-        budget_steps: Largest number of engine steps in each search.
+        unable: Engines and profiles that can't run the scene with any tested step size, with the reason.
         swept: Methods whose continuous collision detection keeps a fast body from passing through another within a
             step.
         located: Methods whose steps Carom shortens, so that a step ends at each impact. Users can't get such steps by a
@@ -98,15 +70,12 @@ class Advice:
     """
 
     scene: Scene
-    target: AccuracyTarget
+    options: AdviceOptions
     impacts: int
     hardest: tuple[HardImpact, ...]
-    closed_form: ClosedForm | None
-    sampling: StepAdvice | None
+    pit_steps_s: tuple[float, float]
     answers: tuple[StepAdvice, ...]
-    unable: tuple[UnsearchedMethod, ...]
-    phases: int
-    budget_steps: int
+    unable: Mapping[Method, str]
     swept: frozenset[Method]
     located: frozenset[Method]
     code: Mapping[Method, str]
@@ -134,12 +103,11 @@ def advise(
         UnknownNameError: An engine does not exist.
     """
     started = time.perf_counter()
-    target, phases = AccuracyTarget(options.direction_error_rad, options.miss_probability), options.phases
     reference, cut = _cut_reference(scene)
     scene = reference.scene
-    hardest = rank_hardest_impacts(reference, target)
-    closed_form = _find_closed_form(scene, hardest)
-    guess_s, frame_s = hardest[0].limit.dt_s, 1.0 / scene.frame_rate_hz
+    hardest = rank_hardest_impacts(reference, options)
+    pit_steps_s = find_closed_form(scene, hardest)
+    guess_s, frame_s = hardest[0].dt_s, 1.0 / scene.frame_rate_hz
     infos = select_engines(describe_engines(options.engines, pool), options.engines)
     other_infos = [info for info in infos if info.name not in {"pic", "pit"}]
     methods = list_methods(
@@ -153,32 +121,31 @@ def advise(
 
     def build_search(method: Method) -> StepSearch:
         why = partial(find_refusal, method)
-        return StepSearch(scene, method, target, guess_s, phases, len(aimed_s), options.budget_steps, why)
+        return StepSearch(scene, method, options, guess_s, len(aimed_s), why)
 
-    searches = {} if closed_form else {PIT_METHOD: build_search(PIT_METHOD)}
-    unable = []
+    searches = {} if pit_steps_s else {PIT_METHOD: build_search(PIT_METHOD)}
+    unable = {}
     for method in (method for info in other_infos for method in methods.by_engine_and_step[info.name, frame_s]):
         search = build_search(method)
         if search.is_refused:
-            unable.append(UnsearchedMethod(method, find_refusal(method, frame_s) or search.build_answer().refusal))
+            unable[method] = find_refusal(method, frame_s) or search.build_answer().refusal
         else:
             searches[method] = search
     _run_searches(scene, searches, aimed_s, pool, progress)
     answers = {method: search.build_answer() for method, search in searches.items()}
-    sampling = answers.pop(PIT_METHOD, None)
+    if pit_steps_s is None:
+        pit = answers.pop(PIT_METHOD)
+        pit_steps_s = (pit.never_misses.largest_passing_s, pit.meets_target.largest_passing_s)
     located = frozenset(method for method in answers if method.profile in methods.infos[method.engine].located)
     own = {method: answer for method, answer in answers.items() if method not in located}
     return Advice(
         scene,
-        target,
+        options,
         len(reference.impacts),
         hardest[:AIMED],
-        closed_form,
-        sampling,
+        pit_steps_s,
         tuple(answers.values()),
-        tuple(unable),
-        phases,
-        options.budget_steps,
+        unable,
         swept=frozenset(one for one in own if _has_continuous_detection(methods.infos[one.engine], one.profile)),
         located=located,
         code={method: code for method, answer in own.items() if (code := _write_frame_code(scene, answer, pool))},
@@ -228,16 +195,18 @@ def _cut_reference(scene: Scene) -> tuple[Trace, ReferenceCut | None]:
     return ended, cut
 
 
-def _find_closed_form(scene: Scene, hardest: Sequence[HardImpact]) -> ClosedForm | None:
-    """Compute PIT's largest step sizes by formulas. Return None for three or more bodies, friction or forces."""
+def find_closed_form(scene: Scene, hardest: Sequence[HardImpact]) -> tuple[float, float] | None:
+    """Compute PIT's largest step sizes by formulas, in seconds; see `Advice.pit_steps_s`.
+
+    Return None for three or more bodies, friction or forces.
+    """
     slowed = scene.damping_per_s or scene.table_deceleration_m_s2
     is_accelerated = slowed or (any(scene.gravity_m_s2) and not all(scene.arrays.movable))
     turns = any(disc.legs for disc in scene.discs)
     if len(scene.discs) != 2 or scene.walls or scene.arrays.has_disc_friction or is_accelerated or turns:
         return None
-    windows = [impact.limit.window for impact in hardest]
-    never = min((window.length_s for window in windows if window is not None), default=math.inf)
-    return ClosedForm(never, hardest[0].limit.dt_s)
+    never = min((impact.window.length_s for impact in hardest if impact.window is not None), default=math.inf)
+    return never, hardest[0].dt_s
 
 
 def _run_searches(

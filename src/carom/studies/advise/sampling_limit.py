@@ -19,19 +19,7 @@ from enum import Enum
 
 from carom.model.scene import Wall
 from carom.model.trace import Trace, Vector, wall_index
-
-
-@dataclass(frozen=True)
-class AccuracyTarget:
-    """Required accuracy.
-
-    Attributes:
-        direction_error_rad: Largest allowed error of a disc's direction after any impact.
-        miss_probability: Allowed fraction of phases at which an impact is missed or invented; below 1.
-    """
-
-    direction_error_rad: float
-    miss_probability: float = 0.0
+from carom.studies.advise.options import AdviceOptions
 
 
 @dataclass(frozen=True)
@@ -132,46 +120,6 @@ def _find_circle_ray_points(centre: complex, radius: float, heading: float) -> l
     return [along * ray - centre for along in (turned.real - root, turned.real + root) if along > 0.0]
 
 
-@dataclass(frozen=True)
-class PairLimit:
-    """Largest step sizes with which a check for overlap once per step finds one impact accurately enough.
-
-    Attributes:
-        window: The two discs at contact; None for a wall.
-        miss_dt_s: Largest step size at which the impact is missed at no more than the allowed fraction of phases.
-        direction_dt_s: Largest step size at which no disc's direction has more than the allowed error.
-    """
-
-    window: ContactWindow | None
-    miss_dt_s: float
-    direction_dt_s: float
-
-    @property
-    def dt_s(self) -> float:
-        """The largest step size that meets both requirements."""
-        return min(self.miss_dt_s, self.direction_dt_s)
-
-
-def compute_pair_limit(
-    window: ContactWindow,
-    velocities_before: tuple[Vector, Vector],
-    inverse_masses: tuple[float, float],
-    restitution: float,
-    target: AccuracyTarget,
-) -> PairLimit:
-    """Return the largest step sizes for an impact of two discs.
-
-    Inverse masses are in 1/kg. An immovable disc has the inverse mass 0.
-    """
-    total = sum(inverse_masses)
-    pushes = [(1.0 + restitution) * inverse / total for inverse in inverse_masses]
-    direction = min(
-        compute_direction_limit(window, before, sign, push, target.direction_error_rad)
-        for before, push, sign in zip(velocities_before, pushes, (1.0, -1.0), strict=True)
-    )
-    return PairLimit(window, window.length_s / (1.0 - target.miss_probability), direction)
-
-
 #: An impact counts as a graze if its impact parameter, divided by the contact distance, is at least this number: cos
 #: 30°. In a graze, discs overlap for less than half as long as in a head-on impact.
 GRAZE = math.cos(math.pi / 6)
@@ -191,39 +139,56 @@ class Cause(Enum):
 class HardImpact:
     """An impact of the reference, with the largest step sizes at which checking once per step is accurate enough.
 
+    The step sizes are computed without friction. For discs with friction, they only guide the search.
+
     Attributes:
         time_s: Time of the impact.
         first: The first body, which is a disc.
         second: The second body: a disc or a wall.
-        limit: The largest step sizes, computed without friction. For discs with friction, these step sizes only guide
-            the search.
         cause: Reason why the impact needs a small step size.
+        window: The two discs at contact; None for a wall.
+        miss_dt_s: Largest step size at which the impact is missed at no more than the allowed fraction of phases.
+        direction_dt_s: Largest step size at which no disc's direction has more than the allowed error.
     """
 
     time_s: float
     first: int
     second: int
-    limit: PairLimit
     cause: Cause
+    window: ContactWindow | None = None
+    miss_dt_s: float = math.inf
+    direction_dt_s: float = math.inf
+
+    @property
+    def dt_s(self) -> float:
+        """The largest step size that meets both requirements."""
+        return min(self.miss_dt_s, self.direction_dt_s)
 
 
-def rank_hardest_impacts(reference: Trace, target: AccuracyTarget) -> tuple[HardImpact, ...]:
+def rank_hardest_impacts(reference: Trace, options: AdviceOptions) -> tuple[HardImpact, ...]:
     """Compute the largest step sizes for each impact of a reference, and sort the impacts by step size."""
-    found = [_build_hard_impact(reference, k, target) for k in range(len(reference.impacts))]
-    return tuple(sorted(found, key=lambda impact: (impact.limit.dt_s, impact.time_s)))
+    found = [_build_hard_impact(reference, k, options) for k in range(len(reference.impacts))]
+    return tuple(sorted(found, key=lambda impact: (impact.dt_s, impact.time_s)))
 
 
-def _build_hard_impact(reference: Trace, number: int, target: AccuracyTarget) -> HardImpact:
+def _build_hard_impact(reference: Trace, number: int, options: AdviceOptions) -> HardImpact:
     impact, scene = reference.impacts[number], reference.scene
     first, second, time_s = int(impact["first"]), int(impact["second"]), float(impact["time_s"])
     if second < 0:
         cause = Cause.WALL if isinstance(scene.walls[wall_index(second)], Wall) else Cause.EDGE
-        return HardImpact(time_s, first, second, PairLimit(None, math.inf, math.inf), cause)
+        return HardImpact(time_s, first, second, cause)
     fields = ("normal", "velocity_first_before", "velocity_second_before")
     normal, (ux, uy), (vx, vy) = ((float(impact[name][0]), float(impact[name][1])) for name in fields)
     one, other = scene.discs[first], scene.discs[second]
     window = ContactWindow.of(one.radius_m + other.radius_m, normal, (vx - ux, vy - uy))
-    inverse_masses = (1.0 / one.mass_kg, 1.0 / other.mass_kg)
-    limit = compute_pair_limit(window, ((ux, uy), (vx, vy)), inverse_masses, scene.restitution, target)
-    soft = Cause.TURN if limit.direction_dt_s < limit.miss_dt_s else Cause.FAST
-    return HardImpact(time_s, first, second, limit, Cause.GRAZE if window.relative_offset >= GRAZE else soft)
+    inverse_masses = (1.0 / one.mass_kg, 1.0 / other.mass_kg)  # 0 for an immovable disc
+    pushes = [(1.0 + scene.restitution) * inverse / sum(inverse_masses) for inverse in inverse_masses]
+    direction_dt_s = min(
+        compute_direction_limit(window, before, sign, push, options.direction_error_rad)
+        for before, push, sign in zip(((ux, uy), (vx, vy)), pushes, (1.0, -1.0), strict=True)
+    )
+    miss_dt_s = window.length_s / (1.0 - options.miss_probability)
+    cause = Cause.TURN if direction_dt_s < miss_dt_s else Cause.FAST
+    if window.relative_offset >= GRAZE:
+        cause = Cause.GRAZE
+    return HardImpact(time_s, first, second, cause, window, miss_dt_s, direction_dt_s)

@@ -10,7 +10,7 @@ from itertools import count, takewhile
 
 from carom.execution.job import Method
 from carom.model.scene import Scene
-from carom.studies.advise.sampling_limit import AccuracyTarget
+from carom.studies.advise.options import AdviceOptions
 from carom.studies.advise.step_trial import StepTrial, compute_step_limit
 
 #: Number of evenly spread phases at which a result is confirmed.
@@ -54,13 +54,12 @@ class SearchEnding(Enum):
 
 @dataclass(frozen=True)
 class StepRange:
-    """Step sizes from `largest_passing` to `smallest_tested_s`, of which all tested ones are accurate enough.
+    """Step sizes from `largest_passing` to the smallest tested one, all of which are accurate enough.
 
     Attributes:
         largest_passing: The largest step size that passes, confirmed at `CONFIRM` phases; None if there is none.
         frame_divisor: The largest step size that passes and divides a frame into equal steps, also confirmed; None if
             there is none.
-        smallest_tested_s: The smallest tested step size, in seconds; NaN if none was tested.
         smallest_failing: The smallest tested step size that fails; None if none fails.
         coarser_passes: Step sizes that pass although a smaller one fails, the largest first.
         finer_failures: Step sizes that fail although a larger one passes, the largest first.
@@ -68,7 +67,6 @@ class StepRange:
 
     largest_passing: StepTrial | None
     frame_divisor: StepTrial | None
-    smallest_tested_s: float
     smallest_failing: StepTrial | None
     coarser_passes: tuple[StepTrial, ...]
     finer_failures: tuple[StepTrial, ...]
@@ -77,11 +75,6 @@ class StepRange:
     def largest_passing_s(self) -> float:
         """The largest step size that passes, in seconds; 0 if there is none."""
         return 0.0 if self.largest_passing is None else self.largest_passing.dt_s
-
-    @property
-    def monotone(self) -> bool:
-        """Whether all tested step sizes that are smaller than a passing one also pass."""
-        return not self.finer_failures
 
 
 @dataclass(frozen=True)
@@ -105,23 +98,6 @@ class StepAdvice:
     ending: SearchEnding
     refused_s: float | None = None
     refusal: str = ""
-
-    @property
-    def steps(self) -> int:
-        """Number of engine steps in all trials."""
-        return sum(trial.steps for trial in self.trials)
-
-    @property
-    def flat_from_s(self) -> float | None:
-        """The step size, in seconds, below which the direction error stays about the same; None if there is none.
-
-        Only step sizes below the smallest step size with a missed or invented impact are considered.
-        """
-        passing = _select_finest_passing(self.trials, lambda trial: trial.never_misses)
-        for k, trial in enumerate(passing):
-            if _is_constant([one.direction_error_rad for one in passing[k:]]):
-                return trial.dt_s if _has_octaves(passing[k:], LONGEST) else None
-        return None
 
 
 @dataclass(frozen=True)
@@ -163,30 +139,26 @@ class StepSearch:
     Attributes:
         scene: The scene.
         method: Engine and profile.
-        target: Required accuracy.
+        options: Required accuracy, number of evenly spread phases, and budget of engine steps. A step size is tested
+            only if the rest of the budget covers its estimated number of steps. The estimate assumes that runs end as
+            early as with the previous step size.
         guess_s: Largest step size at which checking once per step finds the hardest impact accurately enough.
-        phases: Number of evenly spread phases at which each step size is tested.
         aimed_phases: Number of additional phases, at which a step ends just before a hard impact.
-        budget_steps: Largest number of engine steps in the search. A step size is tested only if the rest of this
-            budget covers its estimated number of steps. The estimate assumes that runs end as early as with the
-            previous step size.
         refusal: Function that returns the reason why the method refuses a step size; empty if the method accepts the
             step size.
     """
 
     scene: Scene
     method: Method
-    target: AccuracyTarget
+    options: AdviceOptions
     guess_s: float
-    phases: int
     aimed_phases: int
-    budget_steps: int
     refusal: Callable[[float], str]
 
     def __post_init__(self) -> None:
         self._frame_s = 1.0 / self.scene.frame_rate_hz
         self._coarsest_end_s = max(min(self._frame_s, self.guess_s), self._frame_s / 2**OCTAVES_COVERED)
-        self._budget_left = self.budget_steps
+        self._budget_left = self.options.budget_steps
         self._grid = tuple(generate_step_grid(self.scene, self.guess_s))
         self._trials: dict[float, StepTrial] = {}
         self._confirmed: set[float] = set()
@@ -223,17 +195,17 @@ class StepSearch:
 
     @property
     def _criteria(self) -> tuple[Callable[[StepTrial], bool], ...]:
-        return (lambda trial: trial.never_misses, lambda trial: trial.is_within(self.target))
+        return (lambda trial: trial.never_misses, lambda trial: trial.meets_target(self.options))
 
     def _generate_steps(self) -> Generator[StepRequest, StepTrial | str, None]:
         for dt_s in self._grid:
             if reason := self.refusal(dt_s):
                 self._refused_step = (dt_s, reason)
                 continue
-            if not (yield from self._test(dt_s, self.phases)):
+            if not (yield from self._test(dt_s, self.options.phases)):
                 return
             while unconfirmed := self._find_unconfirmed():
-                if not (yield from self._test(unconfirmed.dt_s, max(CONFIRM, self.phases))):
+                if not (yield from self._test(unconfirmed.dt_s, max(CONFIRM, self.options.phases))):
                     return
             if all(self._is_found(passes) for passes in self._criteria):
                 self._ending = SearchEnding.FOUND
@@ -305,7 +277,7 @@ class StepSearch:
         finer = tuple(trial for trial in tested if coarser and not passes(trial) and trial.dt_s < coarser[0].dt_s)
         answer = run[0] if self._is_found(passes) else None
         framed = next((one for one in self._select_frame_divisor(run) if answer and one.dt_s in self._confirmed), None)
-        return StepRange(answer, framed, tested[-1].dt_s if tested else math.nan, failed, coarser, finer)
+        return StepRange(answer, framed, failed, coarser, finer)
 
 
 def _select_finest_passing(trials: Sequence[StepTrial], passes: Callable[[StepTrial], bool]) -> list[StepTrial]:

@@ -22,7 +22,7 @@ from carom.execution.scheduler import TaskRequest, run_tasks
 from carom.execution.score_jobs import estimate_steps, sort_by_start
 from carom.model.scene import Scene
 from carom.model.trace import Outcome
-from carom.studies.advise.sampling_limit import AccuracyTarget
+from carom.studies.advise.options import AdviceOptions
 
 #: At a phase that is chosen for a hard impact, a check comes this fraction of a step before the impact. A method that
 #: checks once per step then finds the impact almost a whole step late.
@@ -113,13 +113,12 @@ class StepTrial:
         """Whether every run reached its end, and missed and invented no impact."""
         return not self.reason and self.lost_phases == 0
 
-    def is_within(self, target: AccuracyTarget) -> bool:
-        """Return whether the accuracy target is met; False if the direction error is unknown."""
-        if target.miss_probability == 0.0:
-            few_lost = self.lost_phases == 0
-        else:
-            few_lost = self.lost_even_phases <= target.miss_probability * self.even_phases
-        return not self.reason and few_lost and self.direction_error_rad <= target.direction_error_rad
+    def meets_target(self, options: AdviceOptions) -> bool:
+        """Return whether the requested accuracy is reached; False if the direction error is unknown."""
+        few_lost = self.lost_phases == 0
+        if options.miss_probability > 0.0:
+            few_lost = self.lost_even_phases <= options.miss_probability * self.even_phases
+        return not self.reason and few_lost and self.direction_error_rad <= options.direction_error_rad
 
     @classmethod
     def of(

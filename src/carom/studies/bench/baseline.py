@@ -17,7 +17,6 @@ from typing import Any, NamedTuple
 from carom.errors import InputError
 from carom.execution.environment import Environment
 from carom.execution.job import Method
-from carom.report import formatting
 from carom.report.document import Column, Media, Section, Table
 from carom.report.files import FORMATS
 from carom.studies.bench.axes import ErrorKind
@@ -25,6 +24,7 @@ from carom.studies.bench.convergence import CONFIDENCE, compute_student_quantile
 from carom.studies.bench.result import Bench, Point
 from carom.studies.bench.tables import format_error, format_point_name
 from carom.studies.bench.timing_pass import At
+from carom.support import formatting
 
 #: A run time counts as changed if the whole confidence interval of (new run time / earlier run time) differs from 1 by
 #: more than this number. Smaller differences may have other causes, such as the program's position in memory and other

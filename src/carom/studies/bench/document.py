@@ -6,7 +6,6 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
-from carom.report import formatting
 from carom.report.document import Block, Document, Figure, Figures, Lines, Media, Section, Text
 from carom.report.files import fields_of, format_json
 from carom.report.provenance import build_provenance, format_stamp_lines
@@ -17,6 +16,7 @@ from carom.studies.bench.axes import Diagram, ErrorKind
 from carom.studies.bench.baseline import PointChange, build_baseline_section, describe_baseline
 from carom.studies.bench.figure import render_diagram_png, render_diagram_svg
 from carom.studies.bench.result import Bench, Point, SceneBench, read_run_time
+from carom.support import formatting
 from carom.support.folders import build_file_name, write_files
 
 DIAGRAM_NOTE = (

@@ -8,10 +8,11 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from carom.comparator.thresholds import THRESHOLDS
-from carom.report import formatting, svg
+from carom.report import svg
 from carom.studies.bench.axes import Diagram, ErrorKind
 from carom.studies.bench.result import Curve, Point, SceneBench, read_run_time
 from carom.studies.bench.tables import EXACT, build_point_anchor, format_milliseconds, format_point_name
+from carom.support import formatting
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

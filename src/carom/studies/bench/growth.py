@@ -18,11 +18,11 @@ from carom.execution.job import Answer, Method, Progress, Status, UnsupportedErr
 from carom.execution.journal import Journal, JournalEntry, MemoryJournal
 from carom.execution.scheduler import TaskRequest, run_tasks
 from carom.execution.timing import Timing, time_run
-from carom.report import formatting
 from carom.studies.bench.convergence import fit_power
 from carom.studies.bench.gas import build_gas_scene
 from carom.studies.bench.options import GrowthOptions
 from carom.studies.bench.own_methods import add_own_methods, list_own_methods
+from carom.support import formatting
 
 #: Numbers of discs for engines, and for Carom's own methods.
 SIZES = (10, 100, 300, 1_000, 3_000, 10_000)

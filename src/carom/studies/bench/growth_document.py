@@ -10,13 +10,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 from urllib.parse import quote
 
-from carom.report import formatting, svg
+from carom.report import svg
 from carom.report.document import Cell, Column, Document, Figure, Figures, Lines, Media, Section, Table
 from carom.report.files import format_json
 from carom.report.provenance import build_provenance, format_stamp_lines
 from carom.report.render.html import render_html
 from carom.studies.bench.growth import DT_S, PACKING, STEPS, Growth, GrowthCurve, GrowthPoint
 from carom.studies.bench.tables import METHOD
+from carom.support import formatting
 from carom.support.folders import write_files
 
 if TYPE_CHECKING:

@@ -21,7 +21,6 @@ from carom.execution.pool import Pool
 from carom.execution.scheduler import TaskRequest, run_tasks
 from carom.execution.score_jobs import Measures
 from carom.model.scene import Scene
-from carom.report import formatting
 from carom.studies.bench.axes import ErrorKind
 from carom.studies.bench.convergence import fit_order
 from carom.studies.bench.options import SERIES_STEPS, BenchPlan, compute_geometric_steps
@@ -29,6 +28,7 @@ from carom.studies.bench.own_methods import EXACT_METHOD, add_own_methods, list_
 from carom.studies.bench.result import Bench, Curve, Point, SceneBench, find_cheapest, find_pareto_front
 from carom.studies.bench.scoring_pass import score_scene
 from carom.studies.bench.timing_pass import At, SceneTiming, TimeScene, TimingKey, build_timing_key
+from carom.support import formatting
 
 #: Smallest default step size of a scene, as a fraction of a frame.
 FINEST = 60 / 10_000

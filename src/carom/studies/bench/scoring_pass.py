@@ -12,8 +12,8 @@ from carom.execution.journal import MemoryJournal
 from carom.execution.methods import Methods
 from carom.execution.pool import Pool
 from carom.execution.score_jobs import Measures, estimate_steps, score_jobs
-from carom.report import formatting
 from carom.studies.bench.timing_pass import At
+from carom.support import formatting
 
 
 def score_scene(

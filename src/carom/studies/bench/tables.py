@@ -14,7 +14,6 @@ from urllib.parse import quote
 from carom.comparator.thresholds import THRESHOLDS
 from carom.engines.registry import format_engine_argument
 from carom.execution.job import Method
-from carom.report import formatting
 from carom.report.document import Cell, Column, Media, Table
 from carom.studies.bench.axes import TARGETS, ErrorKind
 from carom.studies.bench.convergence import Convergence, ConvergenceOrder
@@ -22,6 +21,7 @@ from carom.studies.bench.machine_noise import Spread
 from carom.studies.bench.options import BenchPlan
 from carom.studies.bench.result import Bench, Curve, Point, SceneBench, find_cheapest, read_run_time, sort_best_first
 from carom.studies.bench.timing_pass import CellTiming
+from carom.support import formatting
 
 TABLE_NOTE = (
     "The best method is first. 'Least error' is the smallest error of all step sizes that find every impact at every "

@@ -26,9 +26,9 @@ from carom.execution.pool import TaskRunner
 from carom.execution.scheduler import DependentTasks
 from carom.execution.timing import time_run
 from carom.model.scene import Disc, Scene
-from carom.report import formatting
 from carom.studies.bench.machine_noise import Noise, NoiseProbe, Spread, compute_spread
 from carom.studies.bench.options import LEAST_ROUNDS
+from carom.support import formatting
 from carom.support.formatting import format_seconds
 
 #: A short run is repeated for `VISIT_S` seconds, but at most `MOST_REPEATS` times, to reduce effects of the clock and

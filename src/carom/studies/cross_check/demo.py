@@ -10,9 +10,9 @@ from carom.catalogue import all_scenes
 from carom.errors import AdapterError, CaromError, InputError
 from carom.execution.describe_engines import engines
 from carom.execution.job import PIT_METHOD
-from carom.report import formatting
 from carom.solvers.pic import solve_pic
 from carom.studies.cross_check.replay import Replay, replay
+from carom.support import formatting
 from carom.support.folders import build_temporary_path, write_file
 from carom.web.installed_engines import DEFAULT_ENGINES, load_page_engines
 from carom.web.open_page import open_page

@@ -15,7 +15,7 @@ from carom.execution.results import Results, Row
 from carom.report.document import Document
 from carom.report.files import pack_data
 from carom.report.provenance import build_provenance
-from carom.report.results_file.line_types import RowLine, Summary
+from carom.report.results_file.lines import RowLine, Summary
 from carom.studies.cross_check.grid import Grid, build_grid, read_grid
 from carom.studies.cross_check.headline import build_headline
 from carom.studies.cross_check.options import compute_default_dts

@@ -18,10 +18,10 @@ from carom.execution.phases import generate_phases
 from carom.execution.scene_reference import solve_reference
 from carom.model.scene import Scene
 from carom.model.trace import Trace, resolve_profile
-from carom.report.formatting import format_count, format_instant, format_number
 from carom.solvers.pic import solve_pic
 from carom.solvers.pit.solve import solve_pit
 from carom.studies.cross_check.plan import Plan
+from carom.support.formatting import format_count, format_instant, format_number
 from carom.support.limits import MOST_DISCS_DRAWN
 
 #: Largest number of frames for which PIT is run to describe the work that PIT skips.

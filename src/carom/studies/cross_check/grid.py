@@ -19,11 +19,10 @@ from carom.comparator.thresholds import THRESHOLDS
 from carom.execution.job import Method, Status
 from carom.execution.results import Results, Row
 from carom.model.trace import Trace
-from carom.report import formatting
 from carom.report.document import Media, Text
 from carom.report.outcome_marks import BROKEN, Mark, parse_mark
-from carom.report.results_file.line_types import RowLine, SceneLine, Summary
-from carom.report.results_file.lines_from_rows import build_line, build_summary, list_reasons
+from carom.report.results_file.lines import RowLine, SceneLine, Summary, build_line, build_summary, list_reasons
+from carom.support import formatting
 from carom.support.escaping import escape_controls
 
 T = TypeVar("T")

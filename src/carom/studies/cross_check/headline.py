@@ -9,9 +9,9 @@ from carom.comparator import Horizon, Verdict
 from carom.comparator.thresholds import THRESHOLDS
 from carom.execution.job import Method
 from carom.execution.results import Results
-from carom.report import formatting
 from carom.report.outcome_marks import RIGHT, Mark
 from carom.studies.cross_check.grid import Grid, GridCell
+from carom.support import formatting
 
 #: Name of the profile with an engine's default settings.
 SHIPPED = "default"

@@ -15,12 +15,18 @@ from carom.model.prescribed_motion import Drive
 from carom.model.scene import Scene
 from carom.model.trace import Trace
 from carom.report.impact_rows import Json, build_impact_rows
-from carom.report.paths import build_exact_paths, build_observed_paths, compute_extent
 from carom.report.picture import Limits, compute_limits, list_wall_shapes, set_limits
 from carom.report.replay_data import ContactPoint, find_first_fault, find_pause_time, list_contact_points
 from carom.report.shapes import draw_on_axes
 from carom.report.svg import SERIES, SURFACE, WALL
-from carom.report.tracks import Track, build_observed_tracks, build_reference_tracks
+from carom.report.tracks import (
+    Track,
+    build_exact_paths,
+    build_observed_paths,
+    build_observed_tracks,
+    build_reference_tracks,
+    compute_extent,
+)
 from carom.support.formatting import format_number
 
 if TYPE_CHECKING:

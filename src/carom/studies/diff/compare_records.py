@@ -13,10 +13,10 @@ from carom.comparator import Grade
 from carom.comparator.thresholds import THRESHOLDS
 from carom.errors import InputError
 from carom.execution.environment import Environment
-from carom.report import formatting
 from carom.report.outcome_marks import BROKEN, GRADED, Mark
 from carom.studies.diff.options import DiffOptions
-from carom.studies.diff.read_cells import DiffCell, read_cells
+from carom.studies.diff.read_cells import DiffCell, Measure, read_cells
+from carom.support import formatting
 
 
 class Kind(Enum):
@@ -30,23 +30,17 @@ class Kind(Enum):
     BETTER = "better"
 
 
-@dataclass(frozen=True)
-class BeforeAfter:
+@dataclass(frozen=True, kw_only=True)
+class BeforeAfter(Measure):
     """A number of a run in the old and the new report.
 
     Attributes:
-        name: Name of the number.
-        old: The number in the old report, with its sign; None if it was not measured.
-        new: The number in the new report; None if it was not measured.
-        rounding: Largest difference that does not count as a change.
-        unit: Unit of the number; empty without a unit.
+        old: The number in the old report, with its sign; NaN if it was not measured.
+        new: The number in the new report; NaN if it was not measured.
     """
 
-    name: str
-    old: float | bool | None
-    new: float | bool | None
-    rounding: float
-    unit: str = ""
+    old: float | bool
+    new: float | bool
 
     @property
     def is_count(self) -> bool:
@@ -56,17 +50,15 @@ class BeforeAfter:
     @property
     def is_changed(self) -> bool:
         """Whether the number differs, or is measured in only one of the runs."""
-        if self.old is None or self.new is None:
-            return self.old is not self.new
+        if math.isnan(self.old) or math.isnan(self.new):
+            return math.isnan(self.old) is not math.isnan(self.new)
         return not abs(self.new - self.old) <= self.rounding
 
     @property
     def growth(self) -> float:
         """Increase of the number's absolute value; 0 within rounding, or if only one of the runs has the number."""
-        if self.old is None or self.new is None:
-            return 0.0
         grown = abs(self.new) - abs(self.old)
-        return 0.0 if abs(grown) <= self.rounding else grown
+        return grown if abs(grown) > self.rounding else 0.0
 
     def __str__(self) -> str:
         if isinstance(self.old, bool):
@@ -77,8 +69,8 @@ class BeforeAfter:
         return f"{self.name} {old} → {new}{self.unit}"
 
 
-def _format_number(value: float | None, digits: int) -> str:
-    return "not measured" if value is None else formatting.format_number(value, digits)
+def _format_number(value: float, digits: int) -> str:
+    return "not measured" if math.isnan(value) else formatting.format_number(value, digits)
 
 
 @dataclass(frozen=True)
@@ -188,7 +180,9 @@ def compare_records(old: Path, new: Path, match: Sequence[tuple[str, str]] | Non
     match = DiffOptions(match).match
     (before, old_cells), (after, new_cells) = read_cells(old), read_cells(new)
     if match:
-        old_cells, new_cells = _select_pairs(old_cells, match, 0, old), _select_pairs(new_cells, match, 1, new)
+        old_names, new_names = zip(*match, strict=True)
+        old_cells = list(_select_cells(old_cells, old_names, old))
+        new_cells = list(_select_cells(new_cells, new_names, new))
     methods = {cell.method for cell in old_cells}, {cell.method for cell in new_cells}
 
     def key(cell: DiffCell) -> tuple[object, ...]:
@@ -199,68 +193,50 @@ def compare_records(old: Path, new: Path, match: Sequence[tuple[str, str]] | Non
         return (cell.scene, cell.dt_s, cell.method.profile, cell.pair or cell.method.engine)
 
     olds, news = {key(cell): cell for cell in old_cells}, {key(cell): cell for cell in new_cells}
-    pairs = [(olds.get(name), news.get(name)) for name in dict.fromkeys((*olds, *news))]
+    names = dict.fromkeys((*olds, *news))
+    pairs = [(olds.get(name) or news[name].as_absent, news.get(name) or olds[name].as_absent) for name in names]
     run_pairs = [pair for pair in pairs if any(map(_has_run, pair))]
     if not any(all(map(_has_run, pair)) for pair in run_pairs):
         raise InputError(
             f"{old} and {new} have no run in common: scenes, engines, profiles or step sizes differ, or an engine was "
             "not available; --engine OLD=NEW compares one engine with another"
         )
-    versions = _find_changed_versions(before.environment, after.environment)
+    versions = _find_differences(_list_versions(before.environment), _list_versions(after.environment))
     changes = [change for a, b in run_pairs if (change := _compare_cell(a, b, versions))]
     changes.sort(key=lambda change: change.severity, reverse=True)
     environment_changes = tuple(f"{name} {values}" for name, values in versions.items())
     return Diff(tuple(changes), len(run_pairs) - len(changes), environment_changes)
 
 
-def _has_run(cell: DiffCell | None) -> bool:
+def _has_run(cell: DiffCell) -> bool:
     """Whether an engine was started for this cell. A failed run also counts."""
-    return cell is not None and (cell.mark.ran or cell.mark in BROKEN)
+    return cell.mark.ran or cell.mark in BROKEN
 
 
-def _find_method(cells: Sequence[DiffCell], name: str, path: Path) -> list[DiffCell]:
-    found = [
-        cell
-        for cell in cells
-        if name in (cell.method.engine, f"{cell.method.engine}/{cell.method.profile}", cell.method.name)
-    ]
-    if not found:
-        known = formatting.join_words(sorted({cell.method.name for cell in cells}))
-        raise InputError(f"--engine: {path} has no engine or method {name!r}", hints=[f"it has {known or 'no rows'}"])
-    return found
-
-
-def _select_pairs(cells: Sequence[DiffCell], match: Sequence[tuple[str, str]], side: int, path: Path) -> list[DiffCell]:
-    """Return the runs of one report that `match` selects.
-
-    Each returned run also stores which pair of names selected it, as a number.
+def _select_cells(cells: Sequence[DiffCell], names: Sequence[str], path: Path) -> Iterator[DiffCell]:
+    """Yield the runs of a report that have one of the names, with the number of this name (from 1).
 
     Args:
         cells: All runs of the report.
-        match: Pairs of a name in the old report and a name in the new report.
-        side: 0 for the old report, 1 for the new one.
+        names: Names of engines or methods.
         path: Path of the report, for messages.
     """
-    return [
-        replace(cell, pair=number)
-        for number, names in enumerate(match, start=1)
-        for cell in _find_method(cells, names[side], path)
-    ]
+    for number, name in enumerate(names, start=1):
+        found = [replace(cell, pair=number) for cell in cells if name in cell.names]
+        if not found:
+            known = formatting.join_words(sorted({cell.method.name for cell in cells})) or "no rows"
+            raise InputError(f"--engine: {path} has no engine or method {name!r}", hints=[f"it has {known}"])
+        yield from found
 
 
-def _find_changed_versions(old: Environment, new: Environment) -> dict[str, str]:
-    """Return the changed versions and the changed properties of the machine.
-
-    The result maps each name to a text with the old and the new value.
-    """
-    olds, news = (
-        {"Carom": one.carom, **one.versions, "python": one.python, "system": one.system, "processor": one.processor}
-        for one in (old, new)
-    )
-    return _find_differences(olds, news)
+def _list_versions(environment: Environment) -> dict[str, str]:
+    """Return the versions and the properties of the machine by name."""
+    machine = {name: getattr(environment, name) for name in ("python", "system", "processor")}
+    return {"Carom": environment.carom, **environment.versions, **machine}
 
 
 def _find_differences(old: Mapping[str, Any], new: Mapping[str, Any]) -> dict[str, str]:
+    """Return a text with the old and the new value for each name whose values differ."""
     pairs = {name: (old.get(name, "none"), new.get(name, "none")) for name in (*old, *new)}
     return {name: f"{a} → {b}" for name, (a, b) in pairs.items() if not _are_equal(a, b)}
 
@@ -275,29 +251,27 @@ def _are_equal(a: object, b: object) -> bool:
     return math.isclose(a, b, rel_tol=THRESHOLDS.rounding) or (math.isnan(a) and math.isnan(b))
 
 
-def _compare_cell(old: DiffCell | None, new: DiffCell | None, versions: Mapping[str, str]) -> Change | None:
+def _compare_cell(old: DiffCell, new: DiffCell, versions: Mapping[str, str]) -> Change | None:
     """Compare two runs, and return the change; None if nothing changed."""
-    old_mark, new_mark = (Mark.ABSENT if cell is None else cell.mark for cell in (old, new))
-    measures = tuple(_list_changed_numbers(old, new)) if old and new and old_mark.ran and new_mark.ran else ()
+    measures = tuple(_list_changed_numbers(old, new))
     kind: Kind | None = Kind.APPEARED if _has_run(new) else Kind.VANISHED
     if _has_run(old) and _has_run(new):
-        kind = _classify(old_mark, new_mark, measures)
-    either = new or old
-    if kind is None or either is None:
+        kind = _classify(old.mark, new.mark, measures)
+    if kind is None:
         return None
-    methods = dict.fromkeys(cell.method.label for cell in (old, new) if cell)
+    method = " → ".join(dict.fromkeys((old.method.label, new.method.label)))
     verdicts, changed = tuple(_list_changed_verdicts(old, new)), tuple(_list_causes(old, new, versions))
-    return Change(kind, either.scene, " → ".join(methods), either.dt_s, old_mark, new_mark, measures, verdicts, changed)
+    return Change(kind, new.scene, method, new.dt_s, old.mark, new.mark, measures, verdicts, changed)
 
 
 def _list_changed_numbers(old: DiffCell, new: DiffCell) -> Iterator[BeforeAfter]:
-    """Yield the changed numbers: counts of impacts, verdicts and errors.
+    """Yield the changed numbers: counts of impacts, verdicts and errors. A run without a result has no numbers.
 
     If one run has 32-bit floats and the other 64-bit floats, the smaller rounding error is used.
     """
-    for a, b, before, after in zip(old.measures, new.measures, old.numbers, new.numbers, strict=True):
+    for a, b, before, after in zip(old.measures, new.measures, old.numbers, new.numbers, strict=False):
         if before != after:
-            measure = BeforeAfter(a.name, before, after, min(a.rounding, b.rounding), a.unit)
+            measure = BeforeAfter(a.name, min(a.rounding, b.rounding), a.unit, old=before, new=after)
             if measure.is_changed:
                 yield measure
 
@@ -330,15 +304,14 @@ def _rank_of(mark: Mark) -> int:
     return list(Grade).index(GRADED[mark]) if mark in GRADED else -1
 
 
-def _list_changed_verdicts(old: DiffCell | None, new: DiffCell | None) -> Iterator[str]:
-    new_verdicts, old_verdicts = (cell.verdicts if cell else () for cell in (new, old))
-    yield from (verdict for verdict in new_verdicts if verdict not in old_verdicts)
-    if old is not None and new is not None and not old.mark.ran:
-        yield from (f"before: {verdict}" for verdict in old_verdicts if verdict not in new_verdicts)
+def _list_changed_verdicts(old: DiffCell, new: DiffCell) -> Iterator[str]:
+    yield from (verdict for verdict in new.verdicts if verdict not in old.verdicts)
+    if not old.mark.ran and new.mark is not Mark.ABSENT:
+        yield from (f"before: {verdict}" for verdict in old.verdicts if verdict not in new.verdicts)
 
 
-def _list_causes(old: DiffCell | None, new: DiffCell | None, versions: Mapping[str, str]) -> Iterator[tuple[str, str]]:
-    if old is None or new is None:
+def _list_causes(old: DiffCell, new: DiffCell, versions: Mapping[str, str]) -> Iterator[tuple[str, str]]:
+    if Mark.ABSENT in (old.mark, new.mark):
         return
     if new.mark.ran and old.mark.ran:
         for name, values in _find_differences(old.reference, new.reference).items():

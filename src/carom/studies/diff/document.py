@@ -6,9 +6,9 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from functools import partial
 
-from carom.report import formatting
 from carom.report.document import Cell, Column, Document, Media, Section, Table, Text
 from carom.studies.diff.compare_records import Change, Diff, Kind
+from carom.support import formatting
 
 #: Largest number of rows. The whole table must fit into a comment on a pull request, whose length is limited.
 MOST_ROWS = 50

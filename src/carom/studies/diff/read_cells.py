@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from carom.comparator import Errors, Verdict
 from carom.comparator.scales import Scales
@@ -18,7 +18,7 @@ from carom.comparator.thresholds import THRESHOLDS
 from carom.errors import InputError
 from carom.execution.job import Method
 from carom.report.outcome_marks import Mark, parse_mark
-from carom.report.results_file.line_types import RowLine, Summary
+from carom.report.results_file.lines import RowLine, Summary
 from carom.report.results_file.results_jsonl import stream_records
 
 #: Verdicts without a number, of which only the presence is compared.
@@ -32,7 +32,8 @@ _NAMES: dict[str, str] = {field.name: field.metadata["name"] for field in fields
 _ERRORS = ("time_s", "velocity", "spin", "direction_rad", "energy", "final_position", "final_velocity", "final_spin")
 
 
-class Measure(NamedTuple):
+@dataclass(frozen=True)
+class Measure:
     """Name and unit of a compared number, and the largest difference that rounding can cause."""
 
     name: str
@@ -52,11 +53,21 @@ class DiffCell:
     dt_s: float
     mark: Mark
     measures: tuple[Measure, ...]
-    numbers: tuple[float | bool | None, ...]
+    numbers: tuple[float | bool, ...]
     verdicts: tuple[str, ...]
     settings: Mapping[str, Any]
     reference: Mapping[str, Any]
     pair: int = 0  # number (from 1) of the pair of names that selects this run; 0 without a pair
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names with which a user can select this run: its engine, its profile, and its method with all settings."""
+        return self.method.engine, f"{self.method.engine}/{self.method.profile}", self.method.name
+
+    @property
+    def as_absent(self) -> DiffCell:
+        """The same cell of a report that does not contain this run."""
+        return replace(self, mark=Mark.ABSENT, measures=(), numbers=(), verdicts=(), settings={}, reference={})
 
 
 def read_cells(path: Path) -> tuple[Summary, list[DiffCell]]:
@@ -134,7 +145,7 @@ def _list_measures(bits: int, dt_s: float, scales: Scales) -> tuple[Measure, ...
     )
 
 
-def _list_numbers(line: RowLine, verdicts: Mapping[str, str]) -> Iterator[float | bool | None]:
+def _list_numbers(line: RowLine, verdicts: Mapping[str, str]) -> Iterator[float | bool]:
     """Yield the numbers of a run that are compared, in the order of `_list_measures`."""
     missed, invented = len(line.missed or ()), len(line.spurious or ())
     # After a trajectory has diverged, impacts match only by chance, so use the comparison of single steps.
@@ -146,6 +157,4 @@ def _list_numbers(line: RowLine, verdicts: Mapping[str, str]) -> Iterator[float 
         yield verdict.name.lower() in verdicts
     for name in _ERRORS:
         error: float = getattr(line.total, name)
-        if name == "direction_rad":
-            error = math.degrees(error)
-        yield None if math.isnan(error) else error
+        yield math.degrees(error) if name == "direction_rad" else error

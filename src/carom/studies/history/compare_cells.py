@@ -9,14 +9,11 @@ from dataclasses import dataclass
 from enum import Enum
 from functools import lru_cache, partial
 from operator import attrgetter
-from typing import Annotated
 
 import numpy as np
-from numpy.typing import NDArray
-from pydantic import AfterValidator
+from numpy.typing import ArrayLike, NDArray
 
 from carom.comparator import Grade, Verdict, compare
-from carom.comparator.grades import EARLIER_WORDS
 from carom.comparator.thresholds import THRESHOLDS
 from carom.execution.adapter_profile import load_supported_adapter
 from carom.execution.cache_key import JobKey
@@ -36,9 +33,6 @@ _KEPT = 64
 PLACES = 8
 
 _reference, _sampling = lru_cache(maxsize=_KEPT)(solve_reference), lru_cache(maxsize=_KEPT)(run_pit)
-
-#: Name of a grade or verdict. Journals of earlier versions contain earlier names.
-_Name = Annotated[str, AfterValidator(lambda name: EARLIER_WORDS.get(name.lower(), name).upper())]
 
 
 @dataclass(frozen=True)
@@ -65,8 +59,8 @@ class ReleaseRun:
 
     digest: str
     settings: tuple[tuple[str, str], ...]
-    grade: _Name
-    verdicts: tuple[_Name, ...]
+    grade: str
+    verdicts: tuple[str, ...]
     expected: int
     found: int
     lost: int
@@ -183,21 +177,26 @@ class ReleaseCell:
 class ChangeKind(Enum):
     """Change of a run from one release to the next. Each value is the phrase that the report shows."""
 
-    NOTHING = "same bits"
-    ROUNDING = "bits changed, but the difference is within rounding"
-    OVERLAP = "changed, but by no more than results at different phases differ"
+    SAME_BITS = "same bits"
     WORSE = "worse"
     BETTER = "better"
-    NEITHER = "changed, but neither better nor worse"
+    OTHERWISE = "changed, but neither better nor worse"
+    ROUNDING = "bits changed, but the difference is within rounding"
+    PHASE_ONLY = "changed, but by no more than results at different phases differ"
     OTHER_SETTINGS = "the engine reports other settings"
     OTHER_CONTACTS = "reported contacts changed, but the motion changed by no more than it differs between phases"
-    UNOBSERVED = "changed, but the adapter does not observe every contact"
+    UNOBSERVED_CONTACTS = "changed, but the adapter does not observe every contact"
     NOT_RUN = "not run by both releases"
+
+    @property
+    def heading(self) -> str:
+        """Heading of the column that counts changes of this kind."""
+        return self.name.lower().replace("_", " ")
 
     @property
     def is_engine_change(self) -> bool:
         """Whether the change is attributed to the engine's motion, not to settings, contacts, phases or rounding."""
-        return self in {ChangeKind.WORSE, ChangeKind.BETTER, ChangeKind.NEITHER}
+        return self in {ChangeKind.WORSE, ChangeKind.BETTER, ChangeKind.OTHERWISE}
 
 
 @dataclass(frozen=True)
@@ -206,7 +205,8 @@ class CellChange:
 
     Attributes:
         kind: Kind of change.
-        numbers: Phrase with the numbers that show the change, or with its reason; empty if there are none.
+        numbers: Phrase with the numbers that show a change of the engine or of its settings, or with the reason why a
+            release did not run; otherwise empty.
     """
 
     kind: ChangeKind
@@ -226,6 +226,9 @@ class _Measure:
     name: str
     compute: Callable[[ReleaseRun], float]
     rounding: Callable[[ReleaseRun], float]
+
+    def compute_rounding(self, runs: Sequence[ReleaseRun]) -> float:
+        return max(map(self.rounding, runs))
 
     def describe(self, before: Sequence[float], after: Sequence[float]) -> str:
         return f"{self.name}: {_format_range(before)} before, {_format_range(after)} now"
@@ -262,27 +265,22 @@ def _has_changed(old: ReleaseRun, new: ReleaseRun) -> bool:
     """Return whether two runs differ by more than rounding in their grades, verdicts, numbers or motion."""
     if (old.grade, old.verdicts) != (new.grade, new.verdicts) or not _has_same_motion(old, new):
         return True
-    return any(
-        _is_changed(one.compute(old), one.compute(new), _compute_largest_rounding(one, [old, new])) for one in _CONTACTS
+    return not all(
+        _are_close(one.compute(old), one.compute(new), one.compute_rounding([old, new])) for one in _CONTACTS
     )
 
 
-def _compute_largest_rounding(measure: _Measure, runs: Sequence[ReleaseRun]) -> float:
-    return max(map(measure.rounding, runs))
-
-
-def _is_changed(a: float, b: float, rounding: float) -> bool:
-    return math.isnan(a) is not math.isnan(b) or (a != b and abs(a - b) > rounding)
+def _are_close(old: ArrayLike, new: ArrayLike, rounding: float) -> bool:
+    """Whether numbers are equal except for rounding. NaN and infinities only equal themselves."""
+    return bool(np.allclose(old, new, rtol=0.0, atol=rounding, equal_nan=True))
 
 
 def _has_same_motion(old: ReleaseRun, new: ReleaseRun) -> bool:
     """Whether all positions and final velocities of two runs are equal, except for rounding."""
     place_m = max(old.place_rounding_m, new.place_rounding_m)
     speed_m_s = max(_read_rounding(old), _read_rounding(new)) * old.speed_m_s
-    positions = zip(old.position_errors_m, new.position_errors_m, strict=True)
-    velocities = zip(old.velocity_errors_m_s, new.velocity_errors_m_s, strict=True)
-    has_moved = any(_is_changed(a, b, place_m) for a, b in positions)
-    return not has_moved and not any(_is_changed(a, b, speed_m_s) for a, b in velocities)
+    has_same_path = _are_close(old.position_errors_m, new.position_errors_m, place_m)
+    return has_same_path and _are_close(old.velocity_errors_m_s, new.velocity_errors_m_s, speed_m_s)
 
 
 def classify_change(old: ReleaseCell, new: ReleaseCell) -> CellChange:
@@ -299,29 +297,25 @@ def classify_change(old: ReleaseCell, new: ReleaseCell) -> CellChange:
     if a is None or b is None:
         return CellChange(ChangeKind.NOT_RUN, (new.at_phase_0 if a is not None else old.at_phase_0).problem)
     if a.digest == b.digest:
-        return CellChange(ChangeKind.NOTHING)
+        return CellChange(ChangeKind.SAME_BITS)
     if a.settings != b.settings:
         return CellChange(ChangeKind.OTHER_SETTINGS, ", ".join(_describe_changed_settings(a.settings, b.settings)))
     if a.misses_contacts or b.misses_contacts:  # missed contacts would look like changes of the engine
-        return CellChange(ChangeKind.UNOBSERVED)
+        return CellChange(ChangeKind.UNOBSERVED_CONTACTS)
     if not _has_changed(a, b):
         return CellChange(ChangeKind.ROUNDING)
-    if (fewest := min(len(old.runs), len(new.runs))) < FEWEST_PHASES:
-        return CellChange(
-            ChangeKind.OVERLAP, f"the comparison needs {FEWEST_PHASES} completed phases, but has only {fewest}"
-        )
+    if min(len(old.runs), len(new.runs)) < FEWEST_PHASES:
+        return CellChange(ChangeKind.PHASE_ONLY)
     separate = list(_find_separated_measures(_MOTION, old.runs, new.runs))
     elsewhere = "" if separate else _describe_coordinate(old.runs, new.runs)
     if separate or elsewhere:
         kinds = {kind for kind, _ in separate}
         unknown = Grade.UNGRADED.name in (a.grade, b.grade)  # it is unknown which release is correct
-        kind = kinds.pop() if len(kinds) == 1 and not unknown else ChangeKind.NEITHER
+        kind = kinds.pop() if len(kinds) == 1 and not unknown else ChangeKind.OTHERWISE
         return CellChange(kind, "; ".join(why for _, why in separate) or elsewhere)
-    changes = [why for _, why in _find_separated_measures(_CONTACTS, old.runs, new.runs)]
-    changes += _find_verdict_changes(old.runs, new.runs)
-    alike = all(map(_has_same_motion, old.runs, new.runs))
-    kind = ChangeKind.OTHER_CONTACTS if changes or alike else ChangeKind.OVERLAP
-    return CellChange(kind, "; ".join(changes or _describe_all_ranges(old.runs, new.runs)))
+    has_other_contacts = any(_find_separated_measures(_CONTACTS, old.runs, new.runs))
+    has_other_contacts |= _has_other_verdicts(old.runs, new.runs) or all(map(_has_same_motion, old.runs, new.runs))
+    return CellChange(ChangeKind.OTHER_CONTACTS if has_other_contacts else ChangeKind.PHASE_ONLY)
 
 
 def _find_separated_measures(
@@ -332,7 +326,7 @@ def _find_separated_measures(
         if any(map(math.isnan, (*before, *after))):
             continue
         gaps = _compute_range_gaps(np.array(before), np.array(after))
-        is_greater, is_less = gaps > _compute_largest_rounding(measure, (*old, *new))
+        is_greater, is_less = gaps > measure.compute_rounding([*old, *new])
         if is_greater or is_less:
             yield ChangeKind.WORSE if is_greater else ChangeKind.BETTER, measure.describe(before, after)
 
@@ -367,13 +361,6 @@ def _describe_coordinate(old: Sequence[ReleaseRun], new: Sequence[ReleaseRun]) -
     return f"error of disc {disc}'s {'xy'[k % 2]} coordinate after {instant + 1}/{PLACES} of the run: {ranges}"
 
 
-def _describe_all_ranges(old: Sequence[ReleaseRun], new: Sequence[ReleaseRun]) -> Iterator[str]:
-    for measure in (*_MOTION, *_CONTACTS):
-        before, after = (list(map(measure.compute, runs)) for runs in (old, new))
-        if sorted(map(repr, before)) != sorted(map(repr, after)):
-            yield measure.describe(before, after)
-
-
 def _format_range(values: Sequence[float]) -> str:
     known = [value for value in values if math.isfinite(value)]
     if not known:
@@ -389,11 +376,8 @@ def _describe_changed_settings(old: Sequence[tuple[str, str]], new: Sequence[tup
             yield f"{name} {a.get(name, 'none')} → {b.get(name, 'none')}"
 
 
-def _find_verdict_changes(old: Sequence[ReleaseRun], new: Sequence[ReleaseRun]) -> list[str]:
-    """List the verdicts that one release has at every phase, and the other release at none."""
-
-    def own(own_runs: Sequence[ReleaseRun], other_runs: Sequence[ReleaseRun]) -> list[str]:
-        shared = set.intersection(*(set(run.verdicts) for run in own_runs))
-        return [Verdict[name].value for name in sorted(shared - {name for run in other_runs for name in run.verdicts})]
-
-    return [*(f"no longer: {one}" for one in own(old, new)), *(f"now: {one}" for one in own(new, old))]
+def _has_other_verdicts(old: Sequence[ReleaseRun], new: Sequence[ReleaseRun]) -> bool:
+    """Whether one release has a verdict at every phase, and the other release at none."""
+    always_old, always_new = (set.intersection(*(set(run.verdicts) for run in runs)) for runs in (old, new))
+    ever_old, ever_new = ({name for run in runs for name in run.verdicts} for runs in (old, new))
+    return bool(always_old - ever_new or always_new - ever_old)

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 from carom.comparator import Grade
-from carom.report import formatting
 from carom.report.document import Column, Document, Lines, Media, Section, Table, Text
 from carom.report.outcome_marks import mark_of_grade
 from carom.report.provenance import build_provenance
@@ -21,6 +20,7 @@ from carom.studies.history.compare_cells import CellChange, ChangeKind
 from carom.studies.history.release_engines import Origin
 from carom.studies.history.result import Bisection, History, Release, RunCell, Transition
 from carom.studies.history.run import PURPOSE
+from carom.support import formatting
 from carom.support.escaping import is_older, parse_release_numbers
 from carom.support.folders import write_files
 
@@ -37,26 +37,6 @@ RULE = (
 )
 
 
-#: Headings of the kinds of changes in a table.
-_HEADINGS = {
-    ChangeKind.WORSE: "worse",
-    ChangeKind.BETTER: "better",
-    ChangeKind.NEITHER: "otherwise",
-    ChangeKind.ROUNDING: "rounding",
-    ChangeKind.OVERLAP: "phase only",
-    ChangeKind.OTHER_SETTINGS: "other settings",
-    ChangeKind.OTHER_CONTACTS: "other contacts",
-    ChangeKind.UNOBSERVED: "unobserved contacts",
-}
-
-
-class _Row(NamedTuple):
-    """A release and its changes since the previous release that ran. The changes are None for the first release."""
-
-    release: Release
-    since: Transition | None
-
-
 class _Changed(NamedTuple):
     """A scene, profile and step size for which the result changed from one release to the next."""
 
@@ -67,15 +47,13 @@ class _Changed(NamedTuple):
 
 def build_history_document(history: History) -> Document:
     """Return the document of a history."""
-    since = {step.new.version: step for step in history.transitions}
-    rows = [_Row(release, since.get(release.version)) for release in reversed(history.releases)]
     changed = [
         _Changed(step, cell, change)
         for step in reversed(history.transitions)
         for cell, change in sorted(step.engine_changes.items(), key=lambda item: (item[1].kind.name, item[0]))
     ]
     sections = (
-        Section("Releases", (Table(_build_release_columns(history), rows), *_describe_settings(history))),
+        Section("Releases", (_build_release_table(history), *_describe_settings(history))),
         Section("Changed cells", (Table(_CHANGE_COLUMNS, changed),) if changed else ()),
         Section("How changes are detected", (Text(RULE.format(phases=history.options.phases)),), only=Media.ON_PAPER),
         *build_provenance(history.environment, history.command, history.elapsed_s),
@@ -127,19 +105,16 @@ def _build_headline(history: History) -> Iterator[str]:
     run_releases, engine = history.completed, history.origin.engine
     changed_steps = [step for step in history.transitions if step.engine_changes]
     if len(run_releases) >= 2 and not changed_steps:
-        is_identical = all(step.count(ChangeKind.NOTHING) == step.compared for step in history.transitions)
-        nothing = (
-            "no bit changed"
-            if is_identical
-            else "no change is larger than the difference between results at different phases"
-        )
+        nothing = "no change is larger than the difference between results at different phases"
+        if all(step.count(ChangeKind.SAME_BITS) == step.compared for step in history.transitions):
+            nothing = "no bit changed"
         yield f"In {engine} from {run_releases[0].version} to {run_releases[-1].version}, {nothing}."
     for step in reversed(changed_steps):
         counts = Counter(change.kind for change in step.engine_changes.values())
         became = {
             ChangeKind.WORSE: "became worse",
             ChangeKind.BETTER: "became better",
-            ChangeKind.NEITHER: "changed without becoming better or worse",
+            ChangeKind.OTHERWISE: "changed without becoming better or worse",
         }
         first, *others = [(counts[kind], words) for kind, words in became.items() if counts[kind]]
         phrases = [f"{formatting.format_count(first[0], 'cell')} {first[1]}", *(f"{n} {words}" for n, words in others)]
@@ -149,33 +124,31 @@ def _build_headline(history: History) -> Iterator[str]:
     yield f"{len(run_releases)} of {requested} of {engine} ran, each on {cells}."
 
 
-def _build_release_columns(history: History) -> tuple[Column, ...]:
+def _build_release_table(history: History) -> Table:
+    """Return a table of the releases, newest first. Changes are counted from the previous release that ran."""
+    since = {step.new.version: step for step in history.transitions}
     runs = [run for release in history.completed for run in release.results.values()]
     bits, grades = max((run.float_bits for run in runs), default=64), {run.grade for run in runs}
     marks = {grade: mark_of_grade(grade, bits).word for grade in Grade if grade.name in grades}
-    kinds = [kind for kind in _HEADINGS if any(step.count(kind) for step in history.transitions)]
-    note = Column("note", lambda row: _release_note(row.release))
-    return (
-        Column("release", lambda row: row.release.version),
-        *(Column(word, partial(_count_grade, grade), number=True) for grade, word in marks.items()),
-        Column("same bits", _format_same_bits, number=True),
-        *(Column(_HEADINGS[kind], partial(_count_changes, kind), number=True) for kind in kinds),
-        *([note] if any(map(_release_note, history.releases)) else ()),
+    counted = {change.kind for step in history.transitions for change in step.changes.values()} - {ChangeKind.NOT_RUN}
+    kinds = [kind for kind in ChangeKind if kind in counted | {ChangeKind.SAME_BITS}]
+
+    def count_grade(grade: Grade, release: Release) -> str:
+        return str(sum(run.grade == grade.name for run in release.results.values()) or "")
+
+    def count_changes(kind: ChangeKind, release: Release) -> str:
+        if (step := since.get(release.version)) is None:
+            return ""
+        count = step.count(kind)
+        return f"{count} of {step.compared}" if kind is ChangeKind.SAME_BITS else str(count or "")
+
+    columns = (
+        Column("release", lambda release: release.version),
+        *(Column(word, partial(count_grade, grade), number=True) for grade, word in marks.items()),
+        *(Column(kind.heading, partial(count_changes, kind), number=True) for kind in kinds),
+        *([Column("note", _release_note)] if any(map(_release_note, history.releases)) else ()),
     )
-
-
-def _count_changes(kind: ChangeKind, row: _Row) -> str:
-    """Return the number of runs that have this kind of change since the previous release; an empty text for 0."""
-    return "" if row.since is None else str(row.since.count(kind) or "")
-
-
-def _format_same_bits(row: _Row) -> str:
-    return "" if row.since is None else f"{row.since.count(ChangeKind.NOTHING)} of {row.since.compared}"
-
-
-def _count_grade(grade: Grade, row: _Row) -> str:
-    """Return the number of runs with a grade; an empty text for 0."""
-    return str(sum(run.grade == grade.name for run in row.release.results.values()) or "")
+    return Table(columns, history.releases[::-1])
 
 
 def _release_note(release: Release) -> str:
@@ -234,7 +207,7 @@ def render_error_chart(history: History) -> str:
             axes.plot(places, [statistics.median(one) for one in errors], label=f"{profile}, median", **style)
             axes.plot(places, [max(one) for one in errors], label=f"{profile}, largest", **style | thin)
         for k, step in enumerate(history.transitions, 1):
-            if step.count(ChangeKind.NOTHING) < step.compared:
+            if step.count(ChangeKind.SAME_BITS) < step.compared:
                 axes.axvline(k, linewidth=0.6, alpha=0.4, zorder=0)
         axes.set_yscale("symlog", linthresh=1e-9)
         axes.set_xticks(list(places), [release.version for release in releases], rotation=45, ha="right")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
-from typing import TYPE_CHECKING
 
 from carom.execution.shared_options import (
     LimitOptions,
@@ -21,9 +20,6 @@ from carom.support.options import (
     build_whole_number_kind,
     declare_option,
 )
-
-if TYPE_CHECKING:
-    from carom.model.scene import Scene
 
 #: Smallest number of phases with which a change is attributed to the engine. With fewer phases, a release may look
 #: better or worse by chance.
@@ -77,7 +73,3 @@ class HistoryOptions(LimitOptions):
     )
     _: KW_ONLY
     scheduler: str | None = declare_no_scheduler("each release is installed into a folder of this machine")
-
-    def list_steps(self, scene: Scene) -> tuple[float, ...]:
-        """Return the step sizes with which a scene is run, beginning with the largest."""
-        return tuple(sorted(set(self.dts or (1.0 / scene.frame_rate_hz,)), reverse=True))

@@ -105,14 +105,13 @@ def copy_program(manifest: Path, name: str, version: str, overlay: Path, folder:
 
 
 @contextmanager
-def registered_engines(manifests: list[Path]) -> Iterator[list[str]]:
-    """Register manifests as engines for the duration of a `with` block, and yield the engines' names."""
-    before = os.environ.get(MANIFESTS)
+def registered_engines(manifests: list[Path]) -> Iterator[None]:
+    """Register manifests as engines for the duration of a `with` block."""
+    before = os.environ.get(MANIFESTS, "")
     try:
-        yield [resolve_engine(str(path)) for path in manifests]
+        for path in manifests:
+            resolve_engine(str(path))
+        yield
     finally:
-        if before is None:
-            os.environ.pop(MANIFESTS, None)
-        else:
-            os.environ[MANIFESTS] = before
+        os.environ[MANIFESTS] = before
         list_adapter_points.cache_clear()

@@ -52,7 +52,9 @@ from carom.support.versions import parse_version_condition, require_version
 PURPOSE, JOURNAL = "history", "journal.jsonl"
 
 
-def list_releases(engine: str, options: HistoryOptions, cache: ReleaseCache) -> tuple[Origin, tuple[str, ...]]:
+def list_releases(
+    engine: str, options: HistoryOptions, cache: ReleaseCache, pool: Pool
+) -> tuple[Origin, tuple[str, ...]]:
     """Return an engine's registry and package, and the releases in the registry, from the oldest to the newest.
 
     Raises:
@@ -60,12 +62,6 @@ def list_releases(engine: str, options: HistoryOptions, cache: ReleaseCache) -> 
         InputError: The engine has no registry.
         UnavailableError: The registry's client is missing, or returns no list.
     """
-    with options.open_local_pool(1) as pool:
-        origin = _find_origin(engine, pool)
-    return origin, sort_versions(_list_versions(origin, options, cache))
-
-
-def _find_origin(engine: str, pool: Pool) -> Origin:
     describe_engines([engine], pool)  # an unknown name raises an error
     answer = pool.run(OriginTask(engine))
     if answer.value is None:
@@ -74,7 +70,7 @@ def _find_origin(engine: str, pool: Pool) -> Origin:
         raise InputError(
             f"{engine} has no registry: its adapter declares neither a Python distribution nor an npm package"
         )
-    return answer.value
+    return answer.value, sort_versions(_list_versions(answer.value, options, cache))
 
 
 def _list_versions(origin: Origin, options: HistoryOptions, cache: ReleaseCache) -> Sequence[str]:
@@ -143,7 +139,7 @@ class _ReleaseRuns:
         for cell in cells:
             for pair in pairwise(name for name in names if found[name][cell].runs):
                 change = classify_change(*(found[name][cell] for name in pair))
-                if change.kind is ChangeKind.OVERLAP:  # the phase may explain the change
+                if change.kind is ChangeKind.PHASE_ONLY:  # the phase may explain the change
                     todo.update((name, cell) for name in pair)
         phases = generate_phases(self.options.phases, self.options.seed)
         jobs = {place: [self.job(*place, phase) for phase in phases] for place in sorted(todo)}
@@ -222,7 +218,7 @@ def run_history(
     cells = [
         RunCell(scene.name, profile, dt_s)
         for scene in scenes_by_name.values()
-        for dt_s in options.list_steps(scene)
+        for dt_s in sorted(set(options.dts or (1.0 / scene.frame_rate_hz,)), reverse=True)
         for profile in options.profiles
     ]
     with options.open_pool() as pool:
@@ -248,8 +244,8 @@ def _select_releases(
     (info,) = describe_engines([engine], pool)
     for profile in options.profiles if info.profiles else ():
         require_profile(engine, profile, info.profiles)
-    origin = _find_origin(engine, pool)
-    versions = select_versions(_list_versions(origin, options, cache), options.versions, options.most)
+    origin, listed = list_releases(engine, options, cache, pool)
+    versions = select_versions(listed, options.versions, options.most)
     if not versions:
         raise InputError(f"no release of {origin.package} meets {', '.join(options.versions or ())}")
     return origin, versions

@@ -16,9 +16,9 @@ from carom.execution.pool import TaskRunner
 from carom.model.energy import kinetic_energy
 from carom.model.scene import Chain, Ring, Scene, Wall
 from carom.model.trace import Outcome, Trace
-from carom.report.formatting import format_count, format_number
 from carom.studies.stress.failure_search import observe
 from carom.studies.stress.result import CellEnding, CellResult, UnsavedResult
+from carom.support.formatting import format_count, format_number
 
 #: Smallest deviation that is mentioned, relative to the scene's greatest speed or energy. Users notice an error of a
 #: per cent. This deviation is larger than rounding errors in 32-bit floats.

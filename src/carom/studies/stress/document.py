@@ -11,13 +11,13 @@ from urllib.parse import quote
 
 from carom.engines.registry import format_engine_argument
 from carom.execution.job import Method, Status
-from carom.report import formatting
 from carom.report.document import Block, Cell, Column, Document, Legend, Lines, Media, Section, Table, Text
 from carom.report.files import fields_of, format_json
 from carom.report.provenance import build_provenance
 from carom.report.render.html import render_html
 from carom.report.render.markdown import render_markdown
 from carom.studies.stress.result import CellEnding, CellResult, StressResults, StressRow
+from carom.support import formatting
 from carom.support.folders import write_files
 
 #: Names of the kinds of tests in documents. Files and the command line use the keys.

@@ -18,7 +18,6 @@ from carom.execution.journal import Journal, JournalEntry
 from carom.execution.methods import list_methods, select_profiles
 from carom.execution.pool import TaskRunner
 from carom.execution.scheduler import DependentTasks, TaskRequest, run_tasks
-from carom.report.formatting import capitalise
 from carom.studies.stress.bug_reports import check_bug_report
 from carom.studies.stress.contact import CONTACT_TESTS
 from carom.studies.stress.failure_search import find_failure
@@ -31,6 +30,7 @@ from carom.studies.stress.pairs import DT_S, PAIR_TESTS
 from carom.studies.stress.result import CellEnding, CellResult, StressResults, StressRow, UnsavedResult
 from carom.support.escaping import build_name_hints
 from carom.support.folders import claim_while_writing
+from carom.support.formatting import capitalise
 
 #: Name of the study in its output folders.
 PURPOSE = "stress"

@@ -17,9 +17,9 @@ from carom.execution.job import Status
 from carom.model.energy import kinetic_energy
 from carom.model.scene import Scene
 from carom.model.trace import Outcome, Trace, Vector
-from carom.report.formatting import format_count, format_number
 from carom.studies.stress.result import STRESS
 from carom.studies.stress.true_motion import TrueMotion
+from carom.support.formatting import format_count, format_number
 
 #: A method fails if its error exceeds this fraction of the velocity change by an impact. This error is too large for
 #: any purpose, and larger than the usual errors of all engines at sensible step sizes. Therefore a stress test finds

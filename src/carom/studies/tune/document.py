@@ -6,8 +6,6 @@ import math
 import shlex
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from itertools import starmap
-from typing import NamedTuple
 
 import tomli_w
 
@@ -15,13 +13,13 @@ from carom.comparator import Grade
 from carom.engines.registry import format_engine_argument
 from carom.execution.job import Method
 from carom.model.trace import format_setting
-from carom.report import formatting
 from carom.report.document import Cell, Code, Column, Document, Lines, Media, Section, Table, Text
 from carom.report.outcome_marks import mark_of_grade
 from carom.report.provenance import build_provenance
 from carom.studies.tune.objective import SceneResult
 from carom.studies.tune.run import Tuning
 from carom.studies.tune.search import TriedSettings
+from carom.support import formatting
 
 ERROR_NOTE = (
     "The error is the largest velocity or spin error, divided by PIT's largest error over the phases of the step. 1 is "
@@ -38,43 +36,27 @@ FOUND = "found"
 FOUND_LABEL = "found settings"
 
 
-class _Row(NamedTuple):
-    """A row of the table of profiles: the results of a profile, or of the settings that the search found."""
-
-    name: str
-    found: TriedSettings
-
-
-class _Line(NamedTuple):
-    """Results of a scene with the first profile and with the best settings."""
-
-    scene: str
-    first: SceneResult
-    best: SceneResult
-
-
 def build_tune_document(tuning: Tuning, scene_words: Sequence[str]) -> Document:
     """Return the document of `carom tune`. `scene_words` are the command-line arguments that name the scenes."""
     better = tuning.best is not tuning.first
-    rows = zip(tuning.scenes, tuning.first.results, tuning.best.results, strict=True)
-    lines = [_Line(scene.name, first, best) for scene, first, best in rows]
-    columns = (
-        Column("scene", lambda line: line.scene),
-        Column(tuning.options.profile, lambda line: _format_grade(line.first)),
-        Column("error", lambda line: _format_error(line.first), number=True),
-        Column(FOUND_LABEL, lambda line: _format_grade(line.best)),
-        Column("error", lambda line: _format_error(line.best), number=True),
-    )
-    shown_columns = columns if better else columns[:3]
+    columns = [Column("scene", lambda k: tuning.scenes[k].name)]
+    columns += _build_result_columns(tuning.options.profile, tuning.first)
+    columns += _build_result_columns(FOUND_LABEL, tuning.best) if better else ()
     left_out = tuple(f"Not run: {name} ({reason})." for name, reason in tuning.left_out.items())
     sections = (
         _build_profile_section(tuning),
         *((_build_setting_section(tuning),) if better else ()),
-        Section("Results by scene", (Table(shown_columns, lines), Text(ERROR_NOTE), Lines(left_out))),
+        Section("Results by scene", (Table(columns, range(len(tuning.scenes))), Text(ERROR_NOTE), Lines(left_out))),
         *(_build_code_sections(tuning, scene_words) if better else ()),
         *build_provenance(tuning.environment, tuning.command, tuning.elapsed_s),
     )
     return Document(f"Carom: settings of {tuning.engine}", tuple(_build_headline(tuning)), sections)
+
+
+def _build_result_columns(name: str, found: TriedSettings) -> Iterator[Column]:
+    """Yield the columns of a table of scenes that show the grades and errors with some settings."""
+    yield Column(name, lambda k: _format_grade(found.results[k]))
+    yield Column("error", lambda k: formatting.format_number(found.results[k].error_ratio), number=True)
 
 
 def format_set_options(found: TriedSettings) -> str:
@@ -140,26 +122,26 @@ def _format_grade(result: SceneResult) -> Cell:
     return Cell(f"{_grade_word(result)} {lost}".rstrip())
 
 
-def _format_error(result: SceneResult) -> str:
-    return formatting.ABSENT if math.isnan(result.error_ratio) else formatting.format_number(result.error_ratio)
-
-
 def _build_profile_section(tuning: Tuning) -> Section:
     """Return a section with a table of the found settings and all profiles, best first.
 
     Profiles whose steps Carom shortens are last.
     """
-    rows = [_Row(tuning.options.profile, tuning.first), *starmap(_Row, tuning.others.items())]
+    rows = {tuning.options.profile: tuning.first, **tuning.others}
     if tuning.best is not tuning.first:
-        rows.insert(0, _Row(FOUND_LABEL, tuning.best))
-    rows.sort(key=lambda row: (row.name in tuning.located, row.found.merit.criteria))
+        rows = {FOUND_LABEL: tuning.best, **rows}
+    names = sorted(rows, key=lambda name: (name in tuning.located, rows[name].merit.criteria))
+
+    def build_count(head: str, is_counted: Callable[[SceneResult], bool]) -> Column:
+        return Column(head, lambda name: str(sum(map(is_counted, rows[name].results)) or ""), number=True)
+
     columns = (
-        Column("", lambda row: row.name),
-        _count_column("wrong", lambda one: one.grade is Grade.WRONG),
-        _count_column("exact or close", lambda one: not one.is_imprecise),
-        _count_column("between", lambda one: one.is_imprecise and not one.is_wrong),
-        _count_column("not run", lambda one: one.grade is None),
-        Column("error, 0 to 100", lambda row: str(row.found.merit.error), number=True),
+        Column("", str),
+        build_count("wrong", lambda one: one.grade is Grade.WRONG),
+        build_count("exact or close", lambda one: not one.is_imprecise),
+        build_count("between", lambda one: one.is_imprecise and not one.is_wrong),
+        build_count("not run", lambda one: one.grade is None),
+        Column("error, 0 to 100", lambda name: str(rows[name].merit.error), number=True),
     )
     refused = formatting.group_by(
         (reason, name)
@@ -167,11 +149,7 @@ def _build_profile_section(tuning: Tuning) -> Section:
         for reason in dict.fromkeys(one.reason for one in other.results if one.grade is None)
     )
     lines = tuple(f"Not run: {formatting.join_words(names)} ({reason})." for reason, names in refused.items())
-    return Section("Comparison with the existing profiles", (Table(columns, rows, note=MERIT_NOTE), Lines(lines)))
-
-
-def _count_column(head: str, is_counted: Callable[[SceneResult], bool]) -> Column:
-    return Column(head, lambda row: str(sum(map(is_counted, row.found.results)) or ""), number=True)
+    return Section("Comparison with the existing profiles", (Table(columns, names, note=MERIT_NOTE), Lines(lines)))
 
 
 def _build_setting_section(tuning: Tuning) -> Section:

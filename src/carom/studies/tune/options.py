@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from carom.errors import InputError
 from carom.execution.shared_options import MOST_SEED, LimitOptions
@@ -15,9 +14,6 @@ from carom.support.options import (
     build_whole_number_kind,
     declare_option,
 )
-
-if TYPE_CHECKING:
-    from carom.model.scene import Scene
 
 
 @dataclass(frozen=True)
@@ -57,7 +53,3 @@ class TuneOptions(LimitOptions):
                 f"run times are only comparable on one machine, but the scheduler is {format_value(self.scheduler)}: "
                 "omit --timing or --scheduler"
             )
-
-    def compute_step(self, scene: Scene) -> float:
-        """Return the step size with which a scene is run, in seconds."""
-        return 1.0 / scene.frame_rate_hz if self.dt_s is None else self.dt_s

@@ -119,12 +119,13 @@ def tune(
         if info.unavailable:
             raise UnavailableError(f"{engine}: {info.unavailable}")
         require_profile(engine, options.profile, info.profiles)
-        horizons, left_out = _find_horizons(scenes, info, options)
-        usable = tuple(scene for scene in scenes if scene.name not in left_out)
+        all_steps = {scene: options.dt_s or 1.0 / scene.frame_rate_hz for scene in scenes}
+        horizons, left_out = _find_horizons(all_steps, info, options.profile)
+        steps = {scene: dt_s for scene, dt_s in all_steps.items() if scene.name not in left_out}
+        usable = tuple(steps)
         if not usable:
             why = next(iter(left_out.values()), "there are no scenes")
             raise InputError(f"{engine} cannot run any of these scenes: {why}")
-        steps = {scene: options.compute_step(scene) for scene in usable}
         evaluator = Evaluator(steps, horizons, pool, notes, timed=options.timing)
         space = Space({name: list_values(knob) for name, knob in info.knobs.items()})
         search = KnobSearch(Method(engine, options.profile), space, usable, evaluator, progress, on_improvement)
@@ -154,7 +155,7 @@ def tune(
         varying=varying,
         time_ratio=ratio,
         trials=search.trials,
-        abandoned=search.abandoned,
+        abandoned=search.count_abandoned(),
         environment=describe_environment([info]),
         command=command,
         elapsed_s=time.perf_counter() - started,
@@ -180,14 +181,14 @@ def _evaluate_profile(
 
 
 def _find_horizons(
-    scenes: Sequence[Scene], info: EngineInfo, options: TuneOptions
+    steps: Mapping[Scene, float], info: EngineInfo, profile: str
 ) -> tuple[dict[str, float], dict[str, str]]:
     """Return the time up to which each scene's PIC trace is reliable, and the reasons why scenes can't be used."""
     horizons: dict[str, float] = {}
     left_out: dict[str, str] = {}
-    capabilities, located = info.capabilities, options.profile in info.located
-    for scene in scenes:
-        trace, dt_s = solve_reference(scene), options.compute_step(scene)
+    capabilities, located = info.capabilities, profile in info.located
+    for scene, dt_s in steps.items():
+        trace = solve_reference(scene)
         reason = "" if capabilities is None else unsupported_reason(scene, capabilities, dt_s, located=located)
         if reason or not isinstance(trace, Trace):
             left_out[scene.name] = reason or str(trace)

@@ -50,12 +50,12 @@ def require_tune_extra() -> None:
 
 @dataclass(frozen=True)
 class TriedSettings:
-    """A combination of settings that was tested on all scenes, and the results.
+    """A tested combination of settings, and the results.
 
     Attributes:
         overrides: Settings that replace settings of the first profile.
-        merit: Rank of the settings.
-        results: Results of the scenes, in the requested order.
+        merit: Rank of the settings. For abandoned settings, it is the best rank that was still possible.
+        results: Results of the scenes, in the requested order; empty for abandoned settings.
         trial: Number of the trial; 0 is the first profile itself.
     """
 
@@ -82,8 +82,6 @@ class KnobSearch:
         progress: Function that is called after each trial with the number of trials, the expected number of trials, and
             a description.
         on_improvement: Function that is called with the best settings so far, whenever they improve.
-        trials: Number of tested combinations of settings, without the first profile.
-        abandoned: Number of combinations that were abandoned before the last scene.
     """
 
     method: Method
@@ -92,16 +90,35 @@ class KnobSearch:
     evaluator: Evaluator
     progress: Progress = no_progress
     on_improvement: Callable[[TriedSettings], None] | None = None
-    trials: int = field(default=0, init=False)
-    abandoned: int = field(default=0, init=False)
-    _full_trials: list[TriedSettings] = field(default_factory=list, init=False)
-    _evaluated: dict[SettingOverrides, tuple[Merit, bool]] = field(default_factory=dict, init=False)
+    _tried: dict[SettingOverrides, TriedSettings] = field(default_factory=dict, init=False)
     _order: list[int] = field(default_factory=list, init=False)
     _requested_trials: int = field(default=0, init=False)
 
     def __post_init__(self) -> None:
         if not self.space.values:
             raise InputError(f"the adapter of {self.method.engine} declares no settings to tune (`knobs`)")
+
+    @property
+    def trials(self) -> int:
+        """Number of tested combinations of settings, without the first profile."""
+        return len(self._tried) - 1
+
+    @property
+    def first(self) -> TriedSettings:
+        """Results of the first profile."""
+        return self._tried[()]
+
+    @property
+    def best(self) -> TriedSettings:
+        """The best settings that were found so far."""
+        return min(self._list_full_trials(), key=lambda one: one.rank)
+
+    def count_abandoned(self) -> int:
+        """Return the number of combinations that were abandoned before the last scene."""
+        return len(self._tried) - len(self._list_full_trials())
+
+    def _list_full_trials(self) -> list[TriedSettings]:
+        return [one for one in self._tried.values() if one.results]
 
     def run(self, trials: int, seed: int) -> TriedSettings:
         """Run the search and return the best settings.
@@ -123,10 +140,8 @@ class KnobSearch:
     def _evaluate_first_profile(self) -> None:
         """Evaluate the first profile, and sort the scenes so that those with the worst results are first."""
         results = self.evaluator.evaluate(self.method, self.scenes)
-        first = TriedSettings((), compute_merit(results, results), tuple(results), 0)
         self._order = sorted(range(len(results)), key=lambda k: compute_merit([results[k]]), reverse=True)
-        self._evaluated[()] = (first.merit, False)
-        self._full_trials.append(first)
+        self._tried[()] = TriedSettings((), compute_merit(results, results), tuple(results), 0)
 
     def _run_optimiser(self, trials: int, seed: int) -> None:
         import optuna
@@ -147,9 +162,9 @@ class KnobSearch:
                 for name, values in self.space.values.items()
                 if trial.suggest_categorical(f"{name} turned", (False, True))
             }
-            merit, abandoned = self.evaluate(suggested)
-            number = merit.to_number(len(self.scenes))
-            if abandoned:
+            tried = self.evaluate(suggested)
+            number = tried.merit.to_number(len(self.scenes))
+            if not tried.results:
                 trial.report(number, 0)
                 study.tell(trial, state=optuna.trial.TrialState.PRUNED)
             else:
@@ -169,40 +184,27 @@ class KnobSearch:
     def _find_front(self) -> list[TriedSettings]:
         """Return the trials that no other trial dominates (see the module's docstring), best first."""
         first_of: dict[tuple[int, int, int], TriedSettings] = {}
-        for found in sorted(self._full_trials, key=lambda one: one.rank):
+        for found in sorted(self._list_full_trials(), key=lambda one: one.rank):
             first_of.setdefault(found.merit.criteria, found)
         candidates = first_of.values()
         return [one for one in candidates if not any(one.merit.is_beaten_by(other.merit) for other in candidates)]
 
-    @property
-    def first(self) -> TriedSettings:
-        """Results of the first profile."""
-        return self._full_trials[0]
-
-    @property
-    def best(self) -> TriedSettings:
-        """The best settings that were found so far."""
-        return min(self._full_trials, key=lambda one: one.rank)
-
-    def evaluate(self, point: Point) -> tuple[Merit, bool]:
-        """Evaluate a point.
-
-        Return the merit of the point's settings, and whether the evaluation was abandoned. If so, the merit is the best
-        that was still possible.
-        """
+    def evaluate(self, point: Point) -> TriedSettings:
+        """Return the results of a point's settings, which may be abandoned."""
         overrides = self.space.settings_of(point)
-        if overrides not in self._evaluated:
-            self.trials += 1
-            self._evaluated[overrides] = self._evaluate_settings(overrides)
-            self.abandoned += self._evaluated[overrides][1]
-            best = self.best.merit
-            message = f"best so far: {best.wrong} scenes wrong, {best.imprecise} neither exact nor close"
+        if overrides not in self._tried:
+            best_before = self.best
+            self._tried[overrides] = self._evaluate_settings(overrides)
+            best = self.best
+            if best is not best_before and self.on_improvement is not None:
+                self.on_improvement(best)
+            message = f"best so far: {best.merit.wrong} scenes wrong, {best.merit.imprecise} neither exact nor close"
             self.progress(self.trials, max(self._requested_trials, self.trials), message)
-        return self._evaluated[overrides]
+        return self._tried[overrides]
 
-    def _evaluate_settings(self, overrides: SettingOverrides) -> tuple[Merit, bool]:
+    def _evaluate_settings(self, overrides: SettingOverrides) -> TriedSettings:
         method = Method(self.method.engine, self.method.profile, overrides)
-        best, first = self.best, self.first
+        trial, full_trials = len(self._tried), self._list_full_trials()
         results_by_scene: dict[int, SceneResult] = {}
         part_size = math.ceil(len(self.scenes) / PARTS)
         for start in range(0, len(self.scenes), part_size):
@@ -211,11 +213,7 @@ class KnobSearch:
             # Assume the best case, in which all remaining scenes are exact.
             left = [SceneResult(Grade.EXACT, 0.0)] * (len(self.scenes) - len(results_by_scene))
             at_best = replace(compute_merit([*results_by_scene.values(), *left]), cost=0.0)
-            if left and any(at_best.is_beaten_by(full_trial.merit) for full_trial in self._full_trials):
-                return at_best, True
+            if left and any(at_best.is_beaten_by(full_trial.merit) for full_trial in full_trials):
+                return TriedSettings(overrides, at_best, (), trial)
         results = tuple(results_by_scene[k] for k in range(len(self.scenes)))
-        full_trial = TriedSettings(overrides, compute_merit(results, first.results), results, self.trials)
-        self._full_trials.append(full_trial)
-        if full_trial.rank < best.rank and self.on_improvement is not None:
-            self.on_improvement(full_trial)
-        return full_trial.merit, False
+        return TriedSettings(overrides, compute_merit(results, self.first.results), results, trial)

@@ -10,7 +10,7 @@ from tests.scene_builders import require_value
 
 from carom.execution.job import Answer, Method, Status
 from carom.model.scene import Disc, Scene
-from carom.studies.advise.sampling_limit import AccuracyTarget
+from carom.studies.advise.options import AdviceOptions
 from carom.studies.advise.step_search import (
     CONFIRM,
     SearchEnding,
@@ -30,7 +30,6 @@ Curve = Callable[[float, int], tuple[bool, float]]
 
 def run_search(
     curve: Curve,
-    target: AccuracyTarget | None = None,
     *,
     budget: int = 10**9,
     refuses_above_s: float = math.inf,
@@ -42,7 +41,8 @@ def run_search(
     def refusal(dt_s: float) -> str:
         return "too far a step" if dt_s > refuses_above_s else ""
 
-    search = StepSearch(SCENE, Method("an", "engine"), target or AccuracyTarget(DEGREE), guess_s, 8, 3, budget, refusal)
+    options = AdviceOptions(direction_error_rad=DEGREE, phases=8, budget_steps=budget)
+    search = StepSearch(SCENE, Method("an", "engine"), options, guess_s, 3, refusal)
     tried = []
     while (wanted := search.request) is not None:
         tried.append((wanted.dt_s, wanted.even_phases))
@@ -80,9 +80,10 @@ def test_range_below_answer_is_tested_for_two_or_three_octaves() -> None:
         answer = found.meets_target
         assert (dt_of(answer.largest_passing), dt_of(answer.smallest_failing)) == pytest.approx((1 / 120, 1 / 90))
         assert require_value(answer.largest_passing).even_phases == CONFIRM
-        assert answer.smallest_tested_s == pytest.approx(1 / 120 / 2**octaves)
-        assert answer.monotone
-        assert {dt for dt in grid if answer.smallest_tested_s <= dt <= dt_of(answer.largest_passing)} <= {
+        smallest_tested_s = found.trials[-1].dt_s
+        assert smallest_tested_s == pytest.approx(1 / 120 / 2**octaves)
+        assert not answer.finer_failures
+        assert {dt for dt in grid if smallest_tested_s <= dt <= dt_of(answer.largest_passing)} <= {
             dt for dt, _ in tried
         }
         assert dt_of(found.never_misses.largest_passing) == max(dt for dt in grid if dt <= 0.1)
@@ -94,7 +95,6 @@ def test_failing_steps_below_passing_ones_are_reported() -> None:
     found, _ = run_search(lambda dt, _: (1 / 300 < dt < 1 / 150, 1e-3 * dt), guess_s=1 / 400)
     answer = found.meets_target
     assert dt_of(answer.largest_passing) == pytest.approx(1 / 360)
-    assert not answer.monotone
     assert [1 / trial.dt_s for trial in answer.finer_failures] == pytest.approx([180, 240])
     assert answer.coarser_passes[0].dt_s == 1.0
     assert answer.coarser_passes[-1].dt_s == pytest.approx(1 / 120)
@@ -108,7 +108,7 @@ def test_failure_at_64_phases_moves_answer_to_next_finer_step() -> None:
     assert (dt_of(answer.largest_passing), dt_of(answer.smallest_failing)) == pytest.approx((1 / 90, 1 / 60))
     assert require_value(answer.smallest_failing).even_phases == CONFIRM
     assert (dt_of(answer.largest_passing), CONFIRM) in tried
-    assert answer.smallest_tested_s <= dt_of(answer.largest_passing) / 4 * (1 + 1e-9)
+    assert found.trials[-1].dt_s <= dt_of(answer.largest_passing) / 4 * (1 + 1e-9)
 
 
 def test_answer_in_whole_steps_per_frame_is_confirmed() -> None:
@@ -131,9 +131,8 @@ def test_error_independent_of_step_ends_search_at_frame() -> None:
     found, tried = run_search(lambda dt, _: (dt > 0.2, math.radians(3.0)))
     assert (found.ending, found.meets_target.largest_passing) == (SearchEnding.FLAT, None)
     assert min(dt for dt, _ in tried) == pytest.approx(1 / 60)
-    assert found.flat_from_s == dt_of(found.never_misses.largest_passing)
     sinking, _ = run_search(lambda dt, _: (False, math.radians(9.0) * dt**0.2))
-    assert (sinking.flat_from_s, sinking.ending) == (None, SearchEnding.FINEST)
+    assert sinking.ending is SearchEnding.FINEST
     needy, tried = run_search(lambda *_: (False, math.radians(3.0)), guess_s=1 / 1000)
     assert needy.ending is SearchEnding.FLAT
     assert min(dt for dt, _ in tried) <= 1 / 1000
@@ -156,7 +155,7 @@ def test_refused_steps_are_not_run_and_do_not_fail() -> None:
     assert found.never_misses.smallest_failing is None
     assert found.refused_s == pytest.approx(1 / 90)
     assert found.refusal == "too far a step"
-    search = StepSearch(SCENE, Method("an", "engine"), AccuracyTarget(DEGREE), 1.0, 8, 3, 10**9, lambda _: "no walls")
+    search = StepSearch(SCENE, Method("an", "engine"), AdviceOptions(), 1.0, 3, lambda _: "no walls")
     assert search.request is None
     assert search.is_refused
 
@@ -173,9 +172,9 @@ def test_crash_at_large_step_fails_and_at_frame_ends_search() -> None:
 
 def test_unknown_direction_meets_no_demand() -> None:
     """A NaN direction error meets no target; a known one does if the share of phases with a miss is allowed."""
-    assert not StepTrial(0.1, 8, 11, 8, 11, math.nan, 1).is_within(AccuracyTarget(DEGREE, 0.99))
+    assert not StepTrial(0.1, 8, 11, 8, 11, math.nan, 1).meets_target(AdviceOptions(miss_probability=0.99))
     some = StepTrial(0.1, 8, 11, 1, 4, DEGREE / 2, 1)
-    allowed = [some.is_within(AccuracyTarget(DEGREE, share)) for share in (0.125, 0.1, 0.0)]
+    allowed = [some.meets_target(AdviceOptions(miss_probability=share)) for share in (0.125, 0.1, 0.0)]
     assert (allowed, some.never_misses) == ([True, False, False], False)
 
 
@@ -194,7 +193,7 @@ def test_impossible_phases_are_skipped_and_crashes_fail_a_step() -> None:
     crashed = StepTrial.of(0.1, [ran(False, 0.1)], [Answer(Status.CRASHED, "signal 11")])
     assert isinstance(crashed, StepTrial)
     assert not crashed.never_misses
-    assert not crashed.is_within(AccuracyTarget(DEGREE))
+    assert not crashed.meets_target(AdviceOptions())
 
 
 def test_aimed_start_samples_just_before_the_impact() -> None:

@@ -16,7 +16,6 @@ from carom.engines.registry import EngineInfo
 from carom.execution.job import Status
 from carom.execution.results import Results, Row
 from carom.model.trace import Outcome
-from carom.report import formatting
 from carom.report.document import Lines, Media
 from carom.report.outcome_marks import Mark
 from carom.report.render.html import render_html
@@ -25,6 +24,7 @@ from carom.report.render.terminal import render_terminal
 from carom.studies.cross_check.document import cross_check_document
 from carom.studies.cross_check.grid import build_grid
 from carom.studies.cross_check.sections.trend import build_trend
+from carom.support import formatting
 
 
 def render_text(results: Results) -> str:

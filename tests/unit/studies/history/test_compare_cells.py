@@ -59,20 +59,20 @@ BEFORE, WORSE = speeds(0.1, 0.2), speeds(0.3, 0.4, digest="c")
 @each(
     "old, new, moved",
     [
-        (build_cell(RAN), build_cell(RAN), ChangeKind.NOTHING),
-        (build_cell(RAN), build_cell(replace(RAN, settings=(("dt_s", "0.1"), ("new", "1")))), ChangeKind.NOTHING),
+        (build_cell(RAN), build_cell(RAN), ChangeKind.SAME_BITS),
+        (build_cell(RAN), build_cell(replace(RAN, settings=(("dt_s", "0.1"), ("new", "1")))), ChangeKind.SAME_BITS),
         (build_cell(RAN), build_cell(replace(RAN, digest="b", velocity=0.25 + 1e-14)), ChangeKind.ROUNDING),
         (BEFORE, WORSE, ChangeKind.WORSE),
         (speeds(0.3, 0.4), speeds(0.1, 0.2, digest="c"), ChangeKind.BETTER),
-        (speeds(0.1, 0.3), speeds(0.2, 0.4, digest="c"), ChangeKind.OVERLAP),
-        (BEFORE, speeds(0.22, 0.32, digest="c"), ChangeKind.OVERLAP),  # a phase between may fill a gap of 0.02
+        (speeds(0.1, 0.3), speeds(0.2, 0.4, digest="c"), ChangeKind.PHASE_ONLY),
+        (BEFORE, speeds(0.22, 0.32, digest="c"), ChangeKind.PHASE_ONLY),  # a phase between may fill a gap of 0.02
         (BEFORE, speeds(0.23, 0.33, digest="c"), ChangeKind.WORSE),
         (BEFORE, speeds(0.3, 0.4, digest="c", settings=(("dt_s", "0.2"),)), ChangeKind.OTHER_SETTINGS),
-        (BEFORE, speeds(0.3, 0.4, digest="c", verdicts=("LATE", "TURNS")), ChangeKind.UNOBSERVED),
-        (speeds(0.1, 0.2, verdicts=("TURNS",)), WORSE, ChangeKind.UNOBSERVED),
-        (speeds(0.1, 0.2, grade="UNGRADED"), WORSE, ChangeKind.NEITHER),
+        (BEFORE, speeds(0.3, 0.4, digest="c", verdicts=("LATE", "TURNS")), ChangeKind.UNOBSERVED_CONTACTS),
+        (speeds(0.1, 0.2, verdicts=("TURNS",)), WORSE, ChangeKind.UNOBSERVED_CONTACTS),
+        (speeds(0.1, 0.2, grade="UNGRADED"), WORSE, ChangeKind.OTHERWISE),
         # With seven phases in all no change is the engine's.
-        (build_cell(*EIGHT), build_cell(*EIGHT_WORSE[1:]), ChangeKind.OVERLAP),
+        (build_cell(*EIGHT), build_cell(*EIGHT_WORSE[1:]), ChangeKind.PHASE_ONLY),
         (build_cell(*EIGHT), build_cell(*EIGHT_WORSE), ChangeKind.WORSE),
         # Reported contacts are no part of the motion, whether in counts, grades or verdicts.
         (BEFORE, speeds(0.1, 0.2, digest="c", lost=2), ChangeKind.OTHER_CONTACTS),
@@ -84,15 +84,15 @@ BEFORE, WORSE = speeds(0.1, 0.2), speeds(0.3, 0.4, digest="c")
             ChangeKind.OTHER_CONTACTS,
         ),
         (BEFORE, speeds(0.1, 0.2, digest="c", late_steps=0.6), ChangeKind.OTHER_CONTACTS),
-        (build_cell(RAN), build_cell(replace(RAN, digest="b", velocity=math.nan)), ChangeKind.OVERLAP),
+        (build_cell(RAN), build_cell(replace(RAN, digest="b", velocity=math.nan)), ChangeKind.PHASE_ONLY),
         # Places: before the end, too, and where they are on the other side of the right one.
         (places(1.1, 1.2), places(1.3, 1.4, digest="c"), ChangeKind.WORSE),
-        (places(0.1, 0.2), places(-0.2, -0.1, digest="c"), ChangeKind.NEITHER),
-        (places(0.1, 0.3), places(0.2, 0.4, digest="c"), ChangeKind.OVERLAP),
+        (places(0.1, 0.2), places(-0.2, -0.1, digest="c"), ChangeKind.OTHERWISE),
+        (places(0.1, 0.3), places(0.2, 0.4, digest="c"), ChangeKind.PHASE_ONLY),
         (places(1.1, 1.2), places(math.inf, math.inf, digest="c"), ChangeKind.WORSE),  # it ended before
         (places(math.inf, math.inf), places(math.inf, math.inf, digest="c"), ChangeKind.ROUNDING),
         # Velocities are nearer and places farther: nobody can say which is better.
-        (speeds(0.3, 0.4), speeds(0.1, 0.2, digest="c", position_errors_m=(0.6, 0.0) * PLACES), ChangeKind.NEITHER),
+        (speeds(0.3, 0.4), speeds(0.1, 0.2, digest="c", position_errors_m=(0.6, 0.0) * PLACES), ChangeKind.OTHERWISE),
     ],
 )
 def test_change_is_attributed_to_engine_if_ranges_are_disjoint(

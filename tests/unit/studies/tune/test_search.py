@@ -56,7 +56,7 @@ def test_search_finds_exactly_the_settings_that_matter(seed: int) -> None:
     """With each of six seeds, the search finds the three settings that matter, and ends some trials early."""
     search = KnobSearch(Method("toy", "default"), SPACE, SCENES, cast(Evaluator, Toy()))
     best = search.run(60, seed)
-    assert search.abandoned > 0
+    assert search.count_abandoned() > 0
     assert dict(best.overrides) == {"threshold": 0.0, "mode": "swept", "slop": 1e-9}
     assert (best.merit.wrong, best.merit.imprecise) == (0, 0)
 

@@ -10,9 +10,9 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 
 from carom.model.trace import Trace
-from carom.report import formatting
 from carom.report.document import Media, Pair, Pairs, Section, Text
 from carom.studies.cross_check.grid import Grid, GridCell
+from carom.support import formatting
 from carom.support.limits import MOST_DISCS_DRAWN
 
 #: Group of the four scenes from the paper that inspired Carom. They are always shown with the paper's method, PIT.

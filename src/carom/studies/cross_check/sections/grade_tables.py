@@ -10,11 +10,11 @@ from typing import Any, NamedTuple
 
 from carom.comparator import Verdict
 from carom.execution.job import Method
-from carom.report import formatting
 from carom.report.document import Block, Cell, Column, Legend, Lines, Media, Section, Share, Table, Text
 from carom.report.impact_rows import build_impact_rows
 from carom.report.outcome_marks import RIGHT, Mark
 from carom.studies.cross_check.grid import RANKING_NOTE, Grid, GridCell, compute_standing
+from carom.support import formatting
 
 #: Largest number of rows in the table of impacts.
 MOST_IMPACT_ROWS = 40

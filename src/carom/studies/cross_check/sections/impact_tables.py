@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 from carom.comparator import ImpactError, Score
 from carom.model.trace import Trace, pair_name
-from carom.report import formatting
 from carom.report.document import Column, Media, Section, Table
 from carom.studies.cross_check.grid import Grid
+from carom.support import formatting
 
 #: Largest number of runs for which tables of impacts are shown, and largest number of impacts in a table.
 MOST_TABLES = 4

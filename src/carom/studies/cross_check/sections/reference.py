@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 from carom.catalogue import KnownAnswer
 from carom.comparator.thresholds import THRESHOLDS
-from carom.report import formatting
 from carom.report.document import Block, Cell, Column, Lines, Media, Section, Table, Text
 from carom.studies.cross_check.grid import Grid
+from carom.support import formatting
 
 #: Largest number of PIC's traces that a terminal lists. If more traces must be listed, only the page lists them.
 MOST_LISTED = 3

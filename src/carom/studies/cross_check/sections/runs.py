@@ -11,10 +11,10 @@ from typing import NamedTuple
 
 from carom.comparator import Errors
 from carom.execution.job import Method
-from carom.report import formatting
 from carom.report.document import Cell, Column, Media, Section, Table, Text
-from carom.report.results_file.line_types import RowLine
+from carom.report.results_file.lines import RowLine
 from carom.studies.cross_check.grid import Grid, GridCell, build_omission_note, select_worst
+from carom.support import formatting
 
 #: Largest number of rows in the table of all runs. A browser takes seconds to show a table of this length.
 MOST_CELLS = 10_000

@@ -9,9 +9,10 @@ from functools import partial
 from typing import NamedTuple
 
 from carom.execution.job import Method
-from carom.report import formatting, svg
+from carom.report import svg
 from carom.report.document import Cell, Column, Figure, Figures, Media, Section, Table, Text
 from carom.studies.cross_check.grid import Grid, GridCell
+from carom.support import formatting
 
 #: Width of the chart, width on a phone, height of a line, and margins for names and for the axis, in inches.
 _WIDTH_IN, _NARROW_IN, _LINE_IN, _NAMES_IN, _FOOT_IN = 10.5, 4.0, 0.22, 1.3, 0.5

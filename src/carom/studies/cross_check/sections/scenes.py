@@ -8,12 +8,12 @@ from functools import partial
 from pathlib import Path
 
 from carom.engines.api import Capabilities, ContactTimes
-from carom.report import formatting
 from carom.report.document import Block, Cell, Column, Legend, Lines, Media, Replays, Section, Table, Text
 from carom.report.files import pack_data
 from carom.report.outcome_marks import Mark
 from carom.studies.cross_check.grid import Grid, GridRow, build_omission_note, merge_own_profiles, select_worst
 from carom.studies.cross_check.play_page import build_play_link
+from carom.support import formatting
 from carom.support.escaping import escape_controls
 
 #: Largest number of scenes in the table.

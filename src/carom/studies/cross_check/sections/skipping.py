@@ -9,10 +9,11 @@ from typing import NamedTuple
 
 from carom.execution.time_saved import SceneSkips, SkippedTime
 from carom.model.trace import Trace
-from carom.report import formatting, svg
+from carom.report import svg
 from carom.report.document import Block, Cell, Column, Figure, Figures, Media, Section, Table, Text
 from carom.studies.cross_check.explain import describe_pic, describe_pit
 from carom.studies.cross_check.grid import Grid
+from carom.support import formatting
 
 NOTE = (
     "Skipping changes no result. Without skipping, PIC predicts the next impact of every pair after each impact. If a "

@@ -6,10 +6,10 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 
 from carom.comparator import LocalScore, Verdict
-from carom.report import formatting
 from carom.report.document import Block, Column, Media, Section, Table, Text
 from carom.report.outcome_marks import Mark, mark_of_grade
 from carom.studies.cross_check.grid import Grid, GridCell, build_omission_note, select_worst
+from carom.support import formatting
 
 #: Largest number of listed runs.
 MOST_RUNS = 1000

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from carom.comparator.thresholds import THRESHOLDS
 from carom.execution.job import Method
-from carom.report import formatting, svg
+from carom.report import svg
 from carom.report.document import Cell, Column, Figure, Figures, Lines, Media, Section, Table, Text
 from carom.report.outcome_marks import Mark
 from carom.studies.cross_check.grid import Grid, GridCell, merge_own_profiles
+from carom.support import formatting
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

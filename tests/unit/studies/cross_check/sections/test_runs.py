@@ -7,7 +7,6 @@ from pathlib import Path
 from carom.comparator import Errors
 from carom.execution.phases import PhaseSpread
 from carom.execution.results import Results, Row
-from carom.report import formatting
 from carom.report.document import Cell, Media, Section, Table
 from carom.report.render.markdown import render_markdown
 from carom.report.results_file.line_codec import OF_SPINS
@@ -20,6 +19,7 @@ from carom.studies.cross_check.sections.runs import (
     build_settings_section,
     build_spread_section,
 )
+from carom.support import formatting
 
 
 def get_table_rows(section: Section) -> list[list[Cell]]:
