@@ -68,7 +68,7 @@ def hazards() -> dict[str, tuple[Row, tuple[Row, ...]]]:
 
 
 def _cells(heading: str, engine: str) -> Iterator[tuple[str, str, str]]:
-    """Yield the rows of a table of hazards for an engine: name of the figure, default settings, PIT."""
+    """Yield the name of each quantity in a table of hazards, the engine's default result, and PIT's result."""
     heads, rows = hazards()[heading]
     pit = next(row for row in rows if row[0] == "pit")
     for row in (row for row in rows if row[0] == f"{engine} default"):
@@ -145,7 +145,8 @@ def walls_of(engine: str) -> str:
         "32 phases a disc passes through a thin wall. In one step the disc moves by q times the sum of its radius and "
         "the wall's half width.",
         "The next table compares 48 flights over a floor of ten pieces with the same flights over a floor of one "
-        "piece. The columns *flights* count the flights that end with another velocity. Differences and errors are in "
+        "piece. The columns *flights* count the flights that end with different velocities on the two floors. "
+        "Differences and errors are in "
         "m/s.",
         "The last table shows the median and the largest direction error of 16 phases at the end of a wall, in "
         "degrees, and the largest velocity error in a corner, in m/s.",

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from carom import resolve_impact, time_of_impact
 from carom.report.svg import INK, build_figure, render, to_separate_svg, use_drawing_style
 
-#: Range of the speed times step over radius. The largest value is three diameters per step.
+#: Range of the distance that a disc moves per step, divided by its radius: at most three diameters per step.
 LEAST_ADVANCE, MOST_ADVANCE = 0.02, 6.0
 _COLUMNS, _ROWS = 36, 24
 
@@ -34,7 +34,7 @@ class ErrorMap:
         offset: Edges of the rows: impact parameter over the sum of the radii, shape ``(rows + 1,)``.
         velocity_error: Mean velocity error of the impacts that PIT finds, over the relative speed, shape ``(rows,
             columns)``; NaN where PIT finds no impact.
-        missed: Fraction of the impacts that PIT misses, with the same shape.
+        missed: Fraction of the impacts that PIT misses, shape ``(rows, columns)``.
         scenes: Number of scenes in the map.
     """
 

@@ -29,7 +29,7 @@ SCHEMES: tuple[Scheme, Scheme] = ("light", "dark")
 REPLAY = "paper/missed/pymunk/tuned"
 #: Number of pictures of the replay, their total duration, and the duration of the last picture, in seconds.
 _FRAMES, _LASTS_S, _LAST_S = 40, 5.0, 1.5
-#: Fraction of the duration of paper/missed after which the discs have just met.
+#: Fraction of the duration of paper/missed: at this time the discs have just met.
 _AT = 0.46
 
 

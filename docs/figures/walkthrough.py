@@ -1,4 +1,4 @@
-"""Writes the section "first steps" of docs/play.md, for readers who do not know PIT.
+"""Writes the section "A first try" of docs/play.md, for readers who do not know PIT.
 
 `make pictures` carries out these steps in Chromium, and writes text and pictures. tests/browser/test_play.py repeats
 the steps, and asserts that the page still shows the same text.
