@@ -29,7 +29,7 @@ from benchmarks.arguments import count, parser, run
 from benchmarks.baseline import Interpreter
 from benchmarks.kinds_worker import KINDS
 
-#: Target for each kind: smallest ratio of PIC's impacts per second to those of the row "plain".
+#: Target for each kind: smallest ratio of PIC's impacts per second to the impacts per second in the row "plain".
 PIC_TARGETS = {
     "friction": 0.8,
     "driven": 0.8,
@@ -41,7 +41,7 @@ PIC_TARGETS = {
     "gravity-chain": 0.3,
     "contact": 0.1,
 }
-#: Target: greatest ratio of PIT's time per frame to that of the row "plain".
+#: Target: greatest ratio of PIT's time per frame to the time per frame in the row "plain".
 PIT_TARGET = 3.0
 #: Target: greatest ratio of the time with all impacts recorded to the time without recording.
 RECORDING_TARGET = 1.15

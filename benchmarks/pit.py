@@ -1,4 +1,4 @@
-"""Speed of PIT with and without skipping frames, and in another version: ``python -m benchmarks.pit [discs ...]``.
+"""Speed of PIT with and without skipping frames, and of another version: ``python -m benchmarks.pit [discs ...]``.
 
 The discs fill 0.3 of a box, and PIT makes 60 frames per second. The times are medians of processor times.
 """
@@ -15,7 +15,7 @@ from benchmarks.baseline import Interpreter
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-#: For each line with a number of frames, prints the seconds of these frames. Also works with older versions.
+#: For each line with a number of frames, prints the seconds of these frames. It works with older versions of Carom.
 _GAS = """
 import sys, time
 from carom.solvers.pit.clock import FrameClock

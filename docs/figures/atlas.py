@@ -1,11 +1,11 @@
 """Tables of the engines' pages from the results of `make atlas`: `docs/figures/measured.json`.
 
 The sources are `results.jsonl` of a cross-check of all scenes with all engines, `results.jsonl` of a timed cross-check
-of a few scenes, `stress.json` of a stress campaign, and the figures over many phases of `make hazards`. This module
+of a few scenes, `stress.json` of a stress campaign, and the results over many phases of `make hazards`. This module
 computes every number of the tables from these files. Infinite and undefined numbers are null in these files, and are
 left out here. `engine_pages.py` inserts the tables into the pages. `python -m docs.figures.atlas --alone REPORT
-HAZARDS` adds engines that were measured later and alone. Such engines have their own tables, and are not in the tables
-that rank all engines.
+HAZARDS` adds engines that were measured later, without other engines. Such engines have their own tables, and are not
+in the tables that rank all engines.
 """
 
 from __future__ import annotations

@@ -59,12 +59,12 @@ class Method:
 
     @property
     def name(self) -> str:
-        """The displayed name."""
+        """The displayed name of the method."""
         return f"{self.engine} {format_profile(self.engine, self.profile, {})}".rstrip()
 
     @property
     def coarse(self) -> list[Row]:
-        """Rows at each scene's own frame rate."""
+        """The method's rows at each scene's own frame rate."""
         return [row for row in self.rows if row["refinement"] == 0]
 
 
@@ -200,13 +200,13 @@ def gas(method: Method) -> str:
 
 
 def impacts(method: Method) -> str:
-    """Return the numbers of missed and invented impacts."""
+    """Return the numbers of impacts that a method misses and invents."""
     scored = [row for row in method.coarse if row["missed"] is not None]
     return f"{sum(len(row['missed']) for row in scored)} / {sum(len(row['spurious']) for row in scored)}"
 
 
 def speed(method: Method) -> str:
-    """Return the run time divided by PIT's."""
+    """Return a method's run time divided by PIT's run time."""
     return "-" if method.ratio is None else f"{format_number(method.ratio)} x"
 
 

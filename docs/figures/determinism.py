@@ -85,7 +85,7 @@ def threaded(engine: str, profile: str) -> None:
 
 
 def asked(engine: str, profile: str, how: str = "alone") -> dict[str, Any]:
-    """Return what a separate process prints: digests of single runs (`alone`), or of two simultaneous runs (`threads`).
+    """Return what a separate process prints: a comparison of runs (`alone`), or two runs' digests (`threads`).
 
     Raises:
         CaromError: The process failed; the message is its last line.

@@ -49,7 +49,7 @@ def table(data: dict[str, Any]) -> str:
 
 @cache
 def measured() -> dict[str, Any]:
-    """Results of `make atlas`."""
+    """Return the results of `make atlas`."""
     found: dict[str, Any] = json.loads(MEASURED.read_text(encoding="utf-8"))
     return found
 

@@ -225,7 +225,7 @@ def main(names: list[str]) -> None:
         parts.append(section(found, entry.sentence))
         sys.stdout.write("\n".join(build_history_document(found).lead) + f"\n{found.elapsed_s:.0f} s\n")
     missing = "## Not run here\n\n" + "\n".join(lacking) + "\n" if lacking else ""
-    if names:  # the parts of other engines do not change
+    if names:  # The parts of engines that are not named do not change.
         there = [
             part for part in PAGE.read_text().split("\n## ")[1:] if not part.startswith(("Bug reports", "Not run"))
         ]

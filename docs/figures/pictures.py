@@ -34,7 +34,7 @@ _AT = 0.46
 
 
 def first_screen(scheme: Scheme) -> Path:
-    """Return the path of the picture of the page's first screen."""
+    """Return the path of the picture of the sample report's first screen."""
     return FOLDER / f"page-{scheme}.webp"
 
 
@@ -60,7 +60,7 @@ def _taken(page: Page, clip: dict[str, float] | None = None) -> Image.Image:
 
 
 def take_first_screen(browser: Browser, scheme: Scheme) -> None:
-    """Write the picture of the page's first screen."""
+    """Write the picture of the sample report's first screen."""
     page = _opened(browser, scheme, 1280, 900)
     _taken(page).save(first_screen(scheme), quality=58, method=6)
     page.close()

@@ -1,8 +1,8 @@
 """Blocks of results in the README. `make docs-figures` writes these blocks from committed results.
 
 Run time against error is from `reports/bench/bench.json`, which `make docs-bench` writes. Stability is counted in the
-table of the full stress campaign, and accuracy in the rows of the committed sample, `reports/sample/results.jsonl`, at
-each scene's coarsest step.
+table of the full stress campaign, and accuracy in the rows of the committed sample, `reports/sample/results.jsonl`,
+with the largest step size of each scene.
 """
 
 from __future__ import annotations

@@ -121,7 +121,7 @@ OFFSETS, MEETS_S = (0.5, 0.95), 0.3
 
 
 def at_a_thin_wall(q: float, phase: float, half_width_m: float) -> Flight:
-    """Return a head-on flight of q reaches per step.
+    """Return a head-on flight of q reaches per step (a reach is the radius plus the wall's half width).
 
     The flight begins six steps and a fraction of a step before the wall.
     """

@@ -106,7 +106,7 @@ def pybullet(way: str, flight: Flight) -> End:
 
     for (ax, ay), (bx, by) in pairwise(flight["points_m"]):
         size = [math.hypot(bx - ax, by - ay) / 2, flight["half_width_m"], 1]
-        if way == "capsules":  # along x, because the default axis is z
+        if way == "capsules":  # The capsule must be along x, but its default axis is z.
             lying = p.getQuaternionFromEuler([0, math.pi / 2, 0])
             of = {"radius": size[1], "height": 2 * size[0], "collisionFrameOrientation": lying}
             shape = p.createCollisionShape(p.GEOM_CAPSULE, **of, physicsClientId=client)
@@ -292,7 +292,7 @@ def newton(way: str, flight: Flight) -> End:
     for (ax, ay), (bx, by) in pairwise(flight["points_m"]):
         half, thick = math.hypot(bx - ax, by - ay) / 2, flight["half_width_m"]
         turned = warp.quat_from_axis_angle(warp.vec3(0, 0, 1), math.atan2(by - ay, bx - ax))
-        if way == "capsules":  # along x, because the default axis is z
+        if way == "capsules":  # The capsule must be along x, but its default axis is z.
             turned *= warp.quat_from_axis_angle(warp.vec3(0, 1, 0), math.pi / 2)
         at = warp.transform(((ax + bx) / 2, (ay + by) / 2, 0.0), turned)
         if way == "capsules":
