@@ -86,7 +86,7 @@ def hazards_of(engine: str) -> str:
     rows = [(what, phases, spread or "-", "-" if _NONE_OFF.match(pit) else pit) for what, phases, spread, pit in off]
     text = rows_of(("scene", "phases with an error", "smallest to largest error", "PIT: phases and errors"), rows)
     lead = (
-        "With default settings the engine computes these scenes wrongly, with an error above 1 %, at some or all of "
+        "With default settings the engine computes the following scenes with an error above 1 %, at some or all of "
         f"{PHASES} [phases](../reference/glossary.md)."
     )
     text = f"{lead}\n\n{text}"
@@ -119,7 +119,7 @@ def settings_of(engine: str) -> str:
     """Return the settings of an engine to copy."""
     own = measured()["engines"][engine]
     command = f"carom engines {engine} --show {own['profile']}"
-    printed = f"`{command}` prints them as code ([settings to paste](../how-to/settings.md))."
+    printed = f"`{command}` prints these settings as code ([settings to paste](../how-to/settings.md))."
     return f"These are the settings of the profile `{own['profile']}`. {printed}\n\n```text\n{own['settings']}\n```\n"
 
 
@@ -174,7 +174,7 @@ def determinism_of(engine: str) -> str:
     rows = [row for row in _same_bits() if row["engine"] == engine]
     if not rows:
         return "This engine was not measured ([method](../results/determinism.md)).\n"
-    turned = {"same": "is bit-identical, too", "other": "differs"}
+    turned = {"same": "is also bit-identical", "other": "differs"}
     said = []
     for row in rows:
         same, _, ways = row["score"].partition(" of ")
@@ -185,7 +185,7 @@ def determinism_of(engine: str) -> str:
         )
         said.append(
             f"With `{row['profile']}` settings a repeated run is bit-identical {where}. If the discs are listed in the "
-            f"opposite order, the result {turned[row['order']]}. "
+            f"opposite order, the result with these settings {turned[row['order']]}. "
         )
     return "".join(said) + "The page [Determinism](../results/determinism.md) describes the tests.\n"
 
@@ -216,7 +216,11 @@ def version() -> str:
         for key in ("alone", "joined")
     )
     later = f"These engines were measured later on the same scenes, without run times: {joined}.\n" if joined else ""
-    later += f"This engine was measured alone and is not in the tables that rank engines: {alone}.\n" if alone else ""
+    later += (
+        f"This engine was measured without other engines and is not in the tables that rank engines: {alone}.\n"
+        if alone
+        else ""
+    )
     return (
         f"The tables were measured on {here['date'][:10]} with Carom {here['carom']}, {here['python']}, "
         f"{here['processor']}, {here['system']}, on {here['scenes']} scenes. The versions were {versions}. Run times "
