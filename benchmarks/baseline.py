@@ -33,7 +33,7 @@ class Interpreter:
         self._process.stdin.flush()
         answer = self._process.stdout.readline()
         if not answer:
-            raise OSError(f"{self._process.args[0]!r} ended with code {self._process.wait()}")  # type: ignore[index]  # it is the list above
+            raise OSError(f"{self._process.args[0]!r} ended with code {self._process.wait()}")  # type: ignore[index]  # args is a list
         return [float(number) for number in answer.split()]
 
     def __enter__(self) -> Self:

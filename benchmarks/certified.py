@@ -1,7 +1,7 @@
-"""Speed of certified runs, and how long PIC agrees: ``python -m benchmarks.certified [--baseline PYTHON]``.
+"""Speed of certified runs, and number of impacts for which PIC agrees: ``python -m benchmarks.certified``.
 
-All times are processor times, because other processes may use the machine. They include runs that are repeated with
-more bits. With ``--baseline``, another version of Carom is timed in turn.
+All times are processor times, because other processes may use the machine. The times include runs that are repeated
+with more bits. With ``--baseline``, another version of Carom is timed in turn.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Time of the first commands in a fresh clone: ``python -m benchmarks.clones --since COMMIT``, against another commit.
+"""Time of the first commands in clones of HEAD and another commit: ``python -m benchmarks.clones --since COMMIT``.
 
 The benchmark clones HEAD and the other commit into a temporary folder, and times both in turn. First `make report` runs
 with nothing installed. After `make test` has installed packages, all commands are timed again. The benchmark takes a
@@ -21,7 +21,7 @@ from benchmarks.arguments import count, parser, run
 from carom.errors import CaromError
 
 ROOT = Path(__file__).parents[1]
-#: Environment without variables of an active virtual environment, so that make uses its own.
+#: Environment without variables of an active virtual environment, so that make uses the clone's environment.
 _ENVIRONMENT = {name: value for name, value in os.environ.items() if name not in {"VIRTUAL_ENV", "MAKEFLAGS"}}
 _CELL = (".venv/bin/carom", "run", "paper/missed", "-e", "pymunk", "-p", "tuned", "--dt", "1/24", "--fail-on", "never")
 #: Like `make report`, but with one run at a time, so that no run waits for another.
@@ -82,7 +82,7 @@ def main(since: str, repeats: int) -> None:
             called(("make", "test"), one)
         row("make test, installed", partial(elapsed_s, "make", "test"), clones, repeats)
         row("make report, installed: the suite", partial(elapsed_s, "make", "report"), clones, repeats)
-        row("the same, processor time", partial(processor_s, "make", "report"), clones, 1)
+        row("make report, installed: processor time", partial(processor_s, "make", "report"), clones, 1)
         row("the suite without timing, processor time", partial(processor_s, *_SUITE), clones, repeats)
         row("one cell, processor time", partial(processor_s, *_CELL), clones, 3 * repeats)
 

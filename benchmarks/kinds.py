@@ -8,8 +8,9 @@ The table shows PIC's impacts per second (with changes between sliding, rolling 
 and the ratios to the row "plain". The row "recording" is PIC's time with all impacts recorded, divided by the time
 without recording. The line "small" is `carom.solve_pic` with 16 discs and 1,000 impacts. With ``--baseline``, another
 version of Carom is timed in turn. All times are processor times, and medians over the rounds. Except in "small" and
-"recording", the time before the first impact or frame is subtracted. A star marks a slow kind, which runs once, up to
-48 impacts or 4 frames, and without this subtraction. "<" or ">" marks a kind that reached the time limit before this.
+"recording", the time before the first impact or frame is subtracted. A star marks a slow kind. A slow kind runs once,
+up to 48 impacts or 4 frames, and no time is subtracted. The signs "<" and ">" mark a kind that reached the time limit
+before 48 impacts or 4 frames, so the number is only a bound.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from benchmarks.arguments import count, parser, run
 from benchmarks.baseline import Interpreter
 from benchmarks.kinds_worker import KINDS
 
-#: Target for each kind: smallest ratio of PIC's impacts per second to those of the row "plain".
+#: Target for each kind: smallest ratio of PIC's impacts per second to the impacts per second in the row "plain".
 PIC_TARGETS = {
     "friction": 0.8,
     "driven": 0.8,
@@ -40,7 +41,7 @@ PIC_TARGETS = {
     "gravity-chain": 0.3,
     "contact": 0.1,
 }
-#: Target: greatest ratio of PIT's time per frame to that of the row "plain".
+#: Target: greatest ratio of PIT's time per frame to the time per frame in the row "plain".
 PIT_TARGET = 3.0
 #: Target: greatest ratio of the time with all impacts recorded to the time without recording.
 RECORDING_TARGET = 1.15
@@ -49,16 +50,17 @@ SMALL_TARGET = 1.5
 
 _SIZES = (100, 1000)
 _SMALL_DISCS, _SMALL_IMPACTS, _SMALL_SOLVES = 16, 1000, 40
-#: Impacts or frames of the first run of a kind. The time of this run determines how many are timed later.
+#: Impacts or frames of the first run of a kind. The time of this run determines how many impacts or frames are timed
+#: later.
 _FIRST = {"pic": 48, "pit": 4}
 _FRAMES = 600
 _IMPACTS_PER_DISC = 100
 _RECORDED_IMPACTS = 300_000
-#: The scene "contact" has fewer impacts per disc, so it runs to its end.
+#: More impacts per disc than the scene "contact" has, so that this scene runs to its end.
 _ALL_IMPACTS_PER_DISC = 1000
-#: A kind whose first run takes longer than this is run once.
+#: Number of seconds. A kind whose first run takes longer runs only once.
 _SLOW_S = 0.3
-#: Time that one run of a kind should take at most.
+#: Longest intended time of one run of a kind, in seconds.
 _RUN_S = 0.4
 
 
@@ -119,7 +121,7 @@ class Worker(Interpreter):
         size, most = _FIRST[method], _FRAMES
         if method == "pic":
             most = discs * (_ALL_IMPACTS_PER_DISC if kind == "contact" else _IMPACTS_PER_DISC)
-        for _ in range(3):  # the first run also imports modules, and a short run measures mainly its start
+        for _ in range(3):  # The first run also imports modules, and the start takes most of the time of a short run.
             seconds, events = self.time(method, kind, discs, size)
             if seconds == math.inf:
                 return Speed([_FIRST[method] / self._limit_s], is_bound=True)
@@ -192,7 +194,7 @@ def measure_small(workers: Sequence[Worker], rounds: int) -> list[float]:
     ]
     return [
         statistics.median(column) for column in zip(*seconds[1:], strict=True)
-    ]  # the first round also computes the scene's arrays
+    ]  # The first round is left out, because it also computes the scene's arrays.
 
 
 def format_number(value: float) -> str:
@@ -223,7 +225,7 @@ def print_table(discs: int, rows: dict[str, dict[str, Any]], recording: float, h
     for kind, row in rows.items():
         print(f"{kind:<16}{_columns(row['pic'], has_baseline)}{_columns(row['pit'], has_baseline)}")
     print(
-        f"{'recording':<16} {'':>12} {f'{recording:.2f}':>9} {RECORDING_TARGET:7g}  (time over that of record='none')\n"
+        f"{'recording':<16} {'':>12} {f'{recording:.2f}':>9} {RECORDING_TARGET:7g}  (time / time with record='none')\n"
     )
 
 

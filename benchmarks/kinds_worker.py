@@ -1,7 +1,7 @@
 """Scenes and timings of `benchmarks.kinds`, which passes this module as text to a Python interpreter.
 
-The interpreter can have another version of Carom, so the module uses only functions that do not change. Each line of
-standard input is one request:
+The interpreter can have another version of Carom, so the module uses only functions whose interface does not change.
+Each line of standard input is one request:
 
 - ``pic KIND DISCS IMPACTS RECORD SOLVES LIMIT`` times `carom.solve_pic` up to a number of impacts.
 - ``pit KIND DISCS FRAMES RECORD SOLVES LIMIT`` times `carom.solve_pit` over a number of frames; RECORD is ignored.
@@ -28,7 +28,7 @@ RADIUS_M = 0.25
 FRAME_RATE_HZ = 60.0
 #: Weak gravity: falling through the whole box does not double the speed of discs, so speeds stay comparable.
 WEAK_GRAVITY_M_S2 = (0.0, -0.1)
-#: Longer than any timed run, because timed runs end after a number of impacts.
+#: Duration of scenes. Timed runs are shorter, because they end after a number of impacts.
 LONG_S = 1e5
 SEGMENTS = 100
 #: The scene "contact": the balls above a floor are in a row, and the outer two roll off the ends of the floor.

@@ -2,7 +2,7 @@
 
 The first file contains the rows of the committed sample many times, each time with other names of scenes. In the second
 file, one of twenty rows has larger errors. Each printed row shows a command: elapsed time, processor time (with child
-processes), the largest memory of a process, and the size of the file.
+processes), the largest memory of a process, and the size of the file of results.
 """
 
 from __future__ import annotations

@@ -31,7 +31,7 @@ class Worker(Interpreter):
 
 
 def paired(one: Worker, other: Worker, size: int, repeats: int) -> tuple[float, str]:
-    """Return the median time of one worker, and the ratios of the other worker's times to it (median and quartiles)."""
+    """Return the median time of worker `one`, and median and quartiles of the ratios of `other`'s time to this time."""
     times, ratios = [], []
     for k in range(repeats):
         if k % 2:

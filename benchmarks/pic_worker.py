@@ -1,9 +1,9 @@
 """Timed part of `benchmarks.pic`, which passes this module as text to a Python interpreter.
 
-The interpreter can have another version of Carom, so the module uses only functions that do not change. The first line
-of standard input is the task: "gas", discs, packing, and whether impacts are recorded; or "solve", discs, and impacts.
-For each further line with a number of impacts or runs, the module prints their processor time in seconds. For the line
-"bytes", the module prints the memory per disc.
+The interpreter can have another version of Carom, so the module uses only functions whose interface does not change.
+The first line of standard input is the task: "gas", discs, packing, and whether impacts are recorded; or "solve",
+discs, and impacts. For each further line with a number of impacts or runs, the module prints their processor time in
+seconds. For the line "bytes", the module prints the memory per disc.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from carom.solvers.event_driven.run import EventDrivenRun
 
 try:
     from carom.studies.bench.gas import build_gas_scene, build_hard_disc_gas
-except ImportError:  # the name of this module in older versions
-    from carom.bench.gas import gas_scene as build_gas_scene  # type: ignore[import-not-found, no-redef] # not in this build
+except ImportError:  # In older versions the module has another name.
+    from carom.bench.gas import gas_scene as build_gas_scene  # type: ignore[import-not-found, no-redef]
     from carom.bench.gas import hard_disc_gas as build_hard_disc_gas  # type: ignore[no-redef]
 
 #: Impacts per disc before the timing starts. During these impacts, the initial lattice becomes disordered.
@@ -73,7 +73,7 @@ def _main() -> None:
         timed, memory = _gas(int(rest[0]), float(rest[1]), rest[2] == "recorded")
     else:
         timed = _solve(int(rest[0]), int(rest[1]))
-    print(0, flush=True)  # ready
+    print(0, flush=True)  # The number means that the worker is ready.
     for line in sys.stdin:
         print(memory() if line.strip() == "bytes" else timed(int(line)), flush=True)
 

@@ -1,4 +1,4 @@
-"""Speed of PIT with and without skipping frames, and in another version: ``python -m benchmarks.pit [discs ...]``.
+"""Speed of PIT with and without skipping frames, and of another version: ``python -m benchmarks.pit [discs ...]``.
 
 The discs fill 0.3 of a box, and PIT makes 60 frames per second. The times are medians of processor times.
 """
@@ -15,7 +15,7 @@ from benchmarks.baseline import Interpreter
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-#: For each line with a number of frames, prints the seconds of these frames. Also works with older versions.
+#: For each line with a number of frames, prints the seconds of these frames. It works with older versions of Carom.
 _GAS = """
 import sys, time
 from carom.solvers.pit.clock import FrameClock
@@ -32,16 +32,19 @@ for line in sys.stdin:
     print(time.process_time() - begin, flush=True)
 """
 
-#: Numbers of discs. With two discs skipping saves least, and with the largest number a frame of the plain loop takes
-#: seconds.
+#: Numbers of discs. Skipping saves least with two discs. With the largest number, a frame of the loop without skipping
+#: takes seconds.
 _SIZES = (2, 16, 64, 1000, 100_000)
-#: Frames per round times discs, so that a round takes some hundredths of a second; tests of pairs per round of the
-#: plain loop.
+#: Number of frames per round, multiplied by the number of discs: a round takes some hundredths of a second. Largest
+#: number of tests of pairs in a round of the loop without skipping.
 _DISC_FRAMES, _TESTS = 300_000, 2_000_000_000
 
 
 def compare(discs: int, baseline: str, rounds: int) -> str:
-    """Return a line: milliseconds per frame with skipping, and the times of plain loop and baseline divided by this."""
+    """Return a line: milliseconds per frame with skipping, and the ratios of two other times to this time.
+
+    The other times are the time of the loop without skipping, and the time of the baseline.
+    """
     frames = max(3, _DISC_FRAMES // discs)
     plain_frames = max(1, min(frames, _TESTS // discs**2))
     forms = [(True, frames, None), (False, plain_frames, None)] + ([(True, frames, baseline)] if baseline else [])
@@ -58,8 +61,8 @@ def compare(discs: int, baseline: str, rounds: int) -> str:
 
 def main(sizes: Sequence[int], baseline: str, rounds: int) -> None:
     """Print the table."""
-    heads = f"{'discs':>8} {'frames':>7} {'ms a frame':>10} {'plain, times it':>16}"
-    print(heads + (f" {'baseline, times it':>20}" if baseline else ""))
+    heads = f"{'discs':>8} {'frames':>7} {'ms a frame':>10} {'unskipped ratio':>16}"
+    print(heads + (f" {'baseline ratio':>20}" if baseline else ""))
     for discs in sizes:
         print(compare(discs, baseline, rounds), flush=True)
 

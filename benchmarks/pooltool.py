@@ -1,9 +1,9 @@
 """Comparison of PIC with pooltool, which also computes instants of impacts: ``python -m benchmarks.pooltool``.
 
 The scenes have equal elastic balls, no walls, and the least friction that pooltool accepts. The output shows the number
-of impacts of both programs, how many first impacts have the same order, the differences of their times, and the ratio
-of processor times. Release 0.6.0 of pooltool requires a panda3d that PyPI lacks: ``pip install --no-deps
-pooltool-billiards``, then its other requirements, with an available panda3d.
+of impacts of both programs, the number of first impacts that have the same order, the differences of their times, and
+the ratio of processor times. Release 0.6.0 of pooltool requires a release of panda3d that PyPI does not have. So run
+``pip install --no-deps pooltool-billiards``, and install the other requirements with an available release of panda3d.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ def main(largest: int = 7) -> None:
     Raises:
         CaromError: pooltool is not installed.
     """
-    peer(cloud(2))  # compiles
+    peer(cloud(2))  # The first call compiles pooltool's functions.
     print(
         f"{'scene':>9} {'PIC':>6} {'pooltool':>9} {'in order':>9} {'first time':>11} {'largest':>9} {'time ratio':>11}"
     )

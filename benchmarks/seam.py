@@ -1,6 +1,7 @@
 """Run time of adapters, divided by the run time of hand-written loops: ``python -m benchmarks.seam``.
 
-Both make the same steps of the engine, in turn. The ratio is the median of ratios of processor times.
+The adapter and the loop make the same steps of the engine, in turn. The ratio is the median of ratios of processor
+times.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from carom.engines.registry import explain_unavailable_engine, load_adapter
 ROUNDS = 31
 DISCS = (2, 100)
 
-#: In a round of this length, the time to read the clock is negligible.
+#: Shortest round, in seconds. In such a round, the time to read the clock is negligible.
 LEAST_ROUND_S = 0.02
 
 
@@ -63,7 +64,7 @@ def ratio(name: str, discs: int, rounds: int = ROUNDS) -> tuple[float, float]:
 
 
 def reuse_ratio(name: str, worlds: int = 20, rounds: int = 5) -> float:
-    """Return the time to prepare a world like the world before, divided by the time to prepare a different world."""
+    """Return the time to prepare a world like the previous world, divided by the time to prepare a different world."""
     adapter = load_adapter(name)
     settings = adapter.profiles["tuned"].settings(1 / 240)
     radii = itertools.count()
@@ -96,7 +97,7 @@ def lines() -> Iterator[str]:
         found, step_s = ratio(name, discs)
         yield f"{name:10}{discs:6d}{found:20.3f}{step_s * 1e6:20.2f}"
     yield ""
-    yield "time to prepare a world that differs only in its start state, divided by that of a different world:"
+    yield "time to prepare a world that differs only in its start state / time to prepare a world with other radii:"
     for name in LOOPS:
         if not explain_unavailable_engine(load_adapter(name).engine):
             yield f"{name:10}{reuse_ratio(name):26.3f}"

@@ -1,6 +1,6 @@
 """Hand-written loops, one per engine, as a user of the engine writes them.
 
-The settings are those of the profile `tuned`.
+The loops use the settings of the profile `tuned`.
 """
 
 from __future__ import annotations

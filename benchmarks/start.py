@@ -29,7 +29,7 @@ _RUN = ("-m", "carom", "run", "--fail-on", "never")
 _PROCESSES = (
     ("python", ("-c", "pass")),
     ("import numpy, pydantic", ("-c", f"import numpy; {_PYDANTIC}")),
-    ("and an empty pydantic model", ("-c", f"import numpy; {_PYDANTIC}\nclass Empty(BaseModel): pass")),
+    ("both and an empty pydantic model", ("-c", f"import numpy; {_PYDANTIC}\nclass Empty(BaseModel): pass")),
     ("import carom, first solve", ("-c", _FIRST_SOLVE)),
     ("carom --help", ("-m", "carom", "--help")),
     ("one cell: pymunk on paper/missed", (*_RUN, "paper/missed", "-e", "pymunk", "-p", "tuned", "--dt", "1/24")),
@@ -41,7 +41,7 @@ _SUITES = (
 )
 _MOST_SUITES = 3
 _ARRANGEMENTS = ("grid", "column", "random", "ratio 1:1e6", "outlier", "one place, immovable", "one place")
-#: Time limit of the baseline, in seconds. Its time may grow with the square of the number of discs.
+#: Time limit of the baseline, in seconds. The baseline's time may grow with the square of the number of discs.
 _PATIENCE_S = 20.0
 
 

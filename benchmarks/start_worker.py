@@ -1,9 +1,9 @@
 """Timed part of `benchmarks.start`, which passes this module as text to a Python interpreter.
 
-The interpreter can have another version of Carom, so the module uses only functions that do not change. The arguments
-are the task, the arrangement of the discs, and the number of discs. The task "scene" makes a scene, and "load" loads a
-scene from a JSON file. The task "check" only searches a scene for overlaps, and "arrays" does the same with
-`DiscArrays`. The output is the processor time in seconds, the growth of the process's peak memory in MiB, and the
+The interpreter can have another version of Carom, so the module uses only functions whose interface does not change.
+The arguments are the task, the arrangement of the discs, and the number of discs. The task "scene" makes a scene, and
+"load" loads a scene from a JSON file. The task "check" only searches a scene for overlaps, and "arrays" does the same
+with `DiscArrays`. The output is the processor time in seconds, the growth of the process's peak memory in MiB, and the
 outcome.
 """
 
@@ -60,7 +60,7 @@ def _prepared(what: str, columns: dict[str, Any]) -> Callable[[], object]:
     if what == "arrays":
         try:
             from carom import DiscArrays
-        except ImportError:  # an earlier version
+        except ImportError:  # Earlier versions have these functions in other modules.
             from carom.solvers.disc_arrays import DiscArrays  # type: ignore[import-not-found, no-redef]
             from carom.solvers.overlap import require_apart  # type: ignore[import-not-found]
         else:

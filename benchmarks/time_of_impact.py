@@ -82,7 +82,7 @@ def pairs_of_class(name: str, count: int, seed: int = 1) -> Array:
 
 
 def textbook(columns: Array) -> Array:
-    """Return the root by ``(-b - sqrt(b^2 - a c)) / a``if the discs approach; otherwise infinity."""
+    """Return the root by ``(-b - sqrt(b^2 - a c)) / a`` if the discs approach; otherwise infinity."""
     x1, y1, vx1, vy1, r1, x2, y2, vx2, vy2, r2 = columns
     dx, dy, ux, uy, reach = x2 - x1, y2 - y1, vx2 - vx1, vy2 - vy1, r1 + r2
     a, b, c = ux * ux + uy * uy, dx * ux + dy * uy, dx * dx + dy * dy - reach * reach

@@ -1,8 +1,8 @@
 """Cost of walls for discs that meet few of the walls: ``python -m benchmarks.walls [walls ...]``.
 
 Discs fill 0.3 of a box. The benchmark compares this scene with scenes that have more walls: half-planes, or segments
-that form a polygon. Walls "far" touch a large circle around the box, so discs meet none of them, and only their number
-costs time. Walls "around" are a polygon instead of the box, and discs meet all of them.
+that form a polygon. Walls "far" touch a large circle around the box, so discs hit none of these walls, and only the
+number of walls costs time. Walls "around" are a polygon instead of the box, and discs hit all of these walls.
 
 Each row times both scenes in turn, each in its own interpreter, and prints the median and the quartiles of the ratios
 of processor time. With ``--baseline``, the row also shows the ratios of another version of Carom.

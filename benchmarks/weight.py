@@ -20,7 +20,7 @@ PACKAGE = "src/carom/"
 LEFT_OUT = (
     *("core", "solvers", "model/broad_phase", "model/step_windows.py"),
     *("comparator/stepwise", "comparator/measure/stepwise_score.py", "comparator/measure/reported_impacts.py"),
-    *("physics", "broad_phase", "comparator/local_truth", "windows.py"),  # names in earlier revisions
+    *("physics", "broad_phase", "comparator/local_truth", "windows.py"),  # Packages and modules of earlier revisions.
 )
 
 #: A line with only these tokens contains no code.

@@ -19,7 +19,7 @@ from docs import prose_sources
 ROOT = Path(__file__).resolve().parents[1]
 #: Pages that are generated completely.
 GENERATED = {"docs/results/hazards.md", "docs/results/history.md", "docs/results/determinism.md"}
-#: Largest numbers of words: all pages together, each page, and pages of some kinds.
+#: Largest allowed numbers of words: in all pages together, in each page, and in pages of some kinds.
 MOST_WORDS, MOST_WORDS_PER_PAGE = 40_000, 3_000
 LIMITS = {
     r"README\.md": 700,
@@ -85,12 +85,12 @@ def hand_written(name: str, text: str) -> str:
 
 
 def count_words(name: str, text: str) -> int:
-    """Return the number of hand-written words, code blocks and tables included."""
+    """Return the number of hand-written words, including those in code blocks and tables."""
     return len(hand_written(name, text).split())
 
 
 def paragraphs(text: str) -> Iterator[str]:
-    """Yield paragraphs, list items and table cells as plain text; code, formulas and names are one word."""
+    """Yield paragraphs, list items and table cells as plain text. A piece of code, a formula or a URL is one word."""
     text = re.sub(r"<!--.*?-->", "", _FENCED.sub("\n\n", text), flags=re.DOTALL)
     text = re.sub(r"!?\[((?:[^\[\]]|\[[^\]]*\])*)\](\([^)]*\)|\[[^\]]*\])", r"\1", text)
     text = re.sub(r"`[^`]+`|\$[^$]+\$|https?://\S+", "Code", text)

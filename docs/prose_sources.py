@@ -17,7 +17,7 @@ from typing import NamedTuple
 ROOT = Path(__file__).resolve().parents[1]
 FOLDERS = ("src", "adapters", "benchmarks", "docs", "tests")
 ENDINGS = {".py", ".pyx", ".pxd", ".c", ".h"}
-#: A shorter string is a name, a key or a piece of code.
+#: Smallest number of words of prose. A string with fewer words is a name, a key or a piece of code.
 LEAST_WORDS = 4
 
 _SECTION = re.compile(r"^(Args|Attributes|Raises|Returns|Yields|Example|Examples|Note|Warning):$", re.MULTILINE)
@@ -51,7 +51,7 @@ def source_paths() -> Iterator[str]:
 def passages(name: str, source: str) -> Iterator[Passage]:
     """Yield docstrings and comments of a file, and strings of Python files outside of tests.
 
-    Double backticks become single.
+    Double backticks become single backticks.
     """
     yield from (Passage(line, text.replace("``", "`")) for line, text in _passages(name, source))
 
@@ -68,7 +68,7 @@ def _passages(name: str, source: str) -> Iterator[Passage]:
 
 
 def _strings(tree: ast.Module, docstrings_only: bool) -> Iterator[Passage]:
-    parts = set[int]()  # Parts of a string that was already read.
+    parts = set[int]()  # Identities of constants that are parts of strings that were already read.
     for node in ast.walk(tree):
         match node:
             case ast.Expr(ast.Constant(value=str(text)) as docstring):
@@ -76,7 +76,7 @@ def _strings(tree: ast.Module, docstrings_only: bool) -> Iterator[Passage]:
                 yield Passage(docstring.lineno, prose_of_docstring(inspect.cleandoc(text)))
                 continue
             case ast.Dict(keys):
-                parts.update(map(id, keys))  # The key of a dictionary is a name.
+                parts.update(map(id, keys))  # The keys of dictionaries are names, not prose.
                 continue
             case ast.JoinedStr(values):
                 parts.update(map(id, values))

@@ -2,7 +2,7 @@
 
 - The README is the first page, and CONTRIBUTING.md is a page.
 - If a page links to a file outside docs/, this file is a page of the site. The sample report is copied unchanged.
-- The play page is a file of the site, and is embedded in pages with a mark for it.
+- The play page is a file of the site, and is embedded in each page that contains the mark `<!-- throw -->`.
 - The tutorial, a notebook, becomes a page with the outputs of its cells. Replays are added to the gallery.
 - The reference pages of commands and of the scene file are generated from declarations.
 - Formulas become MathML, so that browsers need no script to show them.
@@ -34,18 +34,21 @@ if TYPE_CHECKING:
 ROOT = Path(__file__).resolve().parents[1]
 #: Documents in the repository's root, and their pages on the site.
 PAGES = {"README.md": "index.md", "CONTRIBUTING.md": "contributing.md"}
-#: Files that links lead to, and their pages on the site. Reports are pages already; the notebook becomes a page.
+#: Files to which documents link, and their pages on the site. The report has an HTML page already, and the notebook
+#: becomes a page.
 SAMPLE = "reports/sample/index.html"
 SHOWN_AS = {"docs/tutorial.ipynb": "tutorial.md", "reports/sample/report.md": SAMPLE, SAMPLE: SAMPLE}
 
 _LINK = re.compile(r"(\]\(|\b(?:src|srcset)=\")([^)#\":\s]+)(?=[)#\"])")
 _FORMULA = re.compile(r'<(span|div) class="arithmatex">\\[(\[](.*?)\\[)\]]</\1>', re.DOTALL)
-#: Mark of a replay of PIC and PIT: the name of a scene, and PIT's frames per second (default: the scene's).
+#: Mark of a replay of PIC and PIT: the name of a scene, and PIT's frames per second (default: the frame rate of the
+#: scene).
 _REPLAY = re.compile(r"<!-- replay: (\S+)(?: (\d+))? -->")
 #: File name of the play page on the site, and the mark of its place in a page.
 THROWN = "throw.html"
 _THROW = "<!-- throw -->"
-#: End of the file names of pictures of scenes. Pages show these pictures if they can't embed the play page.
+#: Mark of the play page, and the pictures of scenes that follow. Documents show these pictures where they can't embed
+#: the play page.
 _PICTURES = re.compile(rf"{_THROW}\n.*?<!-- thrown -->", re.DOTALL)
 _LANGUAGES = {".c": "c", ".h": "c", ".md": "markdown", ".py": "python", ".pyx": "cython", ".toml": "toml"}
 
@@ -85,7 +88,7 @@ def on_files(files: Files, config: MkDocsConfig) -> None:
             if name is None or name in SHOWN_AS or files.get_file_from_path(f"sources/{name}.md"):
                 continue
             if not (ROOT / name).is_file():
-                log.warning("%s links to %s, which is no file", page, name)
+                log.warning("%s links to %s, which is not a file", page, name)
                 continue
             body = (ROOT / name).read_text(encoding="utf-8")
             fenced = f"````{_LANGUAGES.get(Path(name).suffix, 'text')}\n{body}\n````\n"

@@ -1,11 +1,11 @@
 """Tables of the engines' pages from the results of `make atlas`: `docs/figures/measured.json`.
 
 The sources are `results.jsonl` of a cross-check of all scenes with all engines, `results.jsonl` of a timed cross-check
-of a few scenes, `stress.json` of a stress campaign, and the figures over many phases of `make hazards`. This module
+of a few scenes, `stress.json` of a stress campaign, and the results over many phases of `make hazards`. This module
 computes every number of the tables from these files. Infinite and undefined numbers are null in these files, and are
 left out here. `engine_pages.py` inserts the tables into the pages. `python -m docs.figures.atlas --alone REPORT
-HAZARDS` adds engines that were measured later and alone. Such engines have their own tables, and are not in the tables
-that rank all engines.
+HAZARDS` adds engines that were measured later, without other engines. Such engines have their own tables, and are not
+in the tables that rank all engines.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ def measured(
 ) -> dict[str, Any]:
     """Return the tables as data, with the dates and versions of the measurements.
 
-    The commands are those of the cross-check, of the timed cross-check, and of the campaign.
+    `commands` are the commands that ran the cross-check, the timed cross-check and the stress campaign.
     """
     return tables_of(methods_of(rows, timed, hazards), stress) | {
         "measured": {
@@ -123,14 +123,14 @@ def _needs(methods: Sequence[Method]) -> Table:
         NEEDS,
         note="Each cell names an engine, its best profile for the need, and the step size in frames of the scene. "
         "*19 of 26* means that the engine meets the need in 19 of 26 scenes. The last number, such as *179 x*, is the "
-        "run time with one step per frame, divided by PIT's run time. If several engines are equally good, the engine "
-        "with larger steps is first, and then the engine with the shorter run time. The profile `located` needs about "
+        "run time with one step per frame, divided by PIT's run time. Equally good engines are sorted by step size, "
+        "largest first, and then by run time. The profile `located` needs about "
         "48 steps per impact.",
     )
 
 
 def crowd(methods: Sequence[Method]) -> list[tuple[Method, Row]]:
-    """Return the methods except PIC that ran the chaotic scene, with their rows, best first as in a report."""
+    """Return the methods except PIC that ran the chaotic scene, with their rows; the best method is first."""
     played = [method for method in methods if method.engine != "pic"]
     ran = [(method, row) for method in played for row in method.coarse if row["scene"] == CHAOTIC]
     return sorted(((method, row) for method, row in ran if row["local_truth"] is not None), key=_rank)
@@ -180,11 +180,13 @@ def crowd_table(methods: Sequence[Method]) -> Table:
             Column("run ended at, s", of(lambda steps: format_number(steps["until_s"])), number=True),
         ],
         crowd(methods),
-        note=f"The scene is `{CHAOTIC}` at its own frame rate, at one phase: 25 discs in a box for 20 s. The "
-        "scene is chaotic, so another build of an engine has other results. After a second no trajectory agrees with "
+        note=f"The scene is `{CHAOTIC}` at its own frame rate, at one phase: 25 discs in a box for 20 s. "
+        "The scene is chaotic, so another build of the same engine computes different results. "
+        "After a second no trajectory agrees with "
         "PIC's, so Carom compares each single step with a step of PIC that starts from the engine's state. The column "
-        "*missed* counts impacts in which two discs passed through each other. The number in brackets counts those "
-        "that PIT also misses from the same state. If the value in the column *worst error / PIT's* is at most 1, "
+        "*missed* counts impacts in which two discs passed through each other. The number in brackets counts "
+        "the impacts that PIT also misses from the same state. If the value in the column "
+        "*worst error / PIT's* is at most 1, "
         "checking once per step explains the error. The column *energy error* shows the energy gained or lost beyond "
         "what PIT gains or loses in the same steps, divided by the energy of the scene. Methods are sorted from best "
         "to worst: by the number of impacts that the method misses but PIT finds, then by invented impacts, early "

@@ -18,7 +18,7 @@ from carom.support.formatting import format_number, format_percent
 GRADES = ("exact", "close", "sampled", "inaccurate", "diverged", "diverged inaccurate", "wrong")
 #: Carom's own methods. Engines are compared with these methods, and users do not choose them.
 OWN = ("pic", "pit")
-#: Profiles that a program cannot copy, because Carom cuts their steps.
+#: Profiles that a program cannot copy, because Carom shortens the steps during a run.
 CUT = ("located",)
 #: Profiles that give a disc another shape. Their results do not apply to programs with spheres.
 RESHAPED = ("cylinder", "cylinder-plain")
@@ -31,7 +31,8 @@ ATTACKS = {
     "duration": "number of impacts before errors grow too large",
 }
 RIGHT_ANGLE = math.degrees(1.0)
-#: A scene that is chaotic within the run. Each phase gives another figure, so tables show the range over many phases.
+#: A scene that becomes chaotic during the run. Results differ from phase to phase, so tables show the range over many
+#: phases.
 CHAOTIC = "engines/gas-of-25"
 
 Row = dict[str, Any]
@@ -45,8 +46,9 @@ class Method:
         engine: Name of the adapter.
         profile: Name of the profile.
         rows: All rows of the method.
-        ratio: Run time divided by PIT's at the same step, median over the timed scenes; None without timed scenes.
-        gas: Figures over many phases of the scene `CHAOTIC`; None if not measured.
+        ratio: Run time divided by PIT's run time with the same step size, median of the timed scenes; None without
+            timed scenes.
+        gas: Results of the scene `CHAOTIC` over many phases; None if the scene was not measured.
     """
 
     engine: str
@@ -57,12 +59,12 @@ class Method:
 
     @property
     def name(self) -> str:
-        """The displayed name."""
+        """The displayed name of the method."""
         return f"{self.engine} {format_profile(self.engine, self.profile, {})}".rstrip()
 
     @property
     def coarse(self) -> list[Row]:
-        """Rows at each scene's own frame rate."""
+        """The method's rows at each scene's own frame rate."""
         return [row for row in self.rows if row["refinement"] == 0]
 
 
@@ -143,16 +145,16 @@ def methods_of(rows: Sequence[Row], timed: Sequence[Row], hazards: Sequence[Row]
 
 
 def numbers(rows: Sequence[Row], value: Callable[[Row], float | None]) -> list[float]:
-    """Return a number of each row in which every impact was found.
+    """Return the values that a function returns for the rows in which every impact was found.
 
-    Nulls (infinite or undefined numbers) are left out.
+    Values of None (infinite or undefined numbers) are left out.
     """
     said = (value(row) for row in rows if row["total"] is not None)
     return [one for one in said if one is not None]
 
 
 def spread(values: Sequence[float], say: Callable[[float], str] = format_number) -> str:
-    """Return the median and the largest value."""
+    """Return a text with the median and the largest value."""
     return f"{say(statistics.median(values))}, at most {say(max(values))}" if values else "-"
 
 
@@ -165,7 +167,7 @@ def grades(method: Method) -> str:
 
 
 def total(kind: str, over: Callable[[Row], float] = lambda _: 1.0) -> Callable[[Row], float | None]:
-    """Return the function from a row to the magnitude of one of its largest errors."""
+    """Return a function that returns the magnitude of one kind of largest error of a row."""
 
     def value(row: Row) -> float | None:
         said = row["total"][kind]
@@ -198,13 +200,13 @@ def gas(method: Method) -> str:
 
 
 def impacts(method: Method) -> str:
-    """Return the numbers of missed and invented impacts."""
+    """Return the numbers of impacts that a method misses and invents."""
     scored = [row for row in method.coarse if row["missed"] is not None]
     return f"{sum(len(row['missed']) for row in scored)} / {sum(len(row['spurious']) for row in scored)}"
 
 
 def speed(method: Method) -> str:
-    """Return the run time divided by PIT's."""
+    """Return a method's run time divided by PIT's run time."""
     return "-" if method.ratio is None else f"{format_number(method.ratio)} x"
 
 
@@ -241,9 +243,11 @@ def choices(need: Need, methods: Sequence[Method]) -> list[str]:
 
 
 def best(methods: Sequence[Method]) -> Method | None:
-    """Return the profile to copy: the fewest scenes are graded wrong, then most are graded exact, close and sampled.
+    """Return the best profile of an engine: it has the fewest scenes with the grade *wrong*.
 
-    Among equally good profiles, tuned profiles come before `default`. None if a program can't copy any profile.
+    Among profiles with the same number, the best profile has the most scenes with the grades exact, close and sampled.
+
+    Among equally good profiles, tuned profiles come before `default`. Profiles that a program can't copy are ignored.
     """
 
     def rank(method: Method) -> tuple[int | bool, ...]:
@@ -255,7 +259,7 @@ def best(methods: Sequence[Method]) -> Method | None:
 
 
 def settings(method: Method) -> str:
-    """Return the settings that a profile used everywhere, and those that depend on the scene, as a table of TOML."""
+    """Return as TOML the settings of a profile, and the names of settings that depend on the scene."""
     used = [row["settings"] for row in method.coarse if row["settings"]]
     names = dict.fromkeys(name for one in used for name in one if name != "dt_s")
     values = {name: {json.dumps(one[name]) for one in used if name in one} for name in names}

@@ -18,7 +18,7 @@ def assemble(changelog: Path, fragments: Path) -> None:
     texts = [path.read_text("utf-8").strip("\n") for path in found]
     for path, text in zip(found, texts, strict=True):
         if not text.startswith("- "):
-            raise ValueError(f"{path}: a fragment is a list, and begins with '- '")
+            raise ValueError(f"{path}: the text must be a list, and must begin with '- '")
     before, section, rest = changelog.read_text("utf-8").partition(SECTION)
     title, blank, entries = rest.partition("\n\n")
     if not (section and blank):

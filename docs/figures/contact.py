@@ -1,8 +1,8 @@
-"""`make contact`: how discs slide, roll and rest in each installed engine; the tables of `docs/results/contact.md`.
+"""`make contact`: measures how discs slide, roll and rest in engines, for the tables of `docs/results/contact.md`.
 
 The module runs every scene of the group `contact` with gravity and one infinite floor or slope, at 240 steps per
-second. Each scene runs from eight initial states: each is faster than the one before by a fiftieth, and higher if the
-disc is in the air. The rows of engines that are not installed do not change.
+second. Each scene runs from eight initial states with slightly different speeds (by less than a fiftieth), and with
+different heights if the disc is in the air or moves down. The rows of engines that are not installed do not change.
 """
 
 from __future__ import annotations
@@ -25,19 +25,19 @@ from carom.report.outcome_marks import Mark, mark_of
 HERE = Path(__file__).resolve().parent
 PAGE, FIGURES = HERE.parent / "results" / "contact.md", HERE / "contact.json"
 DT_S, STARTS = 1 / 240, 8
-PROFILES = ("default", "tuned", "resting")  # only Box2D has the last profile
-#: The only scene without friction.
+PROFILES = ("default", "tuned", "resting")  # Only Box2D has the profile "resting".
+#: The only measured scene without friction.
 SMOOTH = "drop"
 
-#: Row of figures of an engine: for each scene, the largest error over all initial states.
+#: Results of an engine with a profile: for each scene, the largest error over all initial states.
 Figure = dict[str, Any]
 
 
 def started(scene: Scene, start: int) -> Scene:
-    """Return a scene with another initial state: faster, and higher if the disc is in the air."""
+    """Return a scene whose discs are faster, and higher if they are in the air or move down."""
     wall = scene.walls[0]
     if not isinstance(wall, Wall):
-        raise TypeError(f"{scene.name} has another wall than a half-plane")
+        raise TypeError(f"{scene.name} has a wall that is not a half-plane")
     (nx, ny), part = wall.normal, start / STARTS
 
     def moved(disc: Disc) -> Disc:
@@ -133,13 +133,13 @@ def table(figures: list[Figure]) -> str:
 
 
 def smooth_table(figures: list[Figure]) -> str:
-    """Return the table of the scene without friction, which most engines can run."""
+    """Return the table of the scene without friction, a scene that most engines can run."""
     smooth = [figure for figure in figures if SMOOTH in figure["scenes"]]
     return lines_of(["engine", SMOOTH], [[titled(figure), cell(figure["scenes"][SMOOTH])] for figure in smooth])
 
 
 def rest_table(figures: list[Figure]) -> str:
-    """Return the greatest speed of discs at rest, and the largest error of angular momentum."""
+    """Return the table of the greatest speed of discs that should be at rest, and of the error of angular momentum."""
     rows = []
     for figure in figures:
         scenes = figure["scenes"].values()
@@ -151,7 +151,7 @@ def rest_table(figures: list[Figure]) -> str:
 
 
 def titled(figure: Figure) -> str:
-    """Return an engine with its release, and the profile."""
+    """Return the name of a row: the engine, its release and the profile."""
     profile = Method(figure["engine"], figure["profile"]).profile_shown
     return " ".join(filter(None, (figure["engine"], figure["version"], f"`{profile}`" if profile else "")))
 

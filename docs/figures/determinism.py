@@ -41,7 +41,7 @@ HEAD = f"""# Determinism: are repeated runs bit-identical?
 - **two threads**: two runs at once, in two threads of one process (engines from npm: in two processes). *Ended* means that the engine ended the process. *Same* means only that the runs were identical in this test.
 - **order**: the discs are listed in the opposite order. A difference is not a fault, because the order of additions changes rounding.
 
-The score counts all tests except *order*. [Another page](history.md) compares releases.
+The score counts all tests except *order*. The page [Engines over their releases](history.md) compares releases of engines.
 """
 
 
@@ -85,7 +85,7 @@ def threaded(engine: str, profile: str) -> None:
 
 
 def asked(engine: str, profile: str, how: str = "alone") -> dict[str, Any]:
-    """Return the results of a separate process: `alone` or in `threads`.
+    """Return what a separate process prints: a comparison of runs (`alone`), or two runs' digests (`threads`).
 
     Raises:
         CaromError: The process failed; the message is its last line.

@@ -49,7 +49,7 @@ def table(data: dict[str, Any]) -> str:
 
 @cache
 def measured() -> dict[str, Any]:
-    """Results of `make atlas`."""
+    """Return the results of `make atlas`."""
     found: dict[str, Any] = json.loads(MEASURED.read_text(encoding="utf-8"))
     return found
 
@@ -68,7 +68,7 @@ def hazards() -> dict[str, tuple[Row, tuple[Row, ...]]]:
 
 
 def _cells(heading: str, engine: str) -> Iterator[tuple[str, str, str]]:
-    """Yield the rows of a table of hazards for an engine: name of the figure, default settings, PIT."""
+    """Yield the name of each quantity in a table of hazards, the engine's default result, and PIT's result."""
     heads, rows = hazards()[heading]
     pit = next(row for row in rows if row[0] == "pit")
     for row in (row for row in rows if row[0] == f"{engine} default"):
@@ -86,7 +86,7 @@ def hazards_of(engine: str) -> str:
     rows = [(what, phases, spread or "-", "-" if _NONE_OFF.match(pit) else pit) for what, phases, spread, pit in off]
     text = rows_of(("scene", "phases with an error", "smallest to largest error", "PIT: phases and errors"), rows)
     lead = (
-        "With default settings the engine computes these scenes wrongly, with an error above 1 %, at some or all of "
+        "With default settings the engine computes the following scenes with an error above 1 %, at some or all of "
         f"{PHASES} [phases](../reference/glossary.md)."
     )
     text = f"{lead}\n\n{text}"
@@ -119,7 +119,7 @@ def settings_of(engine: str) -> str:
     """Return the settings of an engine to copy."""
     own = measured()["engines"][engine]
     command = f"carom engines {engine} --show {own['profile']}"
-    printed = f"`{command}` prints them as code ([settings to paste](../how-to/settings.md))."
+    printed = f"`{command}` prints these settings as code ([settings to paste](../how-to/settings.md))."
     return f"These are the settings of the profile `{own['profile']}`. {printed}\n\n```text\n{own['settings']}\n```\n"
 
 
@@ -145,7 +145,8 @@ def walls_of(engine: str) -> str:
         "32 phases a disc passes through a thin wall. In one step the disc moves by q times the sum of its radius and "
         "the wall's half width.",
         "The next table compares 48 flights over a floor of ten pieces with the same flights over a floor of one "
-        "piece. The columns *flights* count the flights that end with another velocity. Differences and errors are in "
+        "piece. The columns *flights* count the flights that end with different velocities on the two floors. "
+        "Differences and errors are in "
         "m/s.",
         "The last table shows the median and the largest direction error of 16 phases at the end of a wall, in "
         "degrees, and the largest velocity error in a corner, in m/s.",
@@ -173,7 +174,7 @@ def determinism_of(engine: str) -> str:
     rows = [row for row in _same_bits() if row["engine"] == engine]
     if not rows:
         return "This engine was not measured ([method](../results/determinism.md)).\n"
-    turned = {"same": "is bit-identical, too", "other": "differs"}
+    turned = {"same": "is also bit-identical", "other": "differs"}
     said = []
     for row in rows:
         same, _, ways = row["score"].partition(" of ")
@@ -184,7 +185,7 @@ def determinism_of(engine: str) -> str:
         )
         said.append(
             f"With `{row['profile']}` settings a repeated run is bit-identical {where}. If the discs are listed in the "
-            f"opposite order, the result {turned[row['order']]}. "
+            f"opposite order, the result with these settings {turned[row['order']]}. "
         )
     return "".join(said) + "The page [Determinism](../results/determinism.md) describes the tests.\n"
 
@@ -215,7 +216,11 @@ def version() -> str:
         for key in ("alone", "joined")
     )
     later = f"These engines were measured later on the same scenes, without run times: {joined}.\n" if joined else ""
-    later += f"This engine was measured alone and is not in the tables that rank engines: {alone}.\n" if alone else ""
+    later += (
+        f"This engine was measured without other engines and is not in the tables that rank engines: {alone}.\n"
+        if alone
+        else ""
+    )
     return (
         f"The tables were measured on {here['date'][:10]} with Carom {here['carom']}, {here['python']}, "
         f"{here['processor']}, {here['system']}, on {here['scenes']} scenes. The versions were {versions}. Run times "

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from carom import resolve_impact, time_of_impact
 from carom.report.svg import INK, build_figure, render, to_separate_svg, use_drawing_style
 
-#: Range of the speed times step over radius. The largest value is three diameters per step.
+#: Range of the distance that a disc moves per step, divided by its radius: at most three diameters per step.
 LEAST_ADVANCE, MOST_ADVANCE = 0.02, 6.0
 _COLUMNS, _ROWS = 36, 24
 
@@ -30,11 +30,12 @@ class ErrorMap:
     """Errors of PIT for many impact parameters and advances. The advance is the distance per step, in radii.
 
     Attributes:
-        advance: Edges of the columns: relative speed times step over radius, shape ``(columns + 1,)``.
-        offset: Edges of the rows: impact parameter over the sum of the radii, shape ``(rows + 1,)``.
-        velocity_error: Mean velocity error of the impacts that PIT finds, over the relative speed, shape ``(rows,
+        advance: Edges of the columns: relative speed times step size, divided by the radius, shape
+            ``(columns + 1,)``.
+        offset: Edges of the rows: impact parameter divided by the sum of the radii, shape ``(rows + 1,)``.
+        velocity_error: Mean velocity error of the impacts that PIT finds, divided by the relative speed, shape ``(rows,
             columns)``; NaN where PIT finds no impact.
-        missed: Fraction of the impacts that PIT misses, with the same shape.
+        missed: Fraction of the impacts that PIT misses, shape ``(rows, columns)``.
         scenes: Number of scenes in the map.
     """
 
@@ -49,14 +50,14 @@ class ErrorMap:
 def build_error_map(scenes: int = MAP_SCENES) -> ErrorMap:
     """Run many pairs of equal discs with PIC, and for three frames with PIT. The second disc is at rest.
 
-    Impact parameter, advance and phase come from a quasi-random sequence that fills the cube evenly: multiples of the
-    powers of 1/x, where x^4 = x + 1 (M. Roberts, The unreasonable effectiveness of quasirandom sequences, 2018).
+    Impact parameter, advance and phase come from a quasi-random sequence that fills the unit cube evenly: multiples of
+    the powers of 1/x, where x^4 = x + 1 (M. Roberts, The unreasonable effectiveness of quasirandom sequences, 2018).
     Lengths are in radii, times in steps, so the speed is the advance.
 
     Args:
         scenes: Number of scenes.
     """
-    root = 1.2207440846057596  # root of x^4 = x + 1
+    root = 1.2207440846057596  # The root of x^4 = x + 1.
     k = np.arange(1, scenes + 1)[:, None]
     offset, along, phase = ((0.5 + k * root ** -np.arange(1.0, 4.0)) % 1.0).T
     advance = LEAST_ADVANCE * (MOST_ADVANCE / LEAST_ADVANCE) ** along

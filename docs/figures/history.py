@@ -38,7 +38,7 @@ SCENES = (
 #: The number of phases is the same as for hazards, because results at a few phases may not hold at other phases.
 PHASES = 32
 
-#: Limit of the cache: twice the size of the page's releases. No release is larger than 300 MB.
+#: Limit of the cache in bytes: twice the total size of the releases on the page. No release is larger than 300 MB.
 KEPT_BYTES = 4e9
 
 #: A line with names and values of settings, which the page shows as code.
@@ -64,12 +64,11 @@ ENTRIES = (
     Entry(
         "pymunk",
         "5.7.0,6.3.0,6.6.0,6.9.0,6.11.1,7.0.0,7.2.0,7.3.1",
-        "Version 7 changed the interface, but no result. All results are bit-identical since 6.3.0, and those "
-        "of 5.7.0 differ only by rounding. A test runs the engine without Carom's adapter, at 32 phases "
-        "of a step (`tests/engines/test_engine_releases.py`). The final states of all scenes are "
-        "bit-identical in 6.3.0 and 7.3.1. The final states in 5.7.0 differ from these by at most 1e-14. "
-        "Release 5.4.1 computes bounces correctly, but is not run, because it reports no contact to the "
-        "adapter.",
+        "Version 7 changed the interface, but no result. All results are bit-identical since 6.3.0, and the results "
+        "of 5.7.0 differ only by rounding. A test runs the engine without Carom's adapter, at 32 phases of a step "
+        "(`tests/engines/test_engine_releases.py`). The final states of all scenes are bit-identical in 6.3.0 and "
+        "7.3.1. The final states in 5.7.0 differ from the final states in 7.3.1 by at most 1e-14. Release 5.4.1 "
+        "computes bounces correctly, but is not run, because it reports no contact to the adapter.",
     ),
     Entry(
         "planck",
@@ -91,21 +90,20 @@ ENTRIES = (
     Entry(
         "rapier2d",
         ">=0.18",
-        "Release 0.20.0 changed nearly all results. The default prediction distance grew from 2 mm to 20 mm, "
-        "so Carom calls `default` neither better nor worse. A test runs the engine without Carom's adapter, "
-        "at 32 phases of a step, with the default settings of each release "
-        "(`tests/engines/test_engine_releases.py`). Before 0.20.0 slow bodies could lose a part of "
-        "their speed in a bounce, and in 0.12 and 0.13 they lost even more. Since 0.20.0 slow bodies bounce correctly. "
-        "Since 0.20.0 equal discs in a row exchange their velocities at each phase. Before 0.20.0, the "
-        "velocities of such discs were wrong by up to 0.19 times the greatest speed, and in `cradle-gaps` by "
-        "up to 0.11 times this speed. In `perfectly-inelastic` the final positions are wrong by 0.50 mm in "
-        "0.19.3, and by at most 0.03 mm since 0.20.0. In the profile `tuned` the prediction distance is 0. "
-        "Before 0.20.0, with `tuned` discs overlapped before their velocities changed. Since 0.20.0 some "
-        "velocities change 0.9 to 1.2 steps before the discs meet, at each phase. Release 0.20.0 also "
-        "reports each contact a second time in the next step, with half the impulse. Release 0.21.0 corrects "
-        "this, and its motion is bit-identical to that of 0.20.0. Carom's adapter ignores contacts of bodies "
-        "that separate, so the adapter does not count such an impact twice. Releases before 0.18 are not run, "
-        "because they remove contacts before an adapter can read them.",
+        "Release 0.20.0 changed nearly all results. The default prediction distance grew from 2 mm to 20 mm, so Carom "
+        "calls `default` neither better nor worse. A test runs the engine without Carom's adapter, at 32 phases of a "
+        "step, with the default settings of each release (`tests/engines/test_engine_releases.py`). Before 0.20.0 "
+        "slow bodies could lose a part of their speed in a bounce, and in 0.12 and 0.13 slow bodies lost even more. "
+        "Since 0.20.0 slow bodies bounce correctly. Since 0.20.0 equal discs in a row exchange their velocities at "
+        "each phase. Before 0.20.0, the velocities of such discs were wrong by up to 0.19 times the greatest speed, "
+        "and in `cradle-gaps` by up to 0.11 times this speed. In `perfectly-inelastic` the final positions are wrong "
+        "by 0.50 mm in 0.19.3, and by at most 0.03 mm since 0.20.0. In the profile `tuned` the prediction distance is "
+        "0. Before 0.20.0, with `tuned` discs overlapped before their velocities changed. Since 0.20.0 some "
+        "velocities change 0.9 to 1.2 steps before the discs meet, at each phase. Release 0.20.0 also reports each "
+        "contact a second time in the next step, with half the impulse. Release 0.21.0 reports each contact only "
+        "once, and its motion is bit-identical to the motion of 0.20.0. Carom's adapter ignores contacts of bodies "
+        "that separate, so the adapter does not count an impact that the engine reports twice. Releases before 0.18 "
+        "are not run, because they remove contacts before an adapter can read them.",
     ),
     Entry(
         "rapier",
@@ -115,25 +113,25 @@ ENTRIES = (
     Entry(
         "dart",
         "6.16.2,6.17.1,6.18.0,6.19.0,6.19.5,6.20.0",
-        "Until 6.19 the default detector replaced spheres and planes by meshes, so the normals of contacts "
-        "pointed out of the plane. Since 6.20.0 it uses exact spheres. A test runs the engine without Carom's "
-        "adapter, at 32 phases of a step (`tests/engines/test_engine_releases.py`). In `sorting` the "
-        "final velocities were wrong by up to 1.2 times the greatest speed; since 6.20.0 the largest error is "
-        "4.6e-5. In `cradle-gaps` this error was 0.2 to 0.38, and is now 4e-5. In `head-on` this error was at "
-        "most 7.3e-6, and is now 1.7e-5. In `box` a disc must change its velocity 13 times. In 6.16.2 the "
-        "disc leaves the box without a bounce, from 6.17 to 6.19 its velocity changes 22 to 30 times, and "
-        "since 6.20.0 it changes 13 times. In `restitution-ladder` the velocity must change 8 times. It "
-        "changes once in 6.16.2, 8 to 10 times from 6.17 to 6.19, and 8 times in 6.20.0. In `bank-shot` the "
-        "velocity must change 3 times. It changes once or twice in 6.16.2, and 3 times in all later releases. "
-        "If discs meet off centre, the sign of their position errors is different since 6.20.0. The profile "
-        "`tuned` uses split impulses, which exist since 6.20.",
+        "Until 6.19 the default detector replaced spheres and planes by meshes, so the normals of contacts pointed "
+        "out of the plane. Since 6.20.0 the default detector uses exact spheres. A test runs the engine without "
+        "Carom's adapter, at 32 phases of a step (`tests/engines/test_engine_releases.py`). The following errors are "
+        "errors of final velocities, divided by the greatest speed. In `sorting` the largest error fell in 6.20.0 "
+        "from 1.2 to 4.6e-5. In `cradle-gaps` the error fell in 6.20.0 from between 0.2 and 0.38 to 4e-5. In `head-on` the "
+        "error grew in 6.20.0 from at most 7.3e-6 to 1.7e-5. In `box` a disc must change its velocity 13 times. In "
+        "6.16.2 the disc leaves the box without a bounce, from 6.17 to 6.19 its velocity changes 22 to 30 times, and "
+        "since 6.20.0 it changes 13 times. In `restitution-ladder` the velocity must change 8 times, but changes once "
+        "in 6.16.2 and 8 to 10 times from 6.17 to 6.19; it changes 8 times in 6.20.0. In `bank-shot` the velocity "
+        "must change 3 times, but changes only once or twice in 6.16.2; it changes 3 times in all later releases. If "
+        "discs meet off centre, the sign of their position errors is different since 6.20.0. The profile `tuned` uses "
+        "split impulses, which exist since 6.20.",
     ),
     Entry(
         "drake",
         "1.31.0,1.35.0,1.37.0,1.40.0,1.48.0,1.51.1",
         "With equal settings all results are bit-identical. Since 1.37 (1.36 was not run) the default contact "
-        "stiffness of a body is 1e6 N/m, which changes the results of `default`. The profile `tuned` sets its "
-        "own stiffness. Releases before 1.31 are not run, because they crash with NumPy 2.",
+        "stiffness of a body is 1e6 N/m, which changes the results of `default`. The profile `tuned` sets another "
+        "stiffness. Releases before 1.31 are not run, because they crash with NumPy 2.",
     ),
     Entry(
         "pybullet",
@@ -143,22 +141,20 @@ ENTRIES = (
     Entry(
         "matter",
         "0.10.0,0.12.0,0.14.2,0.16.1,0.17.1,0.18.0,0.19.0,0.20.0",
-        "The releases 0.14 and 0.19 changed results. Until 0.12 a body kept its moment of inertia when "
-        "`Body.setMass` changed its mass. Since 0.14.0 the moment of inertia changes with the mass. This "
-        "changes bounces, because discs are polygons that turn. A test runs the engine without Carom's "
-        "adapter, at 32 phases of a step, and with the same threshold for slow bounces "
-        "(`tests/engines/test_engine_releases.py`). Errors of velocities are divided by the greatest speed. "
-        "From 0.12 to 0.14 the error of the final velocities falls from 0.206 to 0.109 in `sorting` and from "
-        "0.094 to 0.074 in `cradle-gaps`. The error grows from at most 0.083 to 0.087 in `oblique-3-4-5`, "
-        "from 0.012 to at most 0.021 in `paper/late`, and from 0.038 to 0.31 in `restitution-ladder`. In "
-        "`restitution-ladder` a disc must change its velocity 8 times. The velocity changes 6 times in 0.12, "
-        "and 7 times in 0.14. In `box` the final position of a disc is wrong by 0.60 to 0.80 m until 0.12, "
-        "and by 1.1 to 1.5 m since 0.14. In `perfectly-inelastic` both releases find the impact at each "
-        "phase. Until 0.12 the engine then pushed the discs up to 0.13 m apart; since 0.14 the discs stay "
-        "together. The table calls `perfectly-inelastic` worse, because its error at a speed of 2 m/s grew "
-        "from rounding to 4.1e-11 m/s. Release 0.19.0 reduces the speed after a slow bounce. So in `sorting` "
-        "the error of the final velocities grows to 0.238 at each phase. Release 0.13.0 is not run, because "
-        "it needs a web page.",
+        "The releases 0.14 and 0.19 changed results. Until 0.12 a body kept its moment of inertia when `Body.setMass` "
+        "changed its mass. Since 0.14.0 the moment of inertia changes with the mass. The moment of inertia has an "
+        "effect on bounces, because discs are polygons that turn. A test runs the engine without Carom's adapter, at "
+        "32 phases of a step, and with the same threshold for slow bounces (`tests/engines/test_engine_releases.py`). "
+        "Errors of velocities are divided by the greatest speed. From 0.12 to 0.14 the error of the final velocities "
+        "falls from 0.206 to 0.109 in `sorting` and from 0.094 to 0.074 in `cradle-gaps`. The error of the final "
+        "velocities grows from at most 0.083 to 0.087 in `oblique-3-4-5`, from 0.012 to at most 0.021 in "
+        "`paper/late`, and from 0.038 to 0.31 in `restitution-ladder`. In `restitution-ladder` a disc must change its "
+        "velocity 8 times, but changes it 6 times in 0.12, and 7 times in 0.14. In `box` the final position of a disc "
+        "is wrong by 0.60 to 0.80 m until 0.12, and by 1.1 to 1.5 m since 0.14. In `perfectly-inelastic` the releases 0.12 and 0.14 find the impact at each phase. Until 0.12 the engine pushed the discs up to 0.13 m apart after the impact; "
+        "since 0.14 the discs stay together. The table calls `perfectly-inelastic` worse, because its error at a "
+        "speed of 2 m/s grew from rounding to 4.1e-11 m/s. Release 0.19.0 reduces the speed after a slow bounce. So "
+        "in `sorting` the error of the final velocities grows in 0.19.0 to 0.238 at each phase. Release 0.13.0 is not "
+        "run, because it needs a web page.",
     ),
     Entry(
         "jolt",
@@ -174,8 +170,8 @@ ENTRIES = (
     Entry(
         "cannon",
         "0.9.1,0.10.0,0.12.0,0.15.1,0.16.0,0.17.1,0.19.0,0.20.0",
-        "All results are bit-identical. Releases before 0.9.1 are not run. They cannot be loaded, because they need a "
-        "package that they do not declare.",
+        "All results are bit-identical. Releases before 0.9.1 are not run, because they need a package that they do "
+        "not declare as a requirement.",
     ),
 )
 
@@ -229,7 +225,7 @@ def main(names: list[str]) -> None:
         parts.append(section(found, entry.sentence))
         sys.stdout.write("\n".join(build_history_document(found).lead) + f"\n{found.elapsed_s:.0f} s\n")
     missing = "## Not run here\n\n" + "\n".join(lacking) + "\n" if lacking else ""
-    if names:  # the parts of other engines do not change
+    if names:  # The parts of engines that are not named do not change.
         there = [
             part for part in PAGE.read_text().split("\n## ")[1:] if not part.startswith(("Bug reports", "Not run"))
         ]

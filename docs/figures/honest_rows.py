@@ -1,9 +1,9 @@
 """List the grades that differ between two files of results: `honest_rows.py OLD NEW`, two results.jsonl.
 
-Each file is made by `carom run paper classics gravity spin engines issues -e pic -e pit -e pymunk -e box2d -e mujoco
--e pybullet --no-timing --report FOLDER`, so each scene runs at its own step sizes. The output is Markdown: a table with
-the number of rows for each old and new grade, and a table of the rows whose grade became worse, with their present
-verdicts. Older formats, which `carom diff` does not read, are also allowed.
+Each file is made by `carom run paper classics gravity spin engines issues -e pic -e pit -e pymunk -e box2d -e mujoco -e
+pybullet --no-timing --report FOLDER`, so each scene runs at its own step sizes. The output is Markdown: a table with
+the number of rows for each old and new grade, and a table of the rows whose grade became worse, with their verdicts in
+the new file. Older formats, which `carom diff` does not read, are also allowed.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from typing import Any
 WORSENING = ("exact", "close", "sampled", "inaccurate", "diverged", "diverged_inaccurate", "wrong")
 UNGRADED = "ungraded"
 
-#: Scene, engine, profile and step.
+#: Key of a row: scene, engine, profile and step size.
 Key = tuple[str, str, str, float]
 
 

@@ -29,12 +29,12 @@ SCHEMES: tuple[Scheme, Scheme] = ("light", "dark")
 REPLAY = "paper/missed/pymunk/tuned"
 #: Number of pictures of the replay, their total duration, and the duration of the last picture, in seconds.
 _FRAMES, _LASTS_S, _LAST_S = 40, 5.0, 1.5
-#: Fraction of the duration of paper/missed after which the discs have just met.
+#: Fraction of the duration of paper/missed: at this time the discs have just met.
 _AT = 0.46
 
 
 def first_screen(scheme: Scheme) -> Path:
-    """Return the path of the picture of the page's first screen."""
+    """Return the path of the picture of the sample report's first screen."""
     return FOLDER / f"page-{scheme}.webp"
 
 
@@ -60,7 +60,7 @@ def _taken(page: Page, clip: dict[str, float] | None = None) -> Image.Image:
 
 
 def take_first_screen(browser: Browser, scheme: Scheme) -> None:
-    """Write the picture of the page's first screen."""
+    """Write the picture of the sample report's first screen."""
     page = _opened(browser, scheme, 1280, 900)
     _taken(page).save(first_screen(scheme), quality=58, method=6)
     page.close()

@@ -1,8 +1,8 @@
 """Blocks of results in the README. `make docs-figures` writes these blocks from committed results.
 
 Run time against error is from `reports/bench/bench.json`, which `make docs-bench` writes. Stability is counted in the
-table of the full stress campaign, and accuracy in the rows of the committed sample, `reports/sample/results.jsonl`, at
-each scene's coarsest step.
+table of the full stress campaign, and accuracy in the rows of the committed sample, `reports/sample/results.jsonl`,
+with the largest step size of each scene.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ CAMPAIGN = stress_tables.PAGE
 #: A block: this script writes the text between its first and its last line.
 BLOCK = re.compile(r"(<!-- made by docs/figures/readme\.py: (\w+) -->\n)((?s:.*?))(<!-- end -->\n)")
 
-#: The text names the fastest engine with at most this error; below: the methods of the table of stability.
+#: Largest error, as a fraction, of the fastest engine that the text names; and the methods of the table of stability.
 TARGET = 0.01
 STABLE = ("pic event-driven", "box2d tuned", "mujoco tuned", "pybullet tuned", "pymunk tuned")
 
@@ -138,7 +138,7 @@ def bench_figures() -> dict[str, str]:
 
 
 def stability_block() -> str:
-    """Return a row per method: the number of stress tests passed, and the test that fails at the mildest value."""
+    """Return a row per method: the number of stress tests passed, and the test failed at the least extreme value."""
     head, _, *rows = stress_tables.kept(CAMPAIGN.read_text(encoding="utf-8"))["stress test"]
     axes = {line.name: line for line in list_rows()}
     lines = ["| method | tests passed | fails first in | changed quantity | fails at |", "| --- |" + " --- |" * 4]

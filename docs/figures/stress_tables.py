@@ -1,4 +1,4 @@
-"""The tables of `docs/results/stress.md`: `make stress` runs the full campaign and has this script write them.
+"""Writes the tables of `docs/results/stress.md`; `make stress` runs the full stress campaign and then this script.
 
 The tables are copied from `stress.md`, which `carom stress --out` writes.
 """
@@ -15,20 +15,20 @@ PAGE = Path(__file__).resolve().parents[1] / "results" / "stress.md"
 
 #: The headings of the first columns, which identify the tables.
 KINDS = tuple(WORDS.values())
-#: Last part of a cell in the campaign's page, which is left out here: the error at the last value that passed.
+#: Cell of the campaign's page. The last part, which is left out here, is the error at the last value that passed.
 _BEHIND = re.compile(r"(= to \S+|~ \S+|x seen|= not seen) \S+")
 _PART = re.compile(r"(<!-- made by docs/figures/stress_tables\.py: ([\w ]+) -->\n)((?s:.*?))(<!-- end -->)")
 
 
 def table(text: str, kind: str) -> str:
-    """Return the table with one kind of lines from a campaign's `stress.md`, without axes and errors.
+    """Return the table of one kind of tests from a campaign's `stress.md`, without axes and errors.
 
     Raises:
         ValueError: There is no such table.
     """
     found = re.search(rf"^\| {kind} \|.*\n(?:\|.*\n)+", text, re.MULTILINE)
     if found is None:
-        raise ValueError(f"the campaign has no table of {kind}s: run all of it")
+        raise ValueError(f"the campaign has no table of {kind}s: run the full campaign")
     return "".join(map(_narrow, found[0].splitlines()))
 
 

@@ -1,4 +1,4 @@
-"""Small pictures of the scenes of the page of `carom play`, as PIT runs them; `make pictures` writes them."""
+"""Small pictures of PIT's runs of the scenes of `carom play`; `make pictures` writes these pictures."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ import nbformat
 from nbclient import NotebookClient
 
 NOTEBOOK = Path(__file__).resolve().parents[1] / "tutorial.ipynb"
-#: A cell that takes longer than this many seconds has failed.
+#: Time limit of a cell, in seconds. A cell that takes longer fails.
 _LIMIT_S = 600
 #: A number with four or more digits. Numbers with fewer digits can be counts, widths or colours instead of results.
 _NUMBER = re.compile(r"\d(?:\.?\d){3,}")
@@ -43,7 +43,7 @@ def executed(path: Path = NOTEBOOK) -> Any:
         )
         client.execute(env={**os.environ, "PATH": programs})
     for cell in notebook.cells:
-        cell.metadata.pop("execution", None)  # the time of the run
+        cell.metadata.pop("execution", None)  # The metadata "execution" contains times, which differ in each run.
         if cell.cell_type == "code":
             cell.outputs = _joined(cell.outputs)
     return notebook

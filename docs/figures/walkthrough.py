@@ -1,4 +1,4 @@
-"""Writes the section "first steps" of docs/play.md, for readers who do not know PIT.
+"""Writes the section "A first try" of docs/play.md, for readers who do not know PIT.
 
 `make pictures` carries out these steps in Chromium, and writes text and pictures. tests/browser/test_play.py repeats
 the steps, and asserts that the page still shows the same text.
@@ -55,7 +55,7 @@ def _share(page: Page) -> str:
 def steps(page: Page, taken: bool = False) -> Iterator[str]:
     """Do each step on the page, and yield its description. If `taken` is given, also write the two pictures."""
     yield (
-        f"The page opens. Below the pictures it says: {_read(page)} On the right the discs go through each "
+        f"The page opens. Below the pictures the page says: {_read(page)} On the right the discs go through each "
         "other, and a cross marks the missed impact."
     )
     _slid(page, "frames per second", _OFTENER)
@@ -73,14 +73,14 @@ def steps(page: Page, taken: bool = False) -> Iterator[str]:
         _picture(page, "missed")
     yield (
         f"Drag disc 1 up by {_UP} pixels, so that the discs touch only at their edges. The page says: {_read(page)} "
-        "The overlap is now so short that no frame is in its first half. A box on the page shows that this happens at "
-        f"{_share(page)} of all frame offsets."
+        "The overlap is now so short that no frame is in its first half. A box on the page shows that PIT "
+        f"misses the impact at {_share(page)} of all frame offsets."
     )
     phase = 0.0
     while "misses the impact" in page.inner_text("#sentence"):
         phase = round(phase + _PHASE, 10)
         _slid(page, "frame offset", phase)
-    found = f"The offset is then {_shown(page, 'frame offset')}. The page says: {_read(page)}"
+    found = f"The frame offset is then {_shown(page, 'frame offset')}. The page says: {_read(page)}"
     _slid(page, "frame offset", 0)
     yield (
         f"Increase *frame offset* in steps of {_PHASE} until PIT finds the impact. {found} Set *frame offset* back "
@@ -92,7 +92,7 @@ def steps(page: Page, taken: bool = False) -> Iterator[str]:
         _picture(page, "found")
     yield (
         f"Set *frames per second* to {_shown(page, 'frames per second')}. The page says: {_read(page)} The box shows "
-        f"{_share(page)}: PIT misses the impact at no frame offset, but still finds it late."
+        f"{_share(page)}: PIT misses the impact at no frame offset, but still finds the impact late."
     )
 
 

@@ -80,7 +80,7 @@ WAYS = (
     Way("PyBullet", "pybullet", "boxes", "boxes", HALF_M),
     Way("PyBullet", "pybullet", "capsules", "capsules", HALF_M),
     Way("PyBullet", "pybullet", "swept", "boxes, `ccdSweptSphereRadius` r/2", HALF_M),
-    Way("PyBullet", "pybullet", "swept, maximal", "boxes, the same and `useMaximalCoordinates`", HALF_M),
+    Way("PyBullet", "pybullet", "swept, maximal", "boxes, `ccdSweptSphereRadius` r/2, `useMaximalCoordinates`", HALF_M),
     Way("pymunk", "pymunk", "segments", "`Segment`"),
     Way("pymunk", "pymunk", "neighbours", "`Segment`, `set_neighbors`"),
     Way("Rapier 2D", "@dimforge/rapier2d-compat", "segments", "segments"),
@@ -112,7 +112,8 @@ WRONG = 0.01
 #: The floor: radius and speed of the disc, approach speeds, number of start positions along a metre, landing time.
 FLOOR_RADIUS_M, ALONG_M_S, APPROACHES_M_S, PHASES, LANDS_S = 0.25, 5.0, (0.01, 0.5, 2.0), 16, 0.3
 FLOOR_HZ = (60, 240)
-#: Velocities count as different if they differ by more than this. 32-bit floats round them by about 1e-6 per step.
+#: Velocities count as different if they differ by more than this value. Rounding to 32-bit floats causes differences
+#: of about 1e-6 m/s per step.
 OTHER_M_S = 1e-3
 
 #: Ends of walls: offsets of the disc's path, in reaches. Ends and corners: seconds until the impact.
@@ -120,7 +121,7 @@ OFFSETS, MEETS_S = (0.5, 0.95), 0.3
 
 
 def at_a_thin_wall(q: float, phase: float, half_width_m: float) -> Flight:
-    """Return a head-on flight of q reaches per step.
+    """Return a head-on flight of q reaches per step (a reach is the radius plus the wall's half width).
 
     The flight begins six steps and a fraction of a step before the wall.
     """
@@ -190,7 +191,7 @@ def command_of(way: Way) -> tuple[list[str], Path]:
     """Return the command that runs flights at this kind of wall, and its working folder."""
     if way.package in FROM_PYTHON:
         return [sys.executable, str(HERE / "walls_python.py"), way.package, way.key], HERE
-    # A program that Node gets as text finds the packages of its working folder.
+    # If Node receives a program as text, the program finds the packages that are in the working folder.
     program = (HERE / "walls_npm.mjs").read_text(encoding="utf-8")
     return ["node", "--input-type=module", "--eval", program, way.package, way.key], NPM
 
@@ -219,7 +220,7 @@ def flown(way: Way, flights: list[Flight]) -> list[End]:
     if len(ends) != len(flights) or not all(
         len(end) == 4 and all(value is not None and math.isfinite(value) for value in end) for end in ends
     ):
-        raise RuntimeError(f"{way.engine}, {way.words}: not every flight has a finite end")
+        raise RuntimeError(f"{way.engine}, {way.words}: a flight has no end, or its end is not finite")
     return ends
 
 
@@ -306,7 +307,7 @@ def lines_of(heads: list[str], rows: list[list[str]]) -> str:
 
 
 def thin_table(rows: list[Row]) -> str:
-    """Return the table of thin walls. The closed form is first."""
+    """Return the table of thin walls. The first row contains the values of the formula."""
     exact = [f"{THIN_PHASES * max(0.0, 1 - 1 / q):.1f}" for q in SPEEDS]
     heads = ["engine", "wall", *(f"q = {q:g}" for q in SPEEDS), "wrong velocity"]
     body = [[row["engine"], row["way"], *map(str, row["thin"]["through"]), str(row["thin"]["wrong"])] for row in rows]

@@ -1,8 +1,8 @@
 """Flights of one disc at walls in engines with Python interfaces, for `walls.py`, without adapters.
 
-``python docs/figures/walls_python.py ENGINE WAY`` reads flights from standard input and writes where each ends, both as
-JSON. All settings are the shipped ones, except restitution 1, no friction, no damping and no sleep. MuJoCo has no
-restitution, so its contacts end in one step instead.
+``python docs/figures/walls_python.py ENGINE WAY`` reads flights as JSON from standard input, and writes the final state
+of each flight as JSON. All settings are the shipped ones, except restitution 1, no friction, no damping and no sleep.
+MuJoCo has no restitution, so its contacts end in one step instead.
 """
 
 from __future__ import annotations
@@ -58,12 +58,12 @@ def box2d(way: str, flight: Flight) -> End:
     for shape in [Box2D.b2ChainShape(vertices_chain=points)] if way == "chain" else edges:
         wall.CreateFixture(shape=shape, restitution=1, friction=0)
     for _ in range(flight["steps"]):
-        world.Step(flight["dt_s"], 8, 3)  # the manual suggests this
+        world.Step(flight["dt_s"], 8, 3)  # Box2D's manual suggests 8 velocity and 3 position iterations.
     return [*body.position, *body.linearVelocity]
 
 
 def mujoco(way: str, flight: Flight) -> End:
-    """Capsules or boxes."""
+    """MuJoCo: boxes or capsules."""
     import mujoco
 
     half, (x, y), dt = flight["half_width_m"], flight["position_m"], flight["dt_s"]
@@ -106,7 +106,7 @@ def pybullet(way: str, flight: Flight) -> End:
 
     for (ax, ay), (bx, by) in pairwise(flight["points_m"]):
         size = [math.hypot(bx - ax, by - ay) / 2, flight["half_width_m"], 1]
-        if way == "capsules":  # along x, because the default axis is z
+        if way == "capsules":  # The capsule must be along x, but its default axis is z.
             lying = p.getQuaternionFromEuler([0, math.pi / 2, 0])
             of = {"radius": size[1], "height": 2 * size[0], "collisionFrameOrientation": lying}
             shape = p.createCollisionShape(p.GEOM_CAPSULE, **of, physicsClientId=client)
@@ -126,7 +126,7 @@ def pybullet(way: str, flight: Flight) -> End:
 
 
 def dart(way: str, flight: Flight) -> End:
-    """Boxes or capsules."""
+    """DART: boxes or capsules."""
     import dartpy
     import numpy as np
 
@@ -143,7 +143,7 @@ def dart(way: str, flight: Flight) -> End:
 
     for k, ((ax, ay), (bx, by)) in enumerate(pairwise(flight["points_m"])):
         length, half = math.hypot(bx - ax, by - ay), flight["half_width_m"]
-        # The axis of a capsule is z, and here also that of a box.
+        # The axis of a capsule is z, so a box also has its length along z here.
         shapes = dartpy.dynamics
         shape = shapes.CapsuleShape(half, length) if way == "capsules" else shapes.BoxShape([2 * half, 2, length])
         skeleton = dartpy.dynamics.Skeleton(f"piece {k}")
@@ -195,7 +195,7 @@ def drake(way: str, flight: Flight) -> End:
         length, half = math.hypot(bx - ax, by - ay), flight["half_width_m"]
         shape = geometry.Capsule(half, length) if way == "capsules" else geometry.Box(2 * half, 2, length)
         facing = poses.RotationMatrix.MakeFromOneVector([(bx - ax) / length, (by - ay) / length, 0.0], 2)
-        if way != "capsules":  # its width must be in the plane, across the piece
+        if way != "capsules":  # The width of a box must be in the plane, at right angles to the piece.
             x, y = (bx - ax) / length, (by - ay) / length
             facing = poses.RotationMatrix([[-y, 0.0, x], [x, 0.0, y], [0.0, 1.0, 0.0]])
         add(plant.world_body(), poses.RigidTransform(facing, [(ax + bx) / 2, (ay + by) / 2, 0.0]), shape)
@@ -222,7 +222,7 @@ def ode(way: str, flight: Flight) -> End:
     world.setGravity(0, 0, 0)
     for (ax, ay), (bx, by) in pairwise(flight["points_m"]):
         length, half = math.hypot(bx - ax, by - ay), flight["half_width_m"]
-        capsule = way == "capsules"  # whose axis is z, here also that of a box
+        capsule = way == "capsules"  # The axis of a capsule is z, so a box also has its length along z here.
         piece = (
             ode.OdeCappedCylinderGeom(space, half, length) if capsule else ode.OdeBoxGeom(space, 2 * half, 2, length)
         )
@@ -258,7 +258,7 @@ def ode(way: str, flight: Flight) -> End:
 
 
 def rapier3d(way: str, flight: Flight) -> End:
-    """Boxes or capsules."""
+    """Rapier: boxes or capsules."""
     import rapier3d
 
     world = rapier3d.PhysicsWorld(gravity=(0.0, 0.0, 0.0))
@@ -292,7 +292,7 @@ def newton(way: str, flight: Flight) -> End:
     for (ax, ay), (bx, by) in pairwise(flight["points_m"]):
         half, thick = math.hypot(bx - ax, by - ay) / 2, flight["half_width_m"]
         turned = warp.quat_from_axis_angle(warp.vec3(0, 0, 1), math.atan2(by - ay, bx - ax))
-        if way == "capsules":  # along x, because the default axis is z
+        if way == "capsules":  # The capsule must be along x, but its default axis is z.
             turned *= warp.quat_from_axis_angle(warp.vec3(0, 1, 0), math.pi / 2)
         at = warp.transform(((ax + bx) / 2, (ay + by) / 2, 0.0), turned)
         if way == "capsules":
