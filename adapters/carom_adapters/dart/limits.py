@@ -22,8 +22,8 @@ MIXING = 1e-5
 CAPABILITIES = Capabilities(
     gravity=True,
     restitution=(0.0, 1.0),
-    # DART multiplies the restitutions of two bodies. DART replaces a body's restitution above 1 by 0. So a pair of a
-    # disc and a wall can't have a larger restitution than the disc.
+    # DART multiplies the restitutions of two bodies. DART replaces a body's restitution above 1 by 0. So the
+    # restitution of a disc and a wall is at most the disc's own coefficient.
     restitution_combine="product",
     # DART_BOUNCING_VELOCITY_THRESHOLD, compiled in. DART makes contacts with at most this closing speed inelastic.
     restitution_threshold_m_s=0.1,

@@ -70,7 +70,7 @@ class DrakeWorld:
                 joint.set_translation(self._context, disc.position_m)
                 joint.set_translational_velocity(self._context, disc.velocity_m_s)
         self._simulator.Initialize()
-        #: For each contact of the last step, the greatest force, and the contact's normal when this force acted.
+        #: The greatest force of each contact in the last step, and the contact's normal when this force acted.
         self._step_contacts: dict[tuple[int, int], tuple[float, tuple[float, float]]] = {}
         self._has_monitor = False
 
@@ -156,8 +156,8 @@ class DrakeWorld:
     def _read_contacts(self) -> list[Contact]:
         at_s, contacts = self._clock.step_began_s, []
         for (b, a), (_, normal) in self._step_contacts.items():
-            # The impulse is the integral of the force over time. The impulse is None here, since the force is known
-            # only at single instants.
+            # The impulse is the integral of the force over time. The impulse is None here, because Drake reports the
+            # force only at single instants.
             contacts.append(replace(oriented_contact(b, a, at_s, normal, 0.0), impulse_n_s=None))
         return contacts
 
