@@ -44,7 +44,8 @@ class Rows:
 CONTACT_DTYPE = np.dtype([("x", "f8"), ("y", "f8"), ("feature", "i8")])
 
 
-#: Function that converts rows of impacts, spins or modes. Its second argument is the unconverted impacts of spins.
+#: Function that converts rows of impacts, spins or modes. Its second argument contains the unconverted impacts to which
+#: the rows of spins belong.
 Conversion = Callable[["NDArray[np.void]", "NDArray[np.void]"], "NDArray[np.void]"]
 
 

@@ -85,7 +85,7 @@ class Attempt:
         log.begin_again()
 
     def _begin(self) -> None:
-        """Start the contact of each disc on a wall below it, or apply an impact if it moves towards the wall."""
+        """Start the contact of each disc on a wall below it, or apply an impact if the disc moves towards the wall."""
         for i, ground in list(find_resting(self.bodies)) if self.bodies.falls else ():
             mode_or_meeting = begin_contact(self.bodies, i, ground)
             if isinstance(mode_or_meeting, Meeting):

@@ -181,7 +181,7 @@ class ContactStates:
     def end_of(self, i: int) -> arb | None:
         """Return the time at which the motion of disc `i` next changes without an impact; None for never.
 
-        At this time its bounces end, it stops sliding, rolling or resting, or a table stops it.
+        At this time the disc's bounces end, it stops sliding, rolling or resting, or a table stops it.
         """
         gliding, landing = self.gliding[i], self.landings[i]
         if landing is not None:

@@ -233,7 +233,7 @@ def _set_path(bodies: BallBodies, i: int, instant_s: float) -> None:
 def _find_end(bodies: BallBodies, i: int, gliding: Gliding, *, resists: bool) -> End | None:
     """Return when a disc first stops sliding, rolling or resting without an impact; None if it never stops."""
     (_, speed, slip, rim), slips = gliding.begun, gliding.rate + gliding.rim_rate
-    turns_only = speed.is_zero() and gliding.rate.is_zero()  # slip and rim speed are equal, so they end together
+    turns_only = speed.is_zero() and gliding.rate.is_zero()  # slip equals rim speed, so both end at once
     causes = [(slip, slips, End(ZERO, ZERO, slip=True, rim=turns_only))]
     if resists and not turns_only:
         causes.append((rim, gliding.rim_rate, End(ZERO, ZERO, rim=True)))

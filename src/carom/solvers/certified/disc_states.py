@@ -130,7 +130,7 @@ class BallBodies:
         """Return the number of accurate bits in the state of disc `i`.
 
         Errors of velocities are relative to the scene's greatest speed. Errors of positions are relative to the sum of
-        the radius and the centre's coordinates, without their signs.
+        the radius and the absolute values of the centre's coordinates.
         """
         radius = arb(self.scene.discs[i].radius_m)
         x, y = self.centre(i, self.time[i]) if self.falls else (self.x[i], self.y[i])
@@ -158,7 +158,7 @@ class BallBodies:
         return max(0, min(int(ctx.prec), max(bits, default=int(ctx.prec))))
 
     def are_at_start(self, *bodies: int) -> bool:
-        """Return whether none of these discs has had an impact, so that they are on their initial paths."""
+        """Return whether none of the given discs has had an impact, so that they are on their initial paths."""
         return all(body < 0 or self.partner[body] is None for body in bodies)
 
     def have_just_met(self, i: int, j: int) -> bool:
@@ -172,8 +172,8 @@ class BallBodies:
     def find_last_impact(self, i: int, second: int) -> arb:
         """Return the time of disc `i`'s last impact that affects its next impact with `second`; 0 if there is none.
 
-        Without friction, an impact on one of two orthogonal walls changes neither the distance from the other nor the
-        speed towards it.
+        Without friction, an impact on one of two orthogonal walls changes neither the disc's distance from the other
+        wall nor the disc's speed towards the other wall.
         """
         latest = ZERO
         for key, time in self.met[i].items():
@@ -208,7 +208,7 @@ class BallBodies:
         return body if body >= 0 else wall_body(self.obstacles[wall_index(body)].wall)
 
     def legs(self, body: int) -> tuple[BallLeg, ...]:
-        """Return the parts of a body's prescribed motion; empty for a body without one."""
+        """Return the parts of a body's prescribed motion; empty for a body without a prescribed motion."""
         key = self.trace_body(body)
         if key not in self._drives:
             return ()

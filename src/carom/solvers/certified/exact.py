@@ -26,7 +26,7 @@ def find_contact_at_start(bodies: BallBodies, grounds: Mapping[int, int]) -> Deg
     """Return the first pair of bodies that touch or overlap at the start and approach each other; None for no pair.
 
     The motion after such a start is uncertain. A disc's lasting contact with the wall below it is ignored. `grounds`
-    maps the numbers of such discs to walls. Finite walls are not checked here.
+    maps the number of each disc in lasting contact to the disc's wall. Finite walls are not checked here.
     """
     for i, j in _find_near_bodies(bodies):
         body = bodies.trace_body(j)

@@ -24,7 +24,7 @@ from carom.solvers.certified.two_frictions import BallFrictions, limit_sticking,
 
 
 class BallImpact(NamedTuple):
-    """A certified impact: its time, its normal (of any length), the velocities after it, and the spins.
+    """A certified impact: its time, its normal (of any length), and the velocities and spins after the impact.
 
     `before` contains the velocities just before the impact. `before` is None if no velocity has changed since the
     previous impact. `second` is the second body's number in traces. `edge` is the part of a finite wall that the disc
@@ -278,7 +278,10 @@ def _rub_discs(bodies: BallBodies, meeting: Meeting, near: PairApproach, normal:
 def _rub_wall(
     bodies: BallBodies, meeting: Meeting, velocity: tuple[arb, arb], normal: tuple[arb, arb, arb]
 ) -> BallFrictions:
-    """Apply a wall's friction and rolling resistance to a disc. Return their impulses per unit of mass."""
+    """Apply a wall's friction and rolling resistance to a disc.
+
+    Return the impulses of friction and rolling resistance per unit of mass.
+    """
     i, near = meeting.first, meeting.near
     wall = bodies.obstacles[wall_index(meeting.second)].wall
     material = bodies.materials[wall]

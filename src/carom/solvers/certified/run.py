@@ -33,7 +33,7 @@ _FIRST_BITS = 160
 #: The next precision is predicted from the bits that were lost so far, and multiplied by the first of these factors.
 #: Predictions from few impacts are inaccurate. So the next precision is limited to 1.5 to 8 times the last precision.
 _MARGIN, _MOST_RISE, _LEAST_RISE = 1.125, 8.0, 1.5
-#: Outcomes of runs that end as asked, or with infinitely many impacts.
+#: Outcomes of runs that end as requested, or with infinitely many impacts.
 _OUTCOMES = {
     Ending.COMPLETED: Outcome.COMPLETED,
     Ending.MAX_IMPACTS: Outcome.MAX_IMPACTS,

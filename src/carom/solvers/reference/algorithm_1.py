@@ -6,8 +6,8 @@ late, and its normal is the line of centres of the overlapping discs. PIT misses
 ends between two frames.
 
 This module is for reading and tests. `carom.solve_pit` returns exactly the same numbers, but skips frames at
-which no impact is possible, and supports all bodies and motions. After impacts with restitution 0 it also ignores
-approaches that are only rounding errors, which this module does not.
+which no impact is possible, and supports all bodies and motions. After impacts with restitution 0, `carom.solve_pit`
+also ignores approaches that are only rounding errors; this module does not ignore them.
 """
 
 from __future__ import annotations
@@ -67,8 +67,8 @@ def run_algorithm_1(
         frame_rate_hz: Frames per second; None for the scene's frame rate.
 
     Raises:
-        InputError: The scene has friction, curved paths, or bodies other than discs and half-planes. Or the frame rate
-            is not a positive number.
+        InputError: The frame rate is not a positive number, or the scene has friction, curved paths, or bodies other
+            than discs and half-planes.
     """
     scene = to_scene(scene)
     _require_simple(scene)
