@@ -28,8 +28,8 @@ OTHER_SETTINGS = (
 
 #: Values of ``sweep``, which determines for which discs Box2D checks the whole path of a step. With "none", no disc is
 #: swept. With "shipped", every disc is swept against immovable bodies. With "fast", discs are swept only in scenes in
-#: which a disc or a driven body moves by more than a radius in a step. In these scenes, every disc is swept against
-#: immovable bodies, and fast discs are also swept against all other discs (as Box2D's "bullets").
+#: which a disc or a driven body moves by more than a radius in a step. In scenes with a fast body, every disc is swept
+#: against immovable bodies, and fast discs are also swept against all other discs (as Box2D's "bullets").
 SWEEPS = ("none", "shipped", "fast")
 
 #: Smallest and largest values of settings. With other values, Box2D aborts or fails, or the scaled step size is outside
@@ -52,13 +52,13 @@ LARGEST_FRICTION = 1e19
 #: Largest force of a table on a disc: a third of the largest 32-bit float.
 LARGEST_FORCE_N = 1e38
 
-#: Box2D makes contacts with at most this closing speed inelastic (b2_velocityThreshold, compiled in).
+#: Box2D makes contacts with a closing speed of at most `THRESHOLD_M_S` inelastic (b2_velocityThreshold, compiled in).
 THRESHOLD_M_S = 1.0
 
 #: Factor on all velocities, explained by a comment in the profile `tuned`.
 VELOCITY_SCALE = 2.0**20
 
-#: Box2D aborts if neighbouring points of a chain are not farther apart than this distance (b2_linearSlop).
+#: Box2D aborts if neighbouring points of a chain are not farther apart than `SHORTEST_PIECE_M` (b2_linearSlop).
 SHORTEST_PIECE_M = 0.005
 
 CAPABILITIES = replace(

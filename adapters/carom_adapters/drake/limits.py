@@ -14,7 +14,7 @@ SETTINGS = ("point_stiffness", "target_accuracy", "integration_scheme")
 LEAST = {"point_stiffness": 1e-300, "target_accuracy": 1e-15}
 
 #: Contacts are soft: two bodies overlap by up to speed * sqrt(mass / stiffness). With the largest speed and mass below,
-#: and the stiffness of `tuned`, this formula gives 3 cm.
+#: and the stiffness of `tuned`, bodies overlap by up to 3 cm.
 CAPABILITIES = Capabilities(
     gravity=True,
     # Drake has no coefficient of restitution. Without dissipation, contacts are elastic.

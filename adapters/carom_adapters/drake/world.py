@@ -109,7 +109,7 @@ class DrakeWorld:
         integrator = self._simulator.get_integrator()
         shipped = self._drake.geometry.SceneGraphConfig().default_proximity_properties.point_stiffness
         return {
-            # Releases up to 1.35 have no default stiffness. In these releases, a plant computes the stiffness from
+            # Releases up to 1.35 have no default stiffness. Up to release 1.35, a plant computes the stiffness from
             # gravity and masses.
             **({} if shipped is None else {"point_stiffness": shipped}),
             "integration_scheme": _format_scheme(integrator),

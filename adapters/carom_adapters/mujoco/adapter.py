@@ -23,8 +23,8 @@ _TUNED: shared.Settings = {
     # The setting solimp ("impedance") makes contacts as hard as MuJoCo allows, at any depth of overlap. The impedance
     # does not affect the speed after a bounce.
     "solimp": "0.9999 0.9999 0.001 0.5 2",
-    # The contact's damping is chosen such that one step by Euler's method reverses the velocity. Other integrators
-    # would need another damping.
+    # The contact's damping is chosen such that one step by Euler's method reverses the velocity. Integrators other than
+    # Euler's would need another damping.
     "integrator": "Euler",
     # The sparse Cholesky factorisation of MuJoCo 4.0.0 is wrong (google-deepmind/mujoco#3767).
     "jacobian": "dense",
@@ -58,7 +58,7 @@ _PLAIN_CYLINDER: shared.Settings = {**_TUNED, "shape": "cylinder", "joints": "fr
 adapter = shared.EngineAdapter(
     name="mujoco",
     # Release 2.3 does not support the adapter's settings of a pair of bodies. MuJoCo has speculative contacts since
-    # release 4.0. Releases 3.x run these profiles without speculative contacts, and report the setting as False.
+    # release 4.0. Releases 3.x run the profiles without speculative contacts, and report the setting as False.
     engine=shared.build_engine("MuJoCo", "mujoco", "mujoco", oldest="3.0", newest_tried="4.0"),
     capabilities=CAPABILITIES,
     knobs={

@@ -88,10 +88,7 @@ CAPABILITIES = replace(
 
 
 def does_solve_in_turn(scene: Scene, settings: Mapping[str, Setting]) -> bool:
-    """Whether contacts are solved one after another.
-
-    Only friction and the setting ``in_turn`` together have this effect.
-    """
+    """Whether contacts are solved one after another, which needs friction and the setting ``in_turn``."""
     return bool(settings.get("in_turn", False)) and scene.arrays.has_friction
 
 

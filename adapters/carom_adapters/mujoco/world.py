@@ -43,8 +43,8 @@ def _ignore(_text: str) -> None:
 def _compile(text: str) -> Any:
     """Compile a model, or return the model that was compiled from the same text.
 
-    The text does not contain positions and velocities of movable discs. So scenes that differ only in these states
-    share a compiled model.
+    The text does not contain positions and velocities of movable discs. So scenes that differ only in the states of
+    movable discs share a compiled model.
     """
     return importlib.import_module("mujoco").MjModel.from_xml_string(text)
 
@@ -113,7 +113,7 @@ class MujocoWorld:
         self._at = model.jnt_qposadr[joint][:, np.newaxis] + np.arange(2)
         self._moves = model.body_dofadr[movable][:, np.newaxis] + np.arange(2)
         # The third coordinate of a free joint is the distance of the centre from the plane. A free joint does not keep
-        # this distance at 0.
+        # the distance at 0.
         self._free = np.flatnonzero(model.jnt_type[joint] == self._mujoco.mjtJoint.mjJNT_FREE)
         self._height_at = model.jnt_qposadr[joint[self._free]] + 2
         for body in 1 + self._free:  # the model may be shared, but all worlds set the same values

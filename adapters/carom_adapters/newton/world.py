@@ -70,7 +70,8 @@ class NewtonWorld:
         solver_settings = {name: settings[name] for name in OF_THE_SOLVER if name in settings}
         self._solver = newton.solvers.SolverXPBD(self._model, **solver_settings)
         self._state, self._next = self._model.state(), self._model.state()
-        #: Array for the forces that the solver reports at each contact. The first observation creates the array.
+        #: Array for the forces that the solver reports at each contact. The first observation creates the array of
+        #: forces.
         self._forces: Any = None
 
     @staticmethod

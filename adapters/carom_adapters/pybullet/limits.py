@@ -55,8 +55,8 @@ CAPABILITIES = replace(
     # spin. The error of the spin grows as the inertia decreases. With the inertia factor 1e-6, the relative error of
     # the spin is 1e-8 for discs at a distance of 200 radii from the origin.
     min_inertia_factor=1e-6,
-    # The largest friction is Bullet's MAX_FRICTION. Bullet reduces a larger product of two bodies' coefficients to this
-    # value (`btManifoldResult`).
+    # The largest friction is Bullet's MAX_FRICTION. Bullet reduces a larger product of two bodies' coefficients to
+    # MAX_FRICTION (`btManifoldResult`).
     friction=(0.0, 10.0),
     continuous_detection=True,
     # A plane's bounding box ends at BT_LARGE_FLOAT = 1e18.

@@ -110,7 +110,7 @@ class _Reading:
         )
 
     def _can_keep(self, shape: pymunk.Shape, k: int) -> bool:
-        """Whether a scene can contain a shape. If not, add the shape to the list of dropped parts."""
+        """Whether a scene can contain a shape. Add an unsupported shape to the list of dropped parts."""
         body, label = shape.body, f"shape {k}, a {type(shape).__name__}"
         if body is None or shape.sensor:
             self.dropped.append(f"{label}: {'it has no body' if body is None else 'a sensor, which exerts no force'}")

@@ -165,7 +165,7 @@ class PymunkWorld(QuietSteps):
         own_shape, other = arbiter.shapes
         first, second = self._body_number[own_shape], self._body_number[other]
         if 0 <= second < first and other.body is not None and other.body.body_type == other.body.DYNAMIC:
-            return  # the impulse was already added from the other body
+            return  # the other body has already added this impulse
         tangential = total.dot(normal.perpendicular()) if self._turns else None
         impulses.setdefault((first, second), []).append((normal, impulse, tangential))
 

@@ -39,7 +39,7 @@ LEAST = dict.fromkeys((*PARAMETERS, *OTHER_SETTINGS), 0.0) | {
 }
 MOST = {"dt_s": 1e12}
 
-#: Default of `normalized_max_linear_velocity`. A faster body is silently slowed down to this speed.
+#: Default of `normalized_max_linear_velocity`. Rapier silently slows a faster body down to this speed.
 SHIPPED_SPEED_M_S = 400.0
 
 CAPABILITIES = replace(

@@ -83,7 +83,10 @@ class RecordedImpacts:
         return rows
 
     def array(self) -> NDArray[np.void]:
-        """Return the impacts so far, read-only, as `trace.IMPACT_DTYPE`. The first call makes no copy."""
+        """Return the impacts so far, read-only, as `trace.IMPACT_DTYPE`.
+
+        The rows of the first call are returned without a copy.
+        """
         if len(self._taken) < self._run.recorded:
             taken, spins, contacts = self._run.take_impacts()
             impacts = np.frombuffer(memoryview(taken), IMPACT_DTYPE)

@@ -1,4 +1,4 @@
-// carom.comparator compares runs more thoroughly.
+// Compares a run with the exact run, for the numbers on the page. The package carom.comparator compares more thoroughly.
 import { clockOf, overlapOf } from "./drawing.js";
 import { isFixed } from "./scene.js";
 

@@ -143,8 +143,8 @@ export const anglesOf = (scene, run) => {
   for (const one of turned) add(one, Math.max(run.end_s, one.times.at(-1)), one.spin);
   return turned.map(({ times, angles }) => [times, angles]);
 };
-// Returns how long two discs would overlap if they flew on without their impact. They would approach in the first half
-// of the overlap.
+// Returns how long two discs would overlap if they flew on without their impact. The two discs would approach in the
+// first half of the overlap.
 export const overlapOf = (scene, impact) => {
   if (impact.second < 0) return Infinity;
   const [v, w] = impact.before,

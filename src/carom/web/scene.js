@@ -302,7 +302,7 @@ function isInWall({ position_m: [x, y], radius_m }, wall) {
     { at } = outline.nearest(x, y);
   return Math.hypot(x - at[0], y - at[1]) < outline.halfWidth + radius_m || (wall.solid && outline.encloses(x, y));
 }
-// Outlines of walls. They can be cached, because edits replace a wall instead of changing it.
+// Outlines of walls. Outlines can be cached, because edits replace a wall instead of changing it.
 const outlines = new WeakMap();
 export function outlineOf(wall) {
   if (!outlines.has(wall)) outlines.set(wall, new Outline(wall));

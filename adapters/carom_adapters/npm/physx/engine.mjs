@@ -50,7 +50,7 @@ class PhysxWorld {
       return made;
     };
     // If two bodies have different rules to combine restitutions, PhysX uses the later one in the order average,
-    // minimum, multiply, maximum. The rule of the wall is the later rule.
+    // minimum, multiply, maximum. The adapter gives walls the later rule.
     const disc = material(scene.restitution, Combine.eAVERAGE);
     const ofWalls = scene.walls.map(({ restitution = scene.wall_restitution }) =>
       material(restitution, restitution < scene.restitution ? Combine.eMIN : Combine.eMAX),

@@ -81,7 +81,8 @@ def _find_crush(log: Recording, bodies: BallBodies) -> Degeneracy | None:
     The time of the crush is exact. A crush is found under three conditions: centres, velocities and normals are along
     one line; the discs have had no impacts with other bodies; no other body moves. If both end bodies move, the scene
     must not have other bodies. The three conditions are not checked for a single disc between two half-planes whose
-    normals are exactly opposite. In this case the time of the crush does not depend on the disc's position.
+    normals are exactly opposite. The time of the crush of a single disc between such half-planes does not depend on the
+    disc's position.
     """
     last = [row.values for row in log.rows[-_CRUSH:]]
     if not bodies.fastest_drive or len(last) < _CRUSH:

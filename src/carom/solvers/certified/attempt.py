@@ -45,7 +45,10 @@ class Goal(NamedTuple):
 
 
 class Stop(NamedTuple):
-    """Result of an attempt: how it ended, or the undecided event. Both fields are None if intervals became too wide."""
+    """Result of an attempt: how it ended, or the undecided event.
+
+    The fields `ending` and `degeneracy` are None if intervals became too wide.
+    """
 
     ending: Ending | None = None
     degeneracy: Degeneracy | None = None

@@ -21,7 +21,7 @@ NEGLIGIBLE_RADIUS_BITS = 100
 #: Relative tolerance of lengths and speeds in a search. The tolerance is far above the rounding of 64-bit floats, but
 #: so small that the search finds few additional pairs.
 SLACK = 2.0**-40
-#: Limit above which the rounding errors of floats are normal floats.
+#: If a float is above this limit, its rounding error is a normal float.
 SMALLEST = 2.0**-900
 
 

@@ -6,8 +6,8 @@ contact determines the disc's acceleration. Before an impact, a disc is released
 disc returns to the wall or stays free.
 
 Bounces are applied one by one until the duration of all remaining bounces is less than the requested accuracy of times.
-The remaining bounces are summed as a geometric series. This sum is possible if the disc certainly slips in one
-direction in all remaining bounces, or certainly sticks in all of them. If friction can reverse the slip, other
+The remaining bounces are summed as a geometric series. The geometric series can be summed if the disc certainly slips
+in one direction in all remaining bounces, or certainly sticks in all of them. If friction can reverse the slip, other
 conditions apply (`carom.solvers.certified.landing`).
 """
 
@@ -167,7 +167,7 @@ def _keeps_normal_speed(
 
 
 def release_struck(bodies: BallBodies, discs: list[int], time: arb, instant_s: float) -> dict[int, Gliding]:
-    """Release the discs of an impact from their walls. Return the contacts of these discs by disc number.
+    """Release the discs of an impact from their walls. Return the contacts of the released discs by disc number.
 
     The new path of a disc is the tangent of the old path, in the reference frame that falls with gravity.
     """

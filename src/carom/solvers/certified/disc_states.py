@@ -62,7 +62,7 @@ class BallBodies:
         laws: Constants of impacts, computed with the current precision.
         time: Instant for which the state of each disc is stored: an exact 64-bit float, in seconds.
         x: x coordinate of each centre at this instant. `y` is the other coordinate, and `vx` and `vy` are the velocity.
-            With gravity, these numbers are relative to a reference frame that falls from rest at time 0.
+            With gravity, these coordinates are relative to a reference frame that falls from rest at time 0.
         falls: Whether the scene has gravity.
         pulls: Sign of gravity's component along the normal of each straight obstacle; 0 for other obstacles.
         fastest_drive: A bound of the speeds of driven bodies, in m/s.
@@ -196,7 +196,7 @@ class BallBodies:
     def _are_orthogonal(self, one: int, other: int) -> bool:
         """Return whether two straight obstacles are exactly orthogonal and without friction.
 
-        If they are, an impact on one obstacle does not change impacts on the other obstacle.
+        If the result is true, an impact on one obstacle does not change impacts on the other obstacle.
         """
         a, b = (self.obstacles[wall_index(body)].shape for body in (one, other))
         if isinstance(a, Round) or isinstance(b, Round) or self.scene.arrays.has_wall_friction:

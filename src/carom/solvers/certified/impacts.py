@@ -1,9 +1,9 @@
 """Effect of an impact on discs, in interval arithmetic.
 
-Two kinds of impacts are linear in the state: impacts on walls, and impacts of two discs along an axis. These two kinds
-use linear formulas, in which errors do not grow. Friction is added afterwards. If it is undecided whether discs stick
-or slide, the resulting intervals include both cases. The state after an impact is stored for the instant `Meeting.at`
-just before the impact, by extending the new path backwards.
+Two kinds of impacts are linear in the state: impacts on walls, and impacts of two discs along an axis. Linear formulas
+are used for these two kinds of impacts, because errors do not grow in linear formulas. Friction is added afterwards. If
+it is undecided whether discs stick or slide, the resulting intervals include both cases. The state after an impact is
+stored for the instant `Meeting.at` just before the impact, by extending the new path backwards.
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ def sum_bounces(
     """Return the state of a disc after all remaining bounces; None if it may slip in some bounces and stick in others.
 
     If friction can reverse the slip, return None also if the relative error of the remaining slip may be larger than
-    ``tolerance / 1024``. If `tolerance` is None, this error is not limited.
+    ``tolerance / 1024``. If `tolerance` is None, the error of the slip is not limited.
     """
     material = bodies.materials[bodies.obstacles[wall_index(bounce.body)].wall]
     y, e, c = bodies.inverse_inertia_ratio[i], arb(material.restitution), bodies.scene.wall_rolling_resistance
@@ -74,8 +74,8 @@ def _sum_reversing_bounces(
     approach go to 0 together, whether the disc slides or sticks. The final speed u and the final rim speed q follow
     from the quantity ``y u - q``, which friction does not change.
 
-    If r may be larger than R, friction can change the slip by at most a known amount in all remaining impacts. If the
-    slip is larger than this amount, some slip remains, and is uncertain by this amount.
+    If ``|r|`` may be larger than R, friction can change the slip by at most a known amount in all remaining impacts. If
+    the slip is larger than this amount, some slip remains, and is uncertain by this amount.
     """
     (place, speed, slip, rim), hop = state, 2 * bounce.leaves / ground.presses
     e, b = arb(material.restitution), arb(bodies.scene.wall_tangential_restitution)

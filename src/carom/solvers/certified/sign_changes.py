@@ -18,8 +18,8 @@ from carom.solvers.certified.ball_arithmetic import ZERO
 #: Number of halvings before the search: the searched time T is first divided into pieces that end at T, T / 2, T / 4,
 #: and so on.
 _FIRST = 8
-#: A piece stays undecided after _HALVINGS + p / 2 halvings, where p is the precision in bits. This number of halvings
-#: suffices to find a double zero. A piece also stays undecided if the polynomial changes on it by at most _BLUR times
+#: A piece stays undecided after _HALVINGS + p / 2 halvings, where p is the precision in bits. This many halvings
+#: suffice to find a double zero. A piece also stays undecided if the polynomial changes on it by at most _BLUR times
 #: the uncertainty of its coefficients.
 _HALVINGS, _BLUR = 60, 4
 _INFINITY = float("inf")

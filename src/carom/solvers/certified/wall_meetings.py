@@ -35,7 +35,8 @@ from carom.solvers.certified.meeting import Meeting, RoundApproach, Seam, WallAp
 from carom.solvers.certified.result import Degeneracy, Degenerate
 from carom.solvers.certified.sign_changes import build_squared_gap_powers, find_falls
 
-#: Precision, in bits, of the check for contact at the start. This precision is far more than 64-bit input needs.
+#: Precision, in bits, of the check for contact at the start. The precision of the check is far more than 64-bit input
+#: needs.
 _START_BITS = 2048
 
 

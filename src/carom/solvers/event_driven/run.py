@@ -59,7 +59,7 @@ class EventDrivenRun:
         record: "all" or "none": which impacts to record. `impacts_per_disc` counts impacts in both cases.
         window_s: Start and end, in seconds, of the time in which impacts are recorded.
         contact_duration_s: Contact time of the TC model (Luding & McNamara, Granular Matter 1 (1998) 113). If a disc
-            has two impacts within this time, the second loses no energy and has no friction. The model prevents
+            has two impacts within this time, the second impact loses no energy and has no friction. The model prevents
             inelastic collapse, an endless series of impacts in a finite time. 0 turns the model off.
         resume: State of an earlier run from which to continue. Positions, velocities and spins are taken from the
             state. All other data of discs and walls, and the contact time, must be the same.

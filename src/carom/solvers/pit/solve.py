@@ -148,7 +148,7 @@ def start_pit_run(scene: Scene, clock: FrameClock, *, skipping: bool = True) -> 
     Args:
         scene: The scene.
         clock: Times of the frames.
-        skipping: Whether to skip tests that can't find an impact. This choice does not change the result.
+        skipping: Whether to skip tests that can't find an impact. The choice does not change the result.
     """
 
     def make(start: Start, units: Units) -> FrameRun:
@@ -179,7 +179,7 @@ def solve_pit(scene: Scene | str, *, frame_rate_hz: float | None = None, skippin
     Args:
         scene: The scene, or its name in the catalogue.
         frame_rate_hz: Frames per second; None for the scene's frame rate.
-        skipping: Whether to skip tests that can't find an impact. Only `Trace.counts` depends on this choice.
+        skipping: Whether to skip tests that can't find an impact. Only `Trace.counts` depends on `skipping`.
 
     Raises:
         InputError: The frame rate is not a positive number, or leads to too many frames.

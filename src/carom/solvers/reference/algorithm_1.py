@@ -95,7 +95,10 @@ def run_algorithm_1(
 
 
 def do_discs_interfere(first: MovingDisc, second: MovingDisc) -> bool:
-    """Return whether two discs overlap or touch, and approach each other. PIT tests this at each frame."""
+    """Return whether two discs overlap or touch, and approach each other.
+
+    At each frame, PIT tests whether bodies overlap and approach each other.
+    """
     if first.inverse_mass == second.inverse_mass == 0.0:
         return False
     dx, dy = second.x - first.x, second.y - first.y
@@ -147,7 +150,7 @@ def _move(discs: list[MovingDisc], seconds: float) -> None:
 def _has_just_met(disc: MovingDisc, partner: int) -> bool:
     """Return whether the disc is immovable or last met this partner.
 
-    If this is true for both bodies of a pair, they do not approach each other.
+    If the result is true for both bodies of a pair, the two do not approach each other.
     """
     return disc.inverse_mass == 0.0 or disc.last_partner == partner
 
