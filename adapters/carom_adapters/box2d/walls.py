@@ -18,7 +18,7 @@ from carom_adapters.shared.walls import build_rectangle, find_foot, list_points
 #: m.
 SMALLEST_WALL_M = 0.1
 
-#: Relative rounding of a 32-bit float.
+#: Relative rounding error of a 32-bit float.
 ROUNDING = 2.0**-23
 
 Point = tuple[float, float]

@@ -61,7 +61,7 @@ def does_sweep(scene: Scene, settings: Mapping[str, Setting], dt_s: float) -> bo
     return sweep == "shipped" or (sweep == "fast" and fast)
 
 
-def _import_box2d() -> Any:  # untyped: a SWIG module without stubs
+def _import_box2d() -> Any:  # untyped, because the SWIG module has no stubs
     with warnings.catch_warnings():
         # Box2D's SWIG types have no __module__, so CPython warns. If a user has turned warnings into errors, the
         # warning would end the process.

@@ -40,7 +40,7 @@ class DartWorld:
         self._solver: Any = self._world.getConstraintSolver()
         if "collision_detector" in settings:
             self._set_detector(str(settings["collision_detector"]))
-        if "split_impulse" in settings and hasattr(self._solver, "setSplitImpulseEnabled"):  # since release 6.20
+        if "split_impulse" in settings and hasattr(self._solver, "setSplitImpulseEnabled"):  # DART 6.20 or later
             self._solver.setSplitImpulseEnabled(bool(settings["split_impulse"]))
         self._discs: list[Any] = []
         # DART multiplies the restitutions of two bodies.

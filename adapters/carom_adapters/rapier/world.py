@@ -25,7 +25,7 @@ from carom_adapters.rapier.limits import PARAMETERS, SOFTNESSES, check_inputs
 from carom_adapters.shared.legs import Legs, Vector, find_first_velocity
 from carom_adapters.shared.walls import compute_thickness, cut_chain, find_walls_in_pieces, sum_contacts
 
-#: Relative rounding of a 32-bit float.
+#: Relative rounding error of a 32-bit float.
 ROUNDING = 2.0**-23
 
 

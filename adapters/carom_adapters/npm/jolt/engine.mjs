@@ -8,7 +8,7 @@ const STEPPING = [
   "mLinearCastThreshold", "mLinearCastMaxPenetration",
 ];
 const OF_BODIES = ["mLinearDamping", "mMaxLinearVelocity", "mAllowSleeping"];
-const [FIXED, MOVING] = [0, 1]; // collision layers
+const [FIXED, MOVING] = [0, 1]; // numbers of the collision layers
 
 // Call `use` with an object, release the object, and return the result of the call.
 function using(object, use) {

@@ -94,7 +94,7 @@ def _fall_on_plane(bodies: BallBodies, i: int, second: int, instant_s: float, le
         time = arb(instant_s) + (ZERO - speed - root) / pull
     else:
         root = d.sqrt()
-        wait = 2 * gap / (root - speed) if speed < 0 else (ZERO - speed - root) / pull  # no cancellation
+        wait = 2 * gap / (root - speed) if speed < 0 else (ZERO - speed - root) / pull  # no terms cancel
         time = arb(instant_s) + wait
     if time < begin or (
         d > 0 and time < instant_s
