@@ -61,7 +61,7 @@ world.contactListener = belts = Belts()
 
 """
 
-TABLE = """        force = {slower} * mass * scale * scale  # of the table, which slows the disc down
+TABLE = """        force = {slower} * mass * scale * scale  # friction of the table, which slows the disc down
         world.CreateFrictionJoint(bodyA=table, bodyB=body, localAnchorA=position, maxForce=force)
 """
 #: Code that creates a driven body, without and with later changes of velocity.

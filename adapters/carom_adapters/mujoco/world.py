@@ -69,7 +69,7 @@ class MujocoWorld:
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
         require_usable(scene, settings)
         self._requested_settings = dict(settings)
-        self._mujoco: Any = importlib.import_module("mujoco")  # untyped: its classes come from C++ without stubs
+        self._mujoco: Any = importlib.import_module("mujoco")  # untyped, because its C++ classes have no stubs
         self._mujoco.set_mju_user_warning(_ignore)
         try:
             # Leave out flags that this release lacks. Missing flags are later reported as not set.

@@ -79,7 +79,7 @@ def has_legs(scene: Scene) -> bool:
 def group_legs_by_step(bodies: Sequence[Driven], dt_s: float) -> dict[int, list[tuple[int, Vector]]]:
     """Return the changes of velocity, grouped by the number of the step (from 0) before which they occur.
 
-    A change is the number of the body and its new velocity.
+    A change consists of the number of the body and its new velocity.
     """
     changes: dict[int, list[tuple[int, Vector]]] = {}
     for number, body in enumerate(bodies):

@@ -164,7 +164,7 @@ export function asLink(s, method) {
   const values = [
     s.discs.map((d) => [
       ...[...d.position_m, ...d.velocity_m_s, d.radius_m, d.mass_kg, d.spin_rad_s, d.inertia_factor],
-      ...(d.driven ? [d.legs ?? true] : []), // the legs of the path or, without legs, true
+      ...(d.driven ? [d.legs ?? true] : []), // the legs of the path; true if the path has no legs
     ]),
     s.walls.map((w) => FIELDS_OF_WALL.map((name) => w[name] ?? null)),
     LAWS.map((law) => s[law]),

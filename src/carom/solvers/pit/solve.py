@@ -19,8 +19,8 @@ from carom.solvers.run import Progress, Start, build_trace
 from carom.solvers.units import RunInUnits, Units, run_in_ordinary_units
 
 #: PIT searches around each disc for frames at which no bodies can touch, and skips these frames. PIT stops skipping
-#: when the work of the searches exceeds the saved work by the work of this many searches around all discs. The number
-#: is a guess that has not been tuned.
+#: when the searches have cost more work than they have saved, and the difference is larger than the work of MOST_WASTE
+#: searches around all discs. The number is a guess that has not been tuned.
 MOST_WASTE = 2.0
 #: Number of overlap tests that one call of the compiled code makes, in some hundredths of a second. Between calls, the
 #: run reports progress and reacts to Ctrl-C.
