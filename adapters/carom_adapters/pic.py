@@ -65,11 +65,13 @@ class PicAdapter:
     profiles: Mapping[str, Profile] = AliasedProfiles(
         {
             "frame-by-frame": Profile(
-                "The source paper's Algorithm 2 (also called default): each impact solves all pairs again.",
+                "The source paper's Algorithm 2 (also called default): after each impact, PIC predicts "
+                "the impacts of all pairs again.",
                 lambda dt_s: {"dt_s": dt_s, "form": "framewise"},
             ),
             "event-driven": Profile(
-                "PIC without frames (also called tuned): each impact solves only its own discs again.",
+                "PIC without frames (also called tuned): after each impact, PIC predicts again only the "
+                "impacts of the discs involved.",
                 lambda dt_s: {"dt_s": dt_s, "form": "event-driven"},
             ),
         },

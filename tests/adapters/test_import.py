@@ -167,8 +167,8 @@ def carom_function(body: pymunk.Body, gravity: tuple[float, float], damping: flo
 @each(
     "content, words",
     [
-        (pickle.dumps([1, 2]), "it contains a list instead of a pymunk.Space"),
-        (b"no pickle", "it is not a pickle of a pymunk.Space"),
+        (pickle.dumps([1, 2]), "the file contains a list instead of a pymunk.Space"),
+        (b"no pickle", "the file is not a pickle of a pymunk.Space"),
         (pickle.dumps(pymunk.Space()), "must hold at least one disc"),
     ],
 )
@@ -289,10 +289,10 @@ def test_unsupported_parts_of_a_model_are_listed(tmp_path: Path) -> None:
 @each(
     "text, words",
     [
-        ("no model", "it is not XML"),
-        ("<mujoco><worldbody><geom type='sphere'/></worldbody></mujoco>", "MuJoCo can.t compile it"),
-        ("<mujoco><include file='/etc/hostname'/></mujoco>", "its <include> names another file"),
-        ("<mujoco><asset><mesh file='/etc/hostname'/></asset></mujoco>", "its <mesh> names another file"),
+        ("no model", "the model is not XML"),
+        ("<mujoco><worldbody><geom type='sphere'/></worldbody></mujoco>", "MuJoCo can.t compile the model"),
+        ("<mujoco><include file='/etc/hostname'/></mujoco>", "the element <include> refers to another file"),
+        ("<mujoco><asset><mesh file='/etc/hostname'/></asset></mujoco>", "the element <mesh> refers to another file"),
         ("<mujoco/>", "must hold at least one disc"),
     ],
 )

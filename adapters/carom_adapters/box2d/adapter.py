@@ -12,7 +12,7 @@ from carom_adapters.box2d.world import Box2dWorld
 from carom_adapters.shared import engine_adapter as shared
 
 _DEFAULT: shared.Settings = {
-    # Box2D's manual suggests these numbers of iterations (section 2.4, "Simulating the world").
+    # Numbers of solver iterations that Box2D's manual suggests (section 2.4, "Simulating the world").
     "velocityIterations": 8,
     "positionIterations": 3,
     # By default Box2D stops a body that has been slower than 1 cm/s for half a second ("sleep"), which changes results.
@@ -20,9 +20,9 @@ _DEFAULT: shared.Settings = {
 }
 
 _TUNED: shared.Settings = {
-    # Box2D makes contacts inelastic if the closing speed is below 1 m/s (b2_velocityThreshold, compiled in). In the
-    # adapter's world, all velocities are multiplied and all times are divided by this factor. So the limit becomes 1e-6
-    # m/s in the scene's units. The factor is a power of two, so scaling is exact.
+    # Box2D makes contacts inelastic if the closing speed is below 1 m/s (b2_velocityThreshold, compiled in). The
+    # adapter's world multiplies all velocities by `velocity_scale`, and divides all times by it. So contacts are
+    # inelastic only below 1e-6 m/s in the scene's units. The scale is a power of two, so scaling is exact.
     "velocity_scale": VELOCITY_SCALE,
     "velocityIterations": 50,
     # Overlapping bodies are not pushed apart.
@@ -41,17 +41,17 @@ _NO_CCD: shared.Settings = {**_TUNED, "sweep": "none"}
 
 def _build_resting_settings(dt_s: float) -> shared.Settings:
     # Box2D applies restitution to the speed at the end of a step, which includes the fall during the step. So a ball
-    # hops for ever at a speed of about ``g dt / (1 - e)``, unless contacts at this speed are inelastic. With these
-    # settings, contacts are inelastic below the speed that a fall at 10 m/s^2 reaches in 2.5 steps, rounded up to a
-    # power of two. So a ball with a restitution e of up to 0.6 comes to rest. A ball with a greater restitution comes
-    # to rest only if rounding up raises the limit enough.
+    # with the restitution e hops for ever at a speed of about ``g dt / (1 - e)``, unless contacts at this speed are
+    # inelastic. With the profile `resting`, contacts are inelastic below a limit: the speed that a fall at 10 m/s^2
+    # reaches in 2.5 steps, rounded up to a power of two. So a ball with a restitution of up to 0.6 comes to rest. A
+    # ball with a greater restitution comes to rest only if rounding up raises the limit enough.
     steps_fall_m_s = 2.5 * 10.0 * dt_s
     scale = 2.0 ** math.floor(math.log2(THRESHOLD_M_S / steps_fall_m_s))
     return {"dt_s": dt_s, **_TUNED, "velocity_scale": min(max(scale, 1.0), VELOCITY_SCALE)}
 
 
 #: While bodies touch, Box2D starts each step with the impulse of the last step, multiplied by the ratio of the present
-#: to the last step size ("warm start"). With shortened steps, this ratio can be arbitrarily large.
+#: to the last step size ("warm start"). With shortened steps, the ratio of the step sizes can be arbitrarily large.
 _LOCATED: shared.Settings = {**_NO_CCD, "warmStarting": False}
 
 
@@ -63,7 +63,7 @@ adapter = shared.EngineAdapter(
         "velocityIterations": Knob(1, 100, log=True),
         "positionIterations": Knob(0, 10),
         "sweep": Knob(choices=("none", "shipped", "fast")),
-        # The scales are powers of two, so scaling is exact.
+        # The velocity scales are powers of two, so scaling is exact.
         "velocity_scale": Knob(choices=(1.0, 2.0**5, 2.0**10, 2.0**15, VELOCITY_SCALE)),
         "polygon_radius_m": Knob(0.0, 0.01),
         "warmStarting": Knob(choices=(False, True)),
@@ -83,8 +83,8 @@ adapter = shared.EngineAdapter(
                 "friction": shared.OF_THE_SCENE,
                 "sleepingAllowed": "bodies never sleep, because sleep stops slow bodies",
                 "fixedRotation": shared.NOT_TURNED,
-                "velocityIterations": "an argument without a default: 8, as the manual suggests",
-                "positionIterations": "an argument without a default: 3, as the manual suggests",
+                "velocityIterations": "8, as Box2D's manual suggests, because the argument has no default",
+                "positionIterations": "3, as Box2D's manual suggests, because the argument has no default",
             },
         ),
         "tuned": shared.build_tuned_profile(
@@ -96,8 +96,9 @@ adapter = shared.EngineAdapter(
         ),
         "no-ccd": Profile("The tuned settings without continuous detection.", shared.add_step(_NO_CCD)),
         "resting": Profile(
-            "The tuned settings, changed so that balls come to rest instead of hopping forever: bodies do not bounce "
-            "if they meet at less than the speed that gravity adds in 2.5 steps, or at a little more.",
+            "The tuned settings, changed so that balls come to rest instead of hopping forever. Bodies do not bounce "
+            "if they meet below a limit, the speed that a fall at 10 m/s2 reaches in 2.5 steps, rounded up to a power "
+            "of two.",
             _build_resting_settings,
             capabilities=replace(CAPABILITIES, restitution_threshold_m_s=THRESHOLD_M_S),
         ),

@@ -13,9 +13,9 @@ from carom_adapters.shared.engine_adapter import GENERAL
 WORLD_SETTINGS = ("warmStarting",)
 
 #: Other settings: the arguments of `b2World.Step`, and ``sleepingAllowed`` of every body (`b2World.allowSleeping` has
-#: no effect in pybox2d 2.3.10). ``sweep`` is one of `SWEEPS`. The profile `tuned` explains ``velocity_scale``.
-#: ``polygon_radius_m`` is the distance by which Box2D makes a wall's shape thicker (its skin). With ``chains``, the
-#: edges of a wall form one chain, so that Box2D takes each edge's neighbours into account.
+#: no effect in pybox2d 2.3.10). ``sweep`` is one of `SWEEPS`. The profile `tuned` has a comment that explains
+#: ``velocity_scale``. ``polygon_radius_m`` is the distance by which Box2D makes a wall's shape thicker (its skin). With
+#: ``chains``, the edges of a wall form one chain, so that Box2D takes each edge's neighbours into account.
 OTHER_SETTINGS = (
     "velocityIterations",
     "positionIterations",
@@ -28,8 +28,8 @@ OTHER_SETTINGS = (
 
 #: Values of ``sweep``, which determines for which discs Box2D checks the whole path of a step. With "none", no disc is
 #: swept. With "shipped", every disc is swept against immovable bodies. With "fast", discs are swept only in scenes in
-#: which a disc or a driven body moves by more than a radius in a step. In these scenes, every disc is swept against
-#: immovable bodies, and fast discs are also swept against all other discs (as Box2D's "bullets").
+#: which a disc or a driven body moves by more than a radius in a step. In scenes with a fast body, every disc is swept
+#: against immovable bodies, and fast discs are also swept against all other discs (as Box2D's "bullets").
 SWEEPS = ("none", "shipped", "fast")
 
 #: Smallest and largest values of settings. With other values, Box2D aborts or fails, or the scaled step size is outside
@@ -37,28 +37,28 @@ SWEEPS = ("none", "shipped", "fast")
 LEAST = {"velocityIterations": 1, "positionIterations": 0, "velocity_scale": 1, "polygon_radius_m": 0, "dt_s": 1e-12}
 MOST = {"dt_s": 1e12}
 
-#: b2_maxTranslation is 2 m: Box2D slows down a body that would move farther in one step. The limit here is a millionth
+#: b2_maxTranslation is 2 m: Box2D slows down a body that would move farther in one step. Carom's limit is a millionth
 #: lower, so that a body at this limit can be distinguished from a body that was slowed down.
 LONGEST_MOVE_M = 2.0 * (1 - 2.0**-20)
 
-#: b2_maxRotation is pi/2: Box2D slows down a body that would turn farther in one step. The limit here is a millionth
+#: b2_maxRotation is pi/2: Box2D slows down a body that would turn farther in one step. Carom's limit is a millionth
 #: lower, so that a body at this limit can be distinguished from a body that was slowed down.
 LARGEST_TURN_RAD = 0.5 * math.pi * (1 - 2.0**-20)
 
 #: Largest coefficient of friction. If the product of two coefficients overflowed 32-bit floats, velocities would become
-#: NaN. The same number limits the rate of damping.
+#: NaN. `LARGEST_FRICTION` also limits the rate of damping.
 LARGEST_FRICTION = 1e19
 
 #: Largest force of a table on a disc: a third of the largest 32-bit float.
 LARGEST_FORCE_N = 1e38
 
-#: Box2D makes contacts with at most this closing speed inelastic (b2_velocityThreshold, compiled in).
+#: Box2D makes contacts with a closing speed of at most `THRESHOLD_M_S` inelastic (b2_velocityThreshold, compiled in).
 THRESHOLD_M_S = 1.0
 
-#: Factor on all velocities, explained in the profile `tuned`.
+#: Factor on all velocities, explained by a comment in the profile `tuned`.
 VELOCITY_SCALE = 2.0**20
 
-#: Box2D aborts if neighbouring points of a chain are not farther apart than this distance (b2_linearSlop).
+#: Box2D aborts if neighbouring points of a chain are not farther apart than `SHORTEST_PIECE_M` (b2_linearSlop).
 SHORTEST_PIECE_M = 0.005
 
 CAPABILITIES = replace(
@@ -70,22 +70,22 @@ CAPABILITIES = replace(
     table_friction=True,
     spin=True,
     # Because of rounding, a contact point is not exactly on the line of centres. So the normal impulse also changes the
-    # spin. The smaller the inertia, the larger is this error. With this inertia factor, the relative error of the spin
-    # is 5e-4 for discs at a distance of 200 radii from the origin.
+    # spin. The error of the spin grows as the inertia decreases. With the inertia factor 1e-2, the relative error of
+    # the spin is 5e-4 for discs at a distance of 200 radii from the origin.
     min_inertia_factor=1e-2,
     friction=(0.0, LARGEST_FRICTION),
     max_turn_rad=LARGEST_TURN_RAD,
     continuous_detection=True,
     # With the velocity scale 2^20, the square of the scaled speed is 1e36, within the range of 32-bit floats.
     max_speed_m_s=1e12,
-    # To find contacts, Box2D compares squared distances. So this limit is far below 1.8e19, the square root of the
-    # largest 32-bit float.
+    # To find contacts, Box2D compares squared distances. So the largest coordinate is far below 1.8e19, the square root
+    # of the largest 32-bit float.
     max_coordinate_m=1e9,
     max_move_m=LONGEST_MOVE_M,
     # `b2WorldManifold` uses an arbitrary normal if two points are closer than b2_epsilon, 1.2e-7.
     min_radius_m=1e-6,
-    # These limits keep quotients of masses, and impulses at scaled velocities, in the range of 32-bit floats (1e-38 to
-    # 1e38). Box2D replaces a mass that underflows to 0 by 1 kg.
+    # The limits of mass keep quotients of masses, and impulses at scaled velocities, in the range of 32-bit floats
+    # (1e-38 to 1e38). Box2D replaces a mass that underflows to 0 by 1 kg.
     min_mass_kg=1e-20,
     max_mass_kg=1e20,
     float_bits=32,

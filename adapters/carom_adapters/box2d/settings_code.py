@@ -15,8 +15,8 @@ from carom_adapters.shared.walls import compute_thickness
 
 #: Comment in the program that explains the scale of velocities.
 SCALED = (
-    "This program multiplies all velocities by this factor and divides all times by it, because in Box2D bodies do not "
-    "bounce below 1 m/s (b2_velocityThreshold, compiled in). The factor is a power of two, which avoids rounding."
+    "This program multiplies all velocities by `scale` and divides all times by it, because in Box2D bodies do not "
+    "bounce below 1 m/s (b2_velocityThreshold, compiled in). The scale is a power of two, which avoids rounding."
 )
 NOT_SCALED = "By default, bodies that meet below 1 m/s do not bounce (b2_velocityThreshold, compiled in)."
 
@@ -61,7 +61,7 @@ world.contactListener = belts = Belts()
 
 """
 
-TABLE = """        force = {slower} * mass * scale * scale  # of the table, which slows the disc down
+TABLE = """        force = {slower} * mass * scale * scale  # friction of the table, which slows the disc down
         world.CreateFrictionJoint(bodyA=table, bodyB=body, localAnchorA=position, maxForce=force)
 """
 #: Code that creates a driven body, without and with later changes of velocity.
@@ -87,7 +87,7 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
                 "velocity": disc.velocity_m_s,
                 "spin": disc.spin_rad_s,
             }
-            if scene.damping_per_s:  # Box2D's damping is a rate on its own, faster clock
+            if scene.damping_per_s:  # Box2D's damping is a rate per unit of Box2D's own time
                 arguments |= dict.fromkeys(("linearDamping", "angularDamping"), fast_clock.damping_per_s)
             arguments |= {"fixedRotation": fixed, "allowSleep": bool(settings.get("sleepingAllowed", True))}
             # A disc that moves by more than its radius in a step is swept against all other bodies.

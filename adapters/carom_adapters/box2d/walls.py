@@ -18,7 +18,7 @@ from carom_adapters.shared.walls import build_rectangle, find_foot, list_points
 #: m.
 SMALLEST_WALL_M = 0.1
 
-#: Relative rounding of a 32-bit float.
+#: Relative rounding error of a 32-bit float.
 ROUNDING = 2.0**-23
 
 Point = tuple[float, float]
@@ -34,7 +34,7 @@ def build_wall_rectangle(scene: Scene, plane: Wall, centre: Point, radius: float
         AdapterError: The wall would be so long that rounding to 32-bit floats moves its corners by more than the
             smallest radius.
     """
-    # The polygon's corners are relative to this point, so that corners near the scene are small numbers.
+    # The polygon's corners are relative to the body's position, so that corners near the scene are small numbers.
     foot, gap = find_foot(plane, centre)
     size = max(2.0 * (radius + gap), SMALLEST_WALL_M)
     smallest = min(disc.radius_m for disc in scene.discs)

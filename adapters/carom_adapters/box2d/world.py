@@ -61,7 +61,7 @@ def does_sweep(scene: Scene, settings: Mapping[str, Setting], dt_s: float) -> bo
     return sweep == "shipped" or (sweep == "fast" and fast)
 
 
-def _import_box2d() -> Any:  # untyped: a SWIG module without stubs
+def _import_box2d() -> Any:  # untyped, because the SWIG module has no stubs
     with warnings.catch_warnings():
         # Box2D's SWIG types have no __module__, so CPython warns. If a user has turned warnings into errors, the
         # warning would end the process.
@@ -76,7 +76,8 @@ class Box2dWorld(QuietSteps):
         require_usable(scene, settings)
         self._box2d = _import_box2d()
         self._requested_settings = dict(settings)
-        # Number of time units of the world's clock in a second. Velocities are divided by this number.
+        # Number of time units of the world's clock in a second. A velocity in Box2D is the scene's velocity divided by
+        # `_time`.
         self._time = 1.0 / float(settings.get("velocity_scale", 1.0))
         scene = scaled(scene, time=self._time)
         self._iterations = (int(settings["velocityIterations"]), int(settings["positionIterations"]))
@@ -180,7 +181,7 @@ class Box2dWorld(QuietSteps):
             fixture.userData = number
             if half_width_m is None:  # a circle, which has no skin
                 continue
-            # Box2D copies shapes, and a copied chain has the default skin. So the skin of the copy is set.
+            # Box2D copies shapes, and a copied chain has the default skin. So the adapter sets the skin of the copy.
             skin = float(self._requested_settings.get("polygon_radius_m", fixture.shape.radius))
             fixture.shape.radius = skin + half_width_m
             if not half_width_m:
@@ -239,7 +240,10 @@ class Box2dWorld(QuietSteps):
         return replace(observation, warning=warning) if warning else observation
 
     def read(self) -> list[float]:
-        """Return position, velocity and spin of each disc. The unit of time is the scene's second."""
+        """Return position, velocity and spin of each disc.
+
+        Velocities and spins are per second of the scene, not per unit of Box2D's time.
+        """
         time, turns = self._time, self._turns
         numbers: list[float] = []
         for body in self._bodies:
@@ -248,7 +252,7 @@ class Box2dWorld(QuietSteps):
         return numbers
 
     def has_contacts(self) -> bool:
-        """Whether a contact has an impulse in the last step."""
+        """Whether an impulse acted at a contact in the last step."""
         return any(push[3] > 0 for push in self._solved_contacts)
 
     def _listen(self) -> None:
@@ -322,7 +326,7 @@ class Box2dWorld(QuietSteps):
         self._clock.cut(dt_s * self._time)
 
     def touching(self) -> frozenset[tuple[int, int]]:
-        """Return the pairs that Box2D finds in contact in a step of length 0. This step moves no body."""
+        """Return the pairs that Box2D finds in contact in a step of length 0. A step of length 0 moves no body."""
         self._world.Step(0.0, 0, 0)
         found = set()
         for contact in self._world.contacts:
@@ -331,7 +335,10 @@ class Box2dWorld(QuietSteps):
         return frozenset(found)
 
     def save(self) -> object:
-        """Return positions, velocities and spins. With the settings of `located`, nothing else affects later steps."""
+        """Return positions, velocities and spins.
+
+        With the settings of the profile `located`, later steps depend only on positions, velocities and spins.
+        """
         bodies = [
             (body, tuple(body.position), tuple(body.linearVelocity), body.angularVelocity)
             for body in (*self._movable, *self._driven)

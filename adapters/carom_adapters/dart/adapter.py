@@ -15,14 +15,14 @@ CHAIN = Accuracy(velocity=16 * 2 * MIXING, energy=16 * 4 * MIXING)
 _TUNED: shared.Settings = {
     # DART's own detector tests spheres by a formula, not as meshes.
     "collision_detector": "DART",
-    # With this option, DART pushes overlapping bodies apart without changing their velocities.
+    # With split impulses, DART pushes overlapping bodies apart without changing their velocities.
     "split_impulse": True,
 }
 
 
 adapter = shared.EngineAdapter(
     name="dart",
-    # DART has split impulses since release 6.20. Earlier releases run these profiles without split impulses, and report
+    # DART has split impulses since release 6.20. Earlier releases run the profiles without split impulses, and report
     # the setting as False.
     engine=shared.build_engine("DART", "dart", "dartpy", oldest="6.16", newest_tried="6.20"),
     capabilities=CAPABILITIES,

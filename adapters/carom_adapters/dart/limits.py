@@ -15,17 +15,18 @@ DETECTORS = ("FCL", "DART", "BULLET", "ODE")
 #: DART_MAX_BOUNCING_VELOCITY, compiled in: the greatest speed after a bounce.
 FASTEST_BOUNCE_M_S = 100.0
 
-#: DART_CFM, compiled in. DART enlarges the diagonal of the contact problem by this fraction, which reduces impulses by
-#: the same fraction.
+#: DART_CFM, compiled in. DART enlarges the diagonal of the contact problem by the fraction `MIXING`, which reduces
+#: impulses by the same fraction.
 MIXING = 1e-5
 
 CAPABILITIES = Capabilities(
     gravity=True,
     restitution=(0.0, 1.0),
-    # DART multiplies the restitutions of two bodies. DART replaces a body's restitution above 1 by 0. So a pair of a
-    # disc and a wall can't have a larger restitution than the disc.
+    # DART multiplies the restitutions of two bodies. DART replaces a body's restitution above 1 by 0. So the
+    # restitution of a disc and a wall is at most the disc's own coefficient.
     restitution_combine="product",
-    # DART_BOUNCING_VELOCITY_THRESHOLD, compiled in. DART makes contacts with at most this closing speed inelastic.
+    # DART_BOUNCING_VELOCITY_THRESHOLD, compiled in. DART makes contacts with a closing speed of at most 0.1 m/s
+    # inelastic.
     restitution_threshold_m_s=0.1,
     max_speed_m_s=FASTEST_BOUNCE_M_S,
     dimensions=3,

@@ -40,7 +40,7 @@ class DartWorld:
         self._solver: Any = self._world.getConstraintSolver()
         if "collision_detector" in settings:
             self._set_detector(str(settings["collision_detector"]))
-        if "split_impulse" in settings and hasattr(self._solver, "setSplitImpulseEnabled"):  # since release 6.20
+        if "split_impulse" in settings and hasattr(self._solver, "setSplitImpulseEnabled"):  # DART 6.20 or later
             self._solver.setSplitImpulseEnabled(bool(settings["split_impulse"]))
         self._discs: list[Any] = []
         # DART multiplies the restitutions of two bodies.
@@ -121,7 +121,7 @@ class DartWorld:
 
     def _read_contacts(self) -> list[Contact]:
         contacts = []
-        # keep a reference, since up to release 6.19 the contacts are freed with this object
+        # the reference keeps the contacts alive: up to release 6.19, DART frees them together with the result
         result = self._world.getLastCollisionResult()
         for contact in result.getContacts():
             nx, ny, nz = map(float, contact.normal)  # DART's normal points from the second object to the first
@@ -129,7 +129,7 @@ class DartWorld:
             # up to release 6.19, spheres are meshes by default, and normals of their contacts lean out of the plane
             if nz != 0.0:
                 normal, impulse = flattened(normal, impulse)
-            if impulse == 0.0:  # a contact without effect
+            if impulse == 0.0:  # without an impulse, a contact changes no velocity
                 continue
             a, b = self._read_pair(contact)
             contacts.append(oriented_contact(b, a, self._clock.step_began_s, normal, impulse))

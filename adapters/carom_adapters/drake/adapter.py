@@ -13,7 +13,7 @@ _TUNED: shared.Settings = {"point_stiffness": 1e10, "target_accuracy": 1e-7, "in
 
 adapter = shared.EngineAdapter(
     name="drake",
-    # Releases before 1.31 end the process with NumPy 2.
+    # Drake releases before 1.31 end the process if NumPy 2 is installed.
     engine=shared.build_engine("Drake", "drake", "pydrake", "drake", oldest="1.31", newest_tried="1.51"),
     capabilities=CAPABILITIES,
     knobs={
@@ -28,11 +28,11 @@ adapter = shared.EngineAdapter(
             "A continuous plant (Drake's model without time steps) with Drake's default stiffness, accuracy and "
             "integrator, but without dissipation or friction.",
             shared.add_step({}),
-            # A contact lasts for pi * sqrt(mass / stiffness), some milliseconds. During this time the discs move along
-            # each other, so the direction of the force changes.
+            # A contact lasts for pi * sqrt(mass / stiffness), some milliseconds. During the contact, the discs move
+            # along each other, so the direction of the contact's force changes.
             Accuracy(late_steps=1.0, velocity=0.05, energy=0.01),
             changed={
-                "time_step": "0 (a continuous plant), because nothing bounces in the default, a discrete plant",
+                "time_step": "0 (a continuous plant), because nothing bounces in Drake's default, a discrete plant",
                 "hunt_crossley_dissipation": "no dissipation, because the adapter supports only a restitution of 1",
                 "dynamic_friction": shared.OF_THE_SCENE,
                 "static_friction": shared.OF_THE_SCENE,

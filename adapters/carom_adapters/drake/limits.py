@@ -6,15 +6,15 @@ from collections.abc import Mapping
 
 from carom.engines.api import Capabilities, Scene, Setting, require_sound, require_supported
 
-#: With Drake's names, ``point_stiffness`` (N/m) is a property of every body, and ``target_accuracy`` and
+#: The settings have Drake's names: ``point_stiffness`` (N/m) is a property of every body, and ``target_accuracy`` and
 #: ``integration_scheme`` are properties of the simulator. Settings that a profile omits keep Drake's defaults.
 SETTINGS = ("point_stiffness", "target_accuracy", "integration_scheme")
 
 #: Smallest allowed values of settings. Drake fails with smaller values.
 LEAST = {"point_stiffness": 1e-300, "target_accuracy": 1e-15}
 
-#: Contacts are soft, and bodies overlap by up to speed * sqrt(mass / stiffness). Within the limits below, and with the
-#: stiffness of `tuned`, the overlap is less than a radius.
+#: Contacts are soft: two bodies overlap by up to speed * sqrt(mass / stiffness). With the largest speed and mass below,
+#: and the stiffness of `tuned`, bodies overlap by up to 3 cm.
 CAPABILITIES = Capabilities(
     gravity=True,
     # Drake has no coefficient of restitution. Without dissipation, contacts are elastic.

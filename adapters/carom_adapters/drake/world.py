@@ -70,7 +70,7 @@ class DrakeWorld:
                 joint.set_translation(self._context, disc.position_m)
                 joint.set_translational_velocity(self._context, disc.velocity_m_s)
         self._simulator.Initialize()
-        #: For each contact of the last step, the greatest force, and the contact's normal when this force acted.
+        #: The greatest force of each contact in the last step, and the contact's normal when this force acted.
         self._step_contacts: dict[tuple[int, int], tuple[float, tuple[float, float]]] = {}
         self._has_monitor = False
 
@@ -109,7 +109,7 @@ class DrakeWorld:
         integrator = self._simulator.get_integrator()
         shipped = self._drake.geometry.SceneGraphConfig().default_proximity_properties.point_stiffness
         return {
-            # Releases up to 1.35 have no default stiffness. In these releases, a plant computes the stiffness from
+            # Releases up to 1.35 have no default stiffness. Up to release 1.35, a plant computes the stiffness from
             # gravity and masses.
             **({} if shipped is None else {"point_stiffness": shipped}),
             "integration_scheme": _format_scheme(integrator),
@@ -156,8 +156,8 @@ class DrakeWorld:
     def _read_contacts(self) -> list[Contact]:
         at_s, contacts = self._clock.step_began_s, []
         for (b, a), (_, normal) in self._step_contacts.items():
-            # The impulse is the integral of the force over time. The impulse is None here, since the force is known
-            # only at single instants.
+            # The impulse is the integral of the force over time. The impulse is None here, because Drake reports the
+            # force only at single instants.
             contacts.append(replace(oriented_contact(b, a, at_s, normal, 0.0), impulse_n_s=None))
         return contacts
 

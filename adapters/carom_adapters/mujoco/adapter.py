@@ -20,16 +20,17 @@ _DEFAULT: shared.Settings = {"joints": "free", "stiffness": 1000.0}
 _TUNED: shared.Settings = {
     "joints": "slide",
     "stiffness": 0.0,
-    # These numbers ("impedance") make contacts as hard as MuJoCo allows, at any depth. The speed after a bounce stays
-    # the same.
+    # The setting solimp ("impedance") makes contacts as hard as MuJoCo allows, at any depth of overlap. The impedance
+    # does not affect the speed after a bounce.
     "solimp": "0.9999 0.9999 0.001 0.5 2",
-    # The contact's damping is chosen such that one step by Euler's method reverses the velocity. Other integrators
-    # would need another damping.
+    # The contact's damping is chosen such that one step by Euler's method reverses the velocity. Integrators other than
+    # Euler's would need another damping.
     "integrator": "Euler",
     # The sparse Cholesky factorisation of MuJoCo 4.0.0 is wrong (google-deepmind/mujoco#3767).
     "jacobian": "dense",
-    # In scenes with friction, the normal force of a contact is computed first, and then friction. If MuJoCo optimises
-    # both forces together, sliding bodies lift off, with a speed of friction coefficient times sliding speed.
+    # In scenes with friction, the normal force of a contact is computed first, and then friction. If MuJoCo optimised
+    # both forces together, sliding bodies would lift off, at a speed equal to the friction coefficient times the
+    # sliding speed.
     "in_turn": True,
     # The solver iterates until it can't improve the result.
     "tolerance": 0.0,
@@ -57,13 +58,13 @@ _PLAIN_CYLINDER: shared.Settings = {**_TUNED, "shape": "cylinder", "joints": "fr
 adapter = shared.EngineAdapter(
     name="mujoco",
     # Release 2.3 does not support the adapter's settings of a pair of bodies. MuJoCo has speculative contacts since
-    # release 4.0. Releases 3.x run these profiles without speculative contacts, and report the setting as False.
+    # release 4.0. Releases 3.x run the profiles without speculative contacts, and report the setting as False.
     engine=shared.build_engine("MuJoCo", "mujoco", "mujoco", oldest="3.0", newest_tried="4.0"),
     capabilities=CAPABILITIES,
     knobs={
         "joints": Knob(choices=("free", "slide")),
         "stiffness": Knob(choices=(0.0, 1e2, 1e3, 1e4, 1e5, 1e6)),
-        # The choices are the default, and the hardest contact that MuJoCo accepts.
+        # The two values of solimp are MuJoCo's default, and the hardest contact that MuJoCo accepts.
         "solimp": Knob(choices=("0.9 0.95 0.001 0.5 2", "0.9999 0.9999 0.001 0.5 2")),
         "integrator": Knob(choices=("Euler", "RK4", "implicit", "implicitfast")),
         "jacobian": Knob(choices=("dense", "sparse")),

@@ -32,12 +32,12 @@ MJCF_INTEGRATORS = {
 }
 
 #: ``joints`` determines how discs can move. The value "free" allows all motions. The value "slide" allows motion along
-#: x and y, and, if discs turn, also along z and about a hinge. ``stiffness`` (1/s^2) is the stiffness of a contact, 0
-#: for none; see `_compute_solref` of `model`. ``solimp`` is an attribute of a geom. With ``listed_pairs`` each pair of
-#: bodies is listed in the model, and is tested in every step. ``shape`` is "sphere" or "cylinder". A cylinder is as
-#: high as it is wide. With ``in_turn``, contacts with friction are solved one after another. In each contact the normal
-#: force comes first, and then friction within the bounds that the normal force sets. Without ``in_turn`` MuJoCo solves
-#: all contacts together, as an optimisation problem.
+#: x and y, and, if discs turn, also along z and about a hinge. ``stiffness`` (1/s^2) is the stiffness of a contact,
+#: where 0 means no spring; see `_compute_solref` of `model`. ``solimp`` is an attribute of a geom. With
+#: ``listed_pairs`` each pair of bodies is listed in the model, and is tested in every step. ``shape`` is "sphere" or
+#: "cylinder". A cylinder is as high as it is wide. With ``in_turn``, contacts with friction are solved one after
+#: another. In each contact the normal force comes first, and then friction within the bounds that the normal force
+#: sets. Without ``in_turn`` MuJoCo solves all contacts together, as an optimisation problem.
 OTHER_SETTINGS = ("joints", "stiffness", "solimp", "listed_pairs", "shape", "in_turn")
 
 #: Possible values of settings that are words.
@@ -53,7 +53,8 @@ WORDS: Mapping[str, tuple[str, ...]] = {
 #: MuJoCo's mjMAXVAL. A coordinate, velocity or acceleration above mjMAXVAL is an error in MuJoCo.
 LARGEST_VALUE = 1e10
 
-#: Smallest acceleration of an impact. MuJoCo's solver ignores accelerations below mjMINVAL, 1e-15.
+#: Smallest acceleration of an impact that the adapter accepts. MuJoCo's solver ignores accelerations below mjMINVAL,
+#: 1e-15.
 LEAST_ACCELERATION_M_S2 = 1e-12
 
 #: Largest number of discs in a scene whose pairs the model lists. 1000 discs have half a million pairs, which MuJoCo
@@ -65,18 +66,19 @@ CAPABILITIES = replace(
     damping=True,
     spin=True,
     # Because of rounding, a contact point is not exactly on the line of centres. So the normal impulse also changes the
-    # spin. The smaller the inertia, the larger is this error. With this inertia factor, the relative error of the spin
-    # is 5e-9 for discs at a distance of 200 radii from the origin. MuJoCo itself refuses an inertia below mjMINVAL,
-    # 1e-15 in units of the model.
+    # spin. The error of the spin grows as the inertia decreases. With the inertia factor 1e-5, the relative error of
+    # the spin is 5e-9 for discs at a distance of 200 radii from the origin. MuJoCo itself refuses an inertia below
+    # mjMINVAL, 1e-15 in units of the model.
     min_inertia_factor=1e-5,
-    # The least coefficient is MuJoCo's mjMINMU, by which MuJoCo silently replaces smaller coefficients, except 0.
-    # From a coefficient of 1e80 on, MuJoCo applies no friction, since the coefficient's fourth power overflows.
+    # The smallest coefficient of friction is mjMINMU: MuJoCo silently replaces smaller coefficients, except 0, by
+    # mjMINMU. From a coefficient of 1e80 on, MuJoCo applies no friction, since the coefficient's fourth power
+    # overflows.
     friction=(1e-5, 1e30),
     continuous_detection=True,
     max_speed_m_s=LARGEST_VALUE,
     max_coordinate_m=LARGEST_VALUE,
     # MuJoCo's mjMINVAL is 1e-15. MuJoCo refuses a body whose mass is below mjMINVAL. If the distance of two centres is
-    # below mjMINVAL, MuJoCo uses an arbitrary normal. The least radius is far above such distances.
+    # below mjMINVAL, MuJoCo uses an arbitrary normal. The smallest radius is far above mjMINVAL.
     min_radius_m=1e-12,
     min_mass_kg=math.nextafter(1e-15, 1.0),
     # A contact's regularisation, (1 - d) / d / mass with the impedance d = 0.9999, must be at least mjMINVAL.
@@ -86,7 +88,7 @@ CAPABILITIES = replace(
 
 
 def does_solve_in_turn(scene: Scene, settings: Mapping[str, Setting]) -> bool:
-    """Whether contacts are solved one after another. This requires friction and the setting ``in_turn``."""
+    """Whether contacts are solved one after another, which needs friction and the setting ``in_turn``."""
     return bool(settings.get("in_turn", False)) and scene.arrays.has_friction
 
 

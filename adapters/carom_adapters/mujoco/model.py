@@ -13,7 +13,8 @@ from carom_adapters.shared.walls import compute_thickness, cut_chain
 
 #: MuJoCo's function `mju_QCQP2` limits friction by Coulomb's law. The function returns no friction if a determinant is
 #: below 1e-10, and accepts errors of 1e-10 N^2. The determinant of a contact is at least friction^4 / mass^2. In the
-#: chosen unit of mass, the heaviest disc has a mass of at most 1, and at most this number times friction^2.
+#: chosen unit of mass, the heaviest disc has a mass of at most 1, and of at most `MASS_OVER_FRICTION_SQUARED` times
+#: friction^2.
 MASS_OVER_FRICTION_SQUARED = 1e4
 
 #: The impedance of contacts with the profile `tuned`: the first number in its setting ``solimp``.
@@ -25,8 +26,8 @@ CYLINDER_TIPS = 7 / 12
 
 
 #: In MuJoCo, impacts change the velocity of every moving body (except `mocap` bodies, which contacts treat as at rest).
-#: So driven bodies have a huge mass: this number times the heaviest disc's mass. An impact then changes a driven body's
-#: velocity by only 1e-13 times the closing speed.
+#: So driven bodies have a huge mass: `DRIVEN_MASS` times the heaviest disc's mass. An impact then changes a driven
+#: body's velocity by only 1e-13 times the closing speed.
 DRIVEN_MASS = 2.0**44
 #: Smaller ratio that replaces `DRIVEN_MASS` if the solver stops at a tolerance. From a ratio of 2^34 on, rounding
 #: errors of the quantity that the solver minimises exceed the tolerance. With a ratio of 2^44, the error of a disc's
@@ -128,7 +129,7 @@ def build_mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
     def format_wall(k: int) -> str:
         material = scene.arrays.materials[k]
         geom = "".join(
-            # With this priority, MuJoCo uses only the wall's parameters. Without this priority, MuJoCo would use the
+            # With the priority 1, MuJoCo uses only the wall's parameters. Without the priority, MuJoCo would use the
             # larger damping and friction of disc and wall.
             format_geom(name, material.restitution, material.friction, **shape, priority="1", **fixed_attributes)
             for name, shape in zip(list_wall_names(scene, k), _list_wall_shapes(scene, k, dt_s), strict=True)
@@ -173,7 +174,7 @@ def _list_wall_shapes(scene: Scene, k: int, dt_s: float) -> list[dict[str, objec
         # a size of 0 means infinite
         return [{"type": "plane", "size": "0 0 1", "pos": "{!r} {!r} 0".format(*wall.point_m), **facing}]
     # In MuJoCo, a plane can't move. So a driven half-plane is a large box, of which discs can reach only the face that
-    # replaces the plane.
+    # acts as the half-plane.
     centre, radius = reach(scene, dt_s)
     drift = wall.drive.fastest * (scene.duration_s + dt_s)
     half = 2.0 * (radius + drift + math.dist(centre, wall.point_m))
@@ -215,7 +216,7 @@ def _format_turning(scene: Scene, settings: Mapping[str, Setting], i: int, unit:
     """Return inertia and joints of a disc that may turn."""
     body = scene.discs[i]
     mass, turns = body.mass_kg * unit, math.isfinite(body.inertia_factor)
-    factor = body.inertia_factor if turns else 1.0  # a disc without a hinge can't turn, so the factor has no effect
+    factor = body.inertia_factor if turns else 1.0  # a disc without a hinge can't turn, so its inertia has no effect
     free = turns and settings["joints"] == "free"
     tips = CYLINDER_TIPS if free and settings.get("shape", "sphere") == "cylinder" else factor
     moments = " ".join(repr(moment * mass * body.radius_m**2) for moment in (tips, tips, factor))

@@ -37,7 +37,7 @@ def read_scene(content: bytes, name: str, duration_s: float) -> Imported:
             mujoco.mj_resetDataKeyframe(model, data, 0)
         mujoco.mj_forward(model, data)
     except (ValueError, MemoryError, mujoco.FatalError) as error:
-        raise AdapterError(f"MuJoCo can't compile it: {error}") from error
+        raise AdapterError(f"MuJoCo can't compile the model: {error}") from error
     return _Reading(mujoco, model, data).build_scene(name, duration_s)
 
 
@@ -46,11 +46,13 @@ def _require_single_file(text: str) -> None:
     try:
         root = ElementTree.fromstring(text)  # noqa: S314 - in a worker process; expat limits the expansion of entities
     except ElementTree.ParseError as error:
-        raise AdapterError(f"it is not XML: {error}") from error
+        raise AdapterError(f"the model is not XML: {error}") from error
     for element in root.iter():
         file_keys = [key for key in element.attrib if key == "file" or key.startswith("file")]
         if element.tag in {"include", "plugin", "model", "attach"} or file_keys:
-            raise AdapterError(f"its <{element.tag}> names another file or a plug-in; a model must be one file")
+            raise AdapterError(
+                f"the element <{element.tag}> refers to another file or a plug-in; a model must be one file"
+            )
 
 
 class _Reading:

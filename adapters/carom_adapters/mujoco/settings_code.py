@@ -32,7 +32,7 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
     if not float(settings["stiffness"]):
         sentences.append("solref is 0 and -(1 + restitution) / timestep: if you change timestep, also change solref.")
     if (unit := choose_mass_unit(scene, settings)) != 1.0:
-        sentences.append(f"A kilogram is {unit!r} units of mass here. The unit changes no motion.")
+        sentences.append(f"A kilogram is {unit!r} units of mass in this model. The unit does not affect the motion.")
     if does_solve_in_turn(scene, settings):
         sentences.append(
             "The model lists each pair of bodies, because solreffriction, a setting for friction, depends on masses."

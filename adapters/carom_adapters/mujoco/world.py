@@ -27,8 +27,8 @@ from carom_adapters.mujoco.model import build_mjcf, choose_mass_unit, list_axis_
 from carom_adapters.shared.legs import Driven, Legs, find_first_velocity
 from carom_adapters.shared.walls import find_walls_in_pieces, sum_contacts
 
-#: Number of compiled models in the cache. Scenes that differ only in their initial states share a model. The number is
-#: enough for all profiles with a few step sizes.
+#: Number of compiled models in the cache. Scenes that differ only in their initial states share a model. The cache has
+#: room for the models of all profiles with a few step sizes.
 KEPT_MODELS = 16
 
 
@@ -43,13 +43,14 @@ def _ignore(_text: str) -> None:
 def _compile(text: str) -> Any:
     """Compile a model, or return the model that was compiled from the same text.
 
-    The text does not contain positions and velocities of movable discs. So scenes that differ only in these states
-    share a compiled model.
+    The text does not contain positions and velocities of movable discs. So scenes that differ only in the states of
+    movable discs share a compiled model.
     """
     return importlib.import_module("mujoco").MjModel.from_xml_string(text)
 
 
-#: Flags that early releases of MuJoCo lack. For each flag in MJCF: names of the enumeration and of the member.
+#: Flags that early releases of MuJoCo lack. For each flag in MJCF: the name of MuJoCo's enumeration, and the name of
+#: its member.
 _LATER = {"speculative": ("mjtEnableBit", "mjENBL_SPECULATIVE"), "autoreset": ("mjtDisableBit", "mjDSBL_AUTORESET")}
 
 
@@ -68,7 +69,7 @@ class MujocoWorld:
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
         require_usable(scene, settings)
         self._requested_settings = dict(settings)
-        self._mujoco: Any = importlib.import_module("mujoco")  # untyped: its classes come from C++ without stubs
+        self._mujoco: Any = importlib.import_module("mujoco")  # untyped, because its C++ classes have no stubs
         self._mujoco.set_mju_user_warning(_ignore)
         try:
             # Leave out flags that this release lacks. Missing flags are later reported as not set.
@@ -81,7 +82,7 @@ class MujocoWorld:
         # Views of MuJoCo's arrays are kept, since creating a view takes long.
         self._warnings, self._qpos, self._qvel = self._data.warning.number, self._data.qpos, self._data.qvel
         self._is_model_shared = True
-        #: For each array of contact dampings in the model: a view of the array, and its values times the step size.
+        #: A view of each array of contact dampings in the model, and the array's values times the step size.
         self._dampings: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []
         self._probe: Any = None
         self._clock = StepClock(float(self._model.opt.timestep))
@@ -112,7 +113,7 @@ class MujocoWorld:
         self._at = model.jnt_qposadr[joint][:, np.newaxis] + np.arange(2)
         self._moves = model.body_dofadr[movable][:, np.newaxis] + np.arange(2)
         # The third coordinate of a free joint is the distance of the centre from the plane. A free joint does not keep
-        # this distance at 0.
+        # the distance at 0.
         self._free = np.flatnonzero(model.jnt_type[joint] == self._mujoco.mjtJoint.mjJNT_FREE)
         self._height_at = model.jnt_qposadr[joint[self._free]] + 2
         for body in 1 + self._free:  # the model may be shared, but all worlds set the same values
@@ -120,8 +121,8 @@ class MujocoWorld:
             if about is not None:
                 model.dof_damping[model.body_dofadr[body] + 3 : model.body_dofadr[body] + 6] = about
         self._radius = scene.arrays.radius_m[self._movable][self._free]
-        # If the sum of the squared distances from the plane is below this limit, no disc is off the plane by more than
-        # its radius, so the distances need not be checked one by one.
+        # If the sum of the squared distances from the plane is below `_low`, no disc is off the plane by more than its
+        # radius, so the distances need not be checked one by one.
         self._low = 0.25 * float(np.min(self._radius, initial=np.inf)) ** 2
         driven = [scene.discs[i].driven for i in moving]
         turning = (np.isfinite(scene.arrays.inertia[self._movable]) | np.array(driven, dtype=bool)) & self._turns
@@ -144,10 +145,10 @@ class MujocoWorld:
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings. Most are read from the compiled model, and the others are as requested."""
+        """The settings in use. Most settings are read from the compiled model, and the others are as requested."""
         model, mujoco = self._model, self._mujoco
         disabled, flag = model.opt.disableflags, mujoco.mjtDisableBit
-        # earlier releases use names that begin with "mpr", an algorithm
+        # earlier releases of MuJoCo use the prefix "mpr" instead of "ccd"
         ccd = "ccd" if hasattr(model.opt, "ccd_tolerance") else "mpr"
         read: dict[str, Setting] = {
             "dt_s": float(model.opt.timestep),
@@ -265,7 +266,7 @@ class MujocoWorld:
                     f"MuJoCo moved disc {disc} out of the plane: its centre is {height[k]:.3g} m off, more than a "
                     "radius"
                 )
-        if not any(number.tolist()):  # faster than NumPy's functions, in code that runs after every step
+        if not any(number.tolist()):  # faster than NumPy's functions, and runs after every step
             return "; ".join(warnings)
         kind = self._mujoco.mjtWarning
         # If the reset is switched off, MuJoCo only counts huge values, which is no reason for a warning.
@@ -308,7 +309,10 @@ class MujocoWorld:
         return frozenset(pair_of(self._body_number[a], self._body_number[b]) for a, b in geoms[overlaps])
 
     def save(self) -> object:
-        """Return coordinates and velocities. With the settings of `located`, nothing else affects later steps."""
+        """Return coordinates and velocities.
+
+        With the settings of the profile `located`, later steps depend only on coordinates and velocities.
+        """
         return (self._clock.now_s, self._legs.started, self._data.qpos.copy(), self._data.qvel.copy())
 
     def restore(self, state: Any) -> None:

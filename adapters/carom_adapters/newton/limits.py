@@ -6,9 +6,9 @@ from collections.abc import Mapping
 
 from carom.engines.api import Capabilities, Scene, Setting, require_sound, require_supported
 
-#: Settings that are arguments of the solver, with the names of the solver's attributes. There are two other settings.
-#: ``gap`` is a property of each shape. ``speculative_contact_gap_max`` is a property of the collision pipeline, with no
-#: value by default. Settings that a profile omits keep Newton's defaults.
+#: Settings that are arguments of the solver, with the names of the solver's attributes. The settings also include two
+#: properties of other objects. ``gap`` is a property of each shape. ``speculative_contact_gap_max`` is a property of
+#: the collision pipeline, and has no value by default. Settings that a profile omits keep Newton's defaults.
 OF_THE_SOLVER = (
     "iterations",
     "rigid_contact_relaxation",

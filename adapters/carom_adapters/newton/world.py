@@ -57,7 +57,7 @@ class NewtonWorld:
             builder.body_qd[body] = warp.spatial_vector(*_to_space(disc.velocity_m_s), 0.0, 0.0, 0.0)
             builder.add_shape_sphere(body, radius=disc.radius_m, cfg=shape)
         for wall in walls:
-            # The plane is described by position and rotation, not by its equation. From the equation of a plane that
+            # The wall is built from its position and rotation, not from its equation. From the equation of a plane that
             # faces down, Newton 1.8 builds a plane that faces up.
             turn = math.atan2(*wall.normal) / 2.0
             transform = warp.transform(_to_space(wall.point_m), (0.0, math.sin(turn), 0.0, math.cos(turn)))
@@ -70,7 +70,8 @@ class NewtonWorld:
         solver_settings = {name: settings[name] for name in OF_THE_SOLVER if name in settings}
         self._solver = newton.solvers.SolverXPBD(self._model, **solver_settings)
         self._state, self._next = self._model.state(), self._model.state()
-        #: Array for the forces that the solver reports at each contact. The first observation creates the array.
+        #: Array for the forces that the solver reports at each contact. The first observation creates the array of
+        #: forces.
         self._forces: Any = None
 
     @staticmethod

@@ -1,7 +1,7 @@
 """Engines from npm. Each folder contains a program for Node that runs an engine and uses the engine protocol.
 
 ``docs/reference/engine-protocol.md`` describes the protocol. ``package.json`` contains the versions of the engines, and
-``serve.mjs`` contains the code that all these programs share. In a checkout, `make engines` installs the engines. In an
+``serve.mjs`` contains the code that the programs share. In a checkout, `make engines` installs the engines. In an
 installation from a wheel, use the command that ``carom engines`` shows.
 """
 

@@ -54,7 +54,7 @@ def write_code(
     if imported is None or served is None:
         raise ValueError("the program does not import from serve.mjs, or has no world")
     needed = [name for name in imported[1].split(", ") if name != "serve"]
-    for name in needed:  # the loop also visits the names that it appends: functions that these functions call
+    for name in needed:  # the loop also visits names that it appends to the list: functions that these functions call
         needed += [other for other in shared if re.search(rf"\b{other}\b", shared[name]) and other not in needed]
     helpers = "\n\n".join(piece for name, piece in shared.items() if name in needed)
     body = _SERVED.sub("", _IMPORTED.sub("", source)).rstrip("\n")

@@ -13,8 +13,8 @@ SETTINGS = ("cfm", "erp", "quick_step_iterations", "stepper")
 STEPPERS = ("step", "quickStep")
 
 #: ODE divides velocities by the step size, and ends the process if the quotient overflows 32-bit floats, at 2^128. So
-#: the adapter takes steps of at least `LEAST_STEP_S`. The bisection of `located` asks for shorter steps if bodies
-#: already touch.
+#: the adapter takes steps of at least `LEAST_STEP_S`. The bisection of the profile `located` requests shorter steps if
+#: bodies already touch.
 LEAST_STEP_S = 2.0**-100
 
 CAPABILITIES = Capabilities(

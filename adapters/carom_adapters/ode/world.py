@@ -112,7 +112,7 @@ class OdeWorld:
             self._met.append((joint, a, b, (nx, ny)))
 
     def advance(self, steps: int) -> None:
-        """Take steps. Each step releases the joints of the step before, finds contacts, and solves them."""
+        """Take steps. Each step releases the joints of the previous step, finds contacts, and solves them."""
         for _ in range(steps):
             self._release_joints()
             self._space.collide("", self._add_contact_joints)
@@ -135,7 +135,7 @@ class OdeWorld:
         contacts = []
         for joint, a, b, normal in self._met:
             feedback = joint.getFeedback()
-            # The force on one of the two bodies, or on the movable body if only one body can move.
+            # Force on one of the two bodies, or on the movable body if only one body can move.
             fx, fy, _ = feedback.getForce1()
             impulse = abs(fx * normal[0] + fy * normal[1]) * self._clock.dt_s
             if impulse > 0.0:  # if the bodies separate, the contact has no effect

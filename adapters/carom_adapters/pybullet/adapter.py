@@ -19,7 +19,8 @@ from carom_adapters.shared import engine_adapter as shared
 #: of up to 2.4e-4 times the greatest velocity (for a cradle with gaps, at 240 steps per second).
 CYLINDER_ACCURACY = Accuracy(velocity=1e-3)
 
-#: PyBullet damps bodies by default: both values are 0.04, which reduces a spin of 10 rad/s by 3 rad/s in a second.
+#: PyBullet damps bodies by default: both damping settings are 0.04, which reduces a spin of 10 rad/s by 3 rad/s in a
+#: second.
 _DEFAULT: shared.Settings = {"linearDamping": 0.0, "angularDamping": 0.0}
 
 _TUNED: shared.Settings = {
@@ -32,18 +33,20 @@ _TUNED: shared.Settings = {
     # Contacts are solved only while bodies overlap. By default Bullet solves contacts from a distance of 0.02 m on.
     "contactProcessingThreshold": 0.0,
     "contactSlop": 0.0,
-    # Bullet makes contacts with a closing speed below this number inelastic. The default is 0.2 m/s.
+    # Bullet makes contacts inelastic if their closing speed is below restitutionVelocityThreshold. The default of this
+    # threshold is 0.2 m/s.
     "restitutionVelocityThreshold": 0.0,
     # By default, the order in which contacts of the same body are solved depends on memory addresses.
     "deterministicOverlappingPairs": 1,
     # By default, the solver stops when the residual is small, so that contacts of the same body lose energy.
     "solverResidualThreshold": 0.0,
     "numSolverIterations": 50,
-    # Bullet sweeps a sphere of this fraction of the disc's radius along the path of a step (continuous detection). Only
-    # discs are swept whose initial velocity moves them by more than their radius in a step. If discs made fast by an
-    # impact were swept, they would be moved into bodies that they already touch, and would gain energy. In Galperin's
-    # billiard at 60 steps per second, the energy would grow by a factor of eight. With a fraction of 1, a swept disc
-    # would stop before it overlaps the other body, so that no contact is found.
+    # For continuous detection, Bullet sweeps a sphere along the path of a step; `ccd_radius_fraction` is the radius of
+    # this sphere divided by the disc's radius. Only discs whose initial velocity moves them by more than their radius
+    # in a step are swept. If discs made fast by an impact were swept, they would be moved into bodies that they already
+    # touch, and would gain energy. In Galperin's billiard at 60 steps per second, the energy would grow by a factor of
+    # eight. With a fraction of 1, a swept disc would stop before it overlaps the other body, so that no contact is
+    # found.
     "ccd_radius_fraction": 0.95,
 }
 

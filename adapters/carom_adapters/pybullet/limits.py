@@ -30,8 +30,8 @@ BODY_SETTINGS = ("linearDamping", "angularDamping", "contactProcessingThreshold"
 OTHER_SETTINGS = ("useMaximalCoordinates", "ccd_radius_fraction", "shape", "turn")
 SHAPES = ("sphere", "cylinder")
 
-#: Shortest step size, smallest 1/mass, and smallest distance of discs. Below 2.2e-16 (its constant SIMD_EPSILON),
-#: Bullet ignores a step, treats a body as static, or uses an arbitrary normal.
+#: Shortest step size. If a step size, 1/mass or a distance of discs is below 2.2e-16 (Bullet's constant SIMD_EPSILON),
+#: Bullet ignores the step, treats the body as static, or uses an arbitrary normal.
 SHORTEST_STEP_S = 1e-15
 
 #: Smallest allowed values of settings. PyBullet silently ignores smaller values.
@@ -52,11 +52,11 @@ CAPABILITIES = replace(
     rolling_resistance=True,
     spin=True,
     # Because of rounding, a contact point is not exactly on the line of centres. So the normal impulse also changes the
-    # spin. The smaller the inertia, the larger is this error. With this inertia factor, the relative error of the spin
-    # is 1e-8 for discs at a distance of 200 radii from the origin.
+    # spin. The error of the spin grows as the inertia decreases. With the inertia factor 1e-6, the relative error of
+    # the spin is 1e-8 for discs at a distance of 200 radii from the origin.
     min_inertia_factor=1e-6,
-    # The largest friction is Bullet's MAX_FRICTION. Bullet reduces a larger product of two bodies' coefficients to this
-    # value (`btManifoldResult`).
+    # The largest friction is Bullet's MAX_FRICTION. Bullet reduces a larger product of two bodies' coefficients to
+    # MAX_FRICTION (`btManifoldResult`).
     friction=(0.0, 10.0),
     continuous_detection=True,
     # A plane's bounding box ends at BT_LARGE_FLOAT = 1e18.

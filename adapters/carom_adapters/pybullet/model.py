@@ -68,7 +68,7 @@ def compute_resistance(scene: Scene, disc_friction: float) -> float:
 def build_structure_key(scene: Scene, settings: Mapping[str, Setting]) -> object:
     """Return a key that contains everything in a scene except the initial states of movable discs.
 
-    A client can be reused for a scene with an equal key. Return None if a client can't be reused for this scene, since
+    Two scenes with equal keys can use the same client. Return None if a client can't be reused for this scene, since
     Bullet stores state that can't be reset. With three bodies or more, Bullet stores the order in which pairs came
     near, and solves contacts in this order, which affects the last bits of results. Bullet also stores contact points
     of cylinders and planes. If a disc has rolled, a stored contact point can be slightly wrong, and turns the disc in

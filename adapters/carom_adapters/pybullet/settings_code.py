@@ -27,7 +27,7 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
     world = {"fixedTimeStep": dt_s} | {name: settings[name] for name in WORLD_SETTINGS if name in settings}
     dynamics = build_dynamics(scene, settings)
     lines = []
-    starts: list[Driven] = []  # in the order in which the program creates them
+    starts: list[Driven] = []  # the bodies in the order in which the program creates them
     for disc in scene.discs:
         arguments: dict[str, object] = {}
         if disc.driven:

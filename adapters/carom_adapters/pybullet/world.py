@@ -83,7 +83,7 @@ class PybulletWorld(QuietSteps):
         self._movable: list[int] = []
         self._body_number: dict[int, int] = {}
         self._driven: list[tuple[int, Driven]] = []
-        self._legs = Legs[tuple[int, float]]()  # a body is stored with its spin
+        self._legs = Legs[tuple[int, float]]()  # each body is stored with its spin
         self._walls_in_pieces = find_walls_in_pieces(scene)
         is_built = False
         if not _KEPT:
@@ -98,7 +98,7 @@ class PybulletWorld(QuietSteps):
                 # A reused client may still have the step size of a shortened step.
                 self._bullet.setPhysicsEngineParameter(fixedTimeStep=self._clock.dt_s, physicsClientId=self._client)
             else:
-                self._bullet.resetSimulation(physicsClientId=self._client)  # its first parameter is `flags`
+                self._bullet.resetSimulation(physicsClientId=self._client)  # the first parameter is `flags`
         try:
             if not is_built:
                 self._build(scene)
@@ -129,7 +129,7 @@ class PybulletWorld(QuietSteps):
         bullet.setPhysicsEngineParameter(fixedTimeStep=self._clock.dt_s, physicsClientId=client, **world)
         # Nothing is drawn. Without this shape, Bullet would build a mesh to draw each body, which takes up to 10 ms.
         self._visual = bullet.createVisualShape(bullet.GEOM_BOX, halfExtents=[1.0, 1.0, 1.0], physicsClientId=client)
-        disc_restitution, disc_friction, of_walls = factor_walls(scene)  # the default friction is 0.5
+        disc_restitution, disc_friction, of_walls = factor_walls(scene)  # Bullet's default friction is 0.5
         ccd_fraction = float(settings.get("ccd_radius_fraction", 0.0))
         for i, disc in enumerate(scene.discs):
             kind = bullet.GEOM_CYLINDER if settings.get("shape", "sphere") == "cylinder" else bullet.GEOM_SPHERE
@@ -215,7 +215,7 @@ class PybulletWorld(QuietSteps):
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings in use. Some are read from PyBullet, and the others are as requested."""
+        """The settings in use. Some settings are read from PyBullet, and the others are as requested."""
         world = self._bullet.getPhysicsEngineParameters(self._client)
         body = self._bullet.getDynamicsInfo((self._movable or self._discs)[0], -1, self._client)
         return self._requested_settings | {
@@ -266,7 +266,7 @@ class PybulletWorld(QuietSteps):
         if self._requested_settings.get("useMaximalCoordinates", False):
             return ""
         clamped = self._below_clamp & (np.abs(velocity) >= SHIPPED_SPEED_CLAMP_M_S)
-        if np.count_nonzero(clamped):  # five times as fast as `any`, in code that runs after every step
+        if np.count_nonzero(clamped):  # five times as fast as `any`, and runs after every step
             return (
                 f"PyBullet clamps each component of a multibody's velocity to {SHIPPED_SPEED_CLAMP_M_S:g} m/s, and "
                 f"disc {int(clamped.any(axis=1).argmax())} has reached this limit"
@@ -289,7 +289,8 @@ class PybulletWorld(QuietSteps):
 
     def _read_contacts(self) -> list[Contact]:
         at_s = self._clock.step_began_s
-        # Bullet solves contacts whose distance is below this number. By default Bullet solves all contacts.
+        # Bullet solves contacts whose distance is below `contactProcessingThreshold`. By default Bullet solves all
+        # contacts.
         solved_below = float(self._requested_settings.get("contactProcessingThreshold", math.inf))
         found = []
         for point in self._bullet.getContactPoints(physicsClientId=self._client):
@@ -324,7 +325,7 @@ class PybulletWorld(QuietSteps):
 
     def touching(self) -> frozenset[tuple[int, int]]:
         """Return the pairs that overlap by Bullet's own collision detection, at the present positions."""
-        self._read_step_contacts()  # reads the contacts before the detection overwrites them
+        self._read_step_contacts()  # the detection overwrites the contacts of the last step, so they are read before
         self._bullet.performCollisionDetection(self._client)
         found = set()
         for point in self._bullet.getContactPoints(physicsClientId=self._client):
@@ -333,7 +334,10 @@ class PybulletWorld(QuietSteps):
         return frozenset(found)
 
     def save(self) -> object:
-        """Return positions, velocities and spins. With the settings of `located`, nothing else affects later steps."""
+        """Return positions, velocities and spins.
+
+        With the settings of the profile `located`, later steps depend only on positions, velocities and spins.
+        """
         bullet, client = self._bullet, self._client
         bodies = [
             (body, bullet.getBasePositionAndOrientation(body, client), bullet.getBaseVelocity(body, client))

@@ -14,8 +14,8 @@ _TUNED: shared.Settings = {
     # ten discs, the energy grows by a fraction of 2e-7 with the default of 10 iterations, and by 2e-14 with 20
     # iterations.
     "iterations": 20,
-    # By default Chipmunk pushes overlapping bodies apart, in addition to their bounce. The setting is the fraction of
-    # an overlap that is left after a second. With 1, bodies are never pushed apart.
+    # By default Chipmunk pushes overlapping bodies apart, in addition to their bounce. `collision_bias` is the fraction
+    # of an overlap that is left after a second. With the value 1, bodies are never pushed apart.
     "collision_bias": 1.0,
     # A disc that slides over the joint of two segments gets caught on the joint, unless each segment has the other as
     # its neighbour.

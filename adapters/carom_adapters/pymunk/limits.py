@@ -23,8 +23,8 @@ SPACE_SETTINGS = (
 NEIGHBORS = "set_neighbors"
 SETTINGS = (*SPACE_SETTINGS, NEIGHBORS)
 
-#: Chipmunk compares squared distances with squared radii, and divides by masses. Between these bounds, squares and
-#: quotients stay in the range of 64-bit floats (1e-308 to 1e308), so that no impact is invented or missed.
+#: Chipmunk compares squared distances with squared radii, and divides by masses. Between `SMALLEST` and `LARGEST`,
+#: squares and quotients stay in the range of 64-bit floats (1e-308 to 1e308), so that no impact is invented or missed.
 LARGEST = 1e100
 SMALLEST = 1e-100
 
@@ -40,15 +40,16 @@ CAPABILITIES = replace(
     table_friction=True,
     spin=True,
     # Because of rounding, a contact point is not exactly on the line of centres. So the normal impulse also changes the
-    # spin. The smaller the inertia, the larger is this error. With this inertia factor, the relative error of the spin
-    # is 3e-9 for discs at a distance of 200 radii from the origin.
+    # spin. The error of the spin grows as the inertia decreases. With the inertia factor 1e-6, the relative error of
+    # the spin is 3e-9 for discs at a distance of 200 radii from the origin.
     min_inertia_factor=1e-6,
     friction=(0.0, LARGEST),
     stamp=Stamp.END,
     max_speed_m_s=LARGEST,
     max_coordinate_m=LARGEST,
     min_radius_m=SMALLEST,
-    # The limit is smaller than the largest coordinate, so that a scene can contain several discs of this size.
+    # The largest radius is smaller than the largest coordinate, so that a scene can contain several discs of this
+    # radius.
     max_radius_m=1e98,
     min_mass_kg=SMALLEST,
     max_mass_kg=LARGEST,

@@ -71,9 +71,9 @@ def read_scene(content: bytes, name: str, duration_s: float) -> Imported:
     except AdapterError:
         raise
     except Exception as error:  # invalid bytes can cause any exception in the unpickler and in pymunk
-        raise AdapterError(f"it is not a pickle of a pymunk.Space: {type(error).__name__}: {error}") from error
+        raise AdapterError(f"the file is not a pickle of a pymunk.Space: {type(error).__name__}: {error}") from error
     if not isinstance(space, pymunk.Space):
-        raise AdapterError(f"it contains a {type(space).__name__} instead of a pymunk.Space")
+        raise AdapterError(f"the file contains a {type(space).__name__} instead of a pymunk.Space")
     return _Reading(space).build_scene(name, duration_s)
 
 
@@ -110,10 +110,10 @@ class _Reading:
         )
 
     def _can_keep(self, shape: pymunk.Shape, k: int) -> bool:
-        """Whether a scene can contain a shape. If not, add the shape to the list of dropped parts."""
+        """Whether a scene can contain a shape. Add an unsupported shape to the list of dropped parts."""
         body, label = shape.body, f"shape {k}, a {type(shape).__name__}"
         if body is None or shape.sensor:
-            self.dropped.append(f"{label}: {'it has no body' if body is None else 'a sensor, which pushes nothing'}")
+            self.dropped.append(f"{label}: {'it has no body' if body is None else 'a sensor, which exerts no force'}")
         elif body.body_type == body.KINEMATIC and (body.velocity.length > 0 or body.angular_velocity != 0):
             self.dropped.append(f"{label}: its kinematic body moves by itself")
         elif body.body_type == body.DYNAMIC and len(body.shapes) > 1:

@@ -81,7 +81,7 @@ def build_wall_shapes(scene: Scene, dt_s: float) -> list[WallShape]:
     corners = [corner for shape in shapes if isinstance(shape, list) for corner in shape]
     farthest = max((abs(value) for corner in corners for value in corner), default=0.0)
     smallest = min(disc.radius_m for disc in scene.discs)
-    if not farthest * 2.0**-52 < smallest:  # this also refuses NaN
+    if not farthest * 2.0**-52 < smallest:  # NaN is refused, too
         raise AdapterError(
             f"pymunk: a wall must reach up to {farthest:.3g} m, because discs can move that far, but there rounding "
             f"exceeds the smallest radius, {smallest:.3g} m; shorten duration_s, or remove walls or heavy fast discs"

@@ -149,7 +149,7 @@ class PymunkWorld(QuietSteps):
         return numbers
 
     def has_contacts(self) -> bool:
-        """Whether a contact has an impulse in the last step."""
+        """Whether an impulse acted at a contact in the last step."""
         impulses: list[Vec2d] = []
         for body in self._movable:
             body.each_arbiter(lambda arbiter: impulses.append(arbiter.total_impulse))
@@ -165,7 +165,7 @@ class PymunkWorld(QuietSteps):
         own_shape, other = arbiter.shapes
         first, second = self._body_number[own_shape], self._body_number[other]
         if 0 <= second < first and other.body is not None and other.body.body_type == other.body.DYNAMIC:
-            return  # the impulse was already added from the other body
+            return  # the other body has already added this impulse
         tangential = total.dot(normal.perpendicular()) if self._turns else None
         impulses.setdefault((first, second), []).append((normal, impulse, tangential))
 
@@ -186,8 +186,8 @@ class PymunkWorld(QuietSteps):
         """Set the size of the following steps.
 
         For a lasting contact, Chipmunk starts each step with the last impulse, multiplied by the ratio of the present
-        to the last step size. With shortened steps, this ratio can be arbitrarily large. So shapes in contact are
-        removed and added again, which resets the impulse.
+        to the last step size. With shortened steps, the ratio of the step sizes can be arbitrarily large. So shapes in
+        contact are removed and added again, which resets the impulse.
         """
         self._clock.cut(dt_s)
         touching = {shape for pair in self._list_contact_pairs() for shape in pair}
@@ -210,7 +210,10 @@ class PymunkWorld(QuietSteps):
         return self._arbiters
 
     def save(self) -> object:
-        """Return positions, velocities and spins. With the settings of `tuned`, nothing else affects later steps."""
+        """Return positions, velocities and spins.
+
+        With the settings of the profile `tuned`, later steps depend only on positions, velocities and spins.
+        """
         moving = [*self._movable, *self._driven]
         bodies = [(body, body.position, body.velocity, body.angular_velocity) for body in moving]
         return (self._clock.now_s, bodies, self._legs.started)
@@ -232,7 +235,7 @@ class PymunkWorld(QuietSteps):
 
 
 def _build_table_joint(space: pymunk.Space, body: pymunk.Body, deceleration_m_s2: float) -> pymunk.PivotJoint:
-    """Return a joint that slows a body down as a table does.
+    """Return a joint that slows a body down like the friction of a table.
 
     The joint's force is limited to mass times deceleration.
     """

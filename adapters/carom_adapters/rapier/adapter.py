@@ -38,11 +38,12 @@ _SWEPT: shared.Settings = {**_TUNED, "soft_ccd_prediction": 1e3}
 
 _LOCATED: shared.Settings = {
     **_TUNED,
-    # With these two settings, a step depends only on positions and velocities, so the step can be undone.
+    # Without contact recycling and warm start, a step depends only on positions and velocities, so the step can be
+    # undone.
     "contact_recycling": False,
     "warmstart_coefficient": 0.0,
-    # The fraction is as small as the relative rounding error of 32-bit floats. The fraction is a power of two, so that
-    # its product with the step size is exact.
+    # The first part of a step is a fraction of the step, as small as the relative rounding error of 32-bit floats. The
+    # fraction is a power of two, so that its product with the step size is exact.
     "first_part": 2.0**-24,
 }
 
@@ -69,8 +70,8 @@ adapter = shared.EngineAdapter(
             "Rapier's defaults (contacts act when bodies are still 2 cm apart, and speeds are limited to 400 m/s), "
             "except that bodies never sleep and have the scene's restitution.",
             shared.add_step(_DEFAULT),
-            # Rapier finds a contact within the margin only if a step ends there. In other cases Rapier finds the
-            # overlap later, as in `tuned`.
+            # Rapier finds a contact within the margin only if a step ends within the margin. In other cases Rapier
+            # finds the overlap later, as with the profile `tuned`.
             Accuracy(late_steps=TURNS_LATE, margin_m=SHIPPED_MARGIN_M),
             capabilities=replace(CAPABILITIES, max_speed_m_s=SHIPPED_SPEED_M_S),
             changed={
@@ -95,7 +96,7 @@ adapter = shared.EngineAdapter(
         "located": shared.build_located_profile(
             "Rapier's own narrow phase",
             _LOCATED,
-            then=". Each step has two parts: in the first, touching bodies bounce; in the second, they move",
+            then=". Each step has two parts: in the first part, touching bodies bounce; in the second part, they move",
         ),
     },
     world=_build_world,

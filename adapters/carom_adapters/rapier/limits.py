@@ -26,8 +26,8 @@ SOFTNESSES = {
 }
 
 #: ``can_sleep`` and ``soft_ccd_prediction`` (metres) are properties of every disc, with Rapier's names. With
-#: ``first_part``, each step is taken in two parts, of which the first is this fraction of the step; see the profile
-#: `located`.
+#: ``first_part``, each step is taken in two parts, and the setting is the first part's fraction of the step; see the
+#: profile `located`.
 OTHER_SETTINGS = (*SOFTNESSES, "can_sleep", "soft_ccd_prediction", "first_part")
 
 #: Smallest values of settings. With smaller values, Rapier divides by zero or fails in other ways. The square of the
@@ -39,12 +39,12 @@ LEAST = dict.fromkeys((*PARAMETERS, *OTHER_SETTINGS), 0.0) | {
 }
 MOST = {"dt_s": 1e12}
 
-#: Default of `normalized_max_linear_velocity`. A faster body is silently slowed down to this speed.
+#: Default of `normalized_max_linear_velocity`. Rapier silently slows a faster body down to this speed.
 SHIPPED_SPEED_M_S = 400.0
 
 CAPABILITIES = replace(
     GENERAL,
-    # With quantities between these powers of ten, squares and impulses stay in the range of 32-bit floats (1e-38 to
+    # The limits of speed, coordinate, radius and mass keep squares and impulses in the range of 32-bit floats (1e-38 to
     # 1e38).
     max_speed_m_s=1e9,
     max_coordinate_m=1e9,

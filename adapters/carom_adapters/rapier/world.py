@@ -25,7 +25,7 @@ from carom_adapters.rapier.limits import PARAMETERS, SOFTNESSES, check_inputs
 from carom_adapters.shared.legs import Legs, Vector, find_first_velocity
 from carom_adapters.shared.walls import compute_thickness, cut_chain, find_walls_in_pieces, sum_contacts
 
-#: Relative rounding of a 32-bit float.
+#: Relative rounding error of a 32-bit float.
 ROUNDING = 2.0**-23
 
 
@@ -39,7 +39,7 @@ class RapierWorld:
         self._rapier: Any = rapier3d
         self._scene, self._requested_settings = scene, dict(settings)
         self._clock = StepClock(float(settings["dt_s"]))
-        self._legs = Legs[int]()  # bodies are given by their index in `_all`
+        self._legs = Legs[int]()  # a body is given by its index in `_all`
         for body, scene_body in enumerate((*scene.discs, *scene.walls)):
             self._legs.add(body, scene_body)
         discs = [(disc.position_m, find_first_velocity(disc)) for disc in scene.discs]
@@ -152,7 +152,7 @@ class RapierWorld:
         for pair in self._world.narrow_phase.contact_pairs():
             for manifold in pair.manifolds:
                 impulse = sum(point.impulse for point in manifold.points)
-                if impulse <= 0:  # Rapier also keeps contacts without effect
+                if impulse <= 0:  # Rapier also keeps contacts without an impulse
                     continue
                 nx, ny, _ = manifold.data.normal.to_tuple()
                 length = math.hypot(nx, ny)  # the normal's length is 1 only to the precision of 32-bit floats
@@ -224,7 +224,10 @@ class RapierCuttableWorld(RapierWorld):
         return [(body.translation.to_tuple()[:2], body.linvel.to_tuple()[:2]) for body in self._all]
 
     def save(self) -> object:
-        """Return positions and velocities. With the settings of `located`, nothing else affects later steps."""
+        """Return positions and velocities.
+
+        With the settings of the profile `located`, later steps depend only on positions and velocities.
+        """
         return (self._clock.now_s, self._legs.started, self._read_states(), self._solved_contacts)
 
     def restore(self, state: Any) -> None:

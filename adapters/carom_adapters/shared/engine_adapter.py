@@ -14,7 +14,7 @@ Settings = Mapping[str, Setting]
 #: setting.
 OF_THE_SCENE = "the scene's"
 #: Reason in `Profile.changed` for discs that can't turn. Without spin and friction, nothing turns a disc anyway.
-NOT_TURNED = "discs cannot turn if the scene has no spin or friction; this changes only roundings"
+NOT_TURNED = "discs cannot turn if the scene has no spin or friction, which changes only rounding errors"
 
 #: Capabilities that most engines have. Each adapter adds further capabilities of its engine.
 GENERAL = Capabilities(

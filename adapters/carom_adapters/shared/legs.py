@@ -37,7 +37,7 @@ class Legs(Generic[Body]):
         self.started = 0
 
     def add(self, body: Body, scene_body: Driven) -> None:
-        """Add the legs of a driven disc or wall. `body` represents the disc or wall in the engine."""
+        """Add the changes of velocity of a driven disc or wall. `body` represents the disc or wall in the engine."""
         self._changes += [(leg.begin_s, body, leg.velocity) for leg in scene_body.drive.legs[1:]]
         self._changes.sort(key=itemgetter(0))
 
@@ -61,7 +61,10 @@ class Legs(Generic[Body]):
             steps_taken += count
 
     def _start_due(self, now_s: float) -> Sequence[tuple[Body, Vector]]:
-        """Start the legs that are due at a time. Return the bodies of these legs with their new velocities."""
+        """Apply the changes of velocity that are due at a time.
+
+        Return the bodies whose velocities change, with their new velocities.
+        """
         first = self.started
         while self.started < len(self._changes) and self._changes[self.started][0] <= now_s * _REACHED:
             self.started += 1
@@ -76,7 +79,7 @@ def has_legs(scene: Scene) -> bool:
 def group_legs_by_step(bodies: Sequence[Driven], dt_s: float) -> dict[int, list[tuple[int, Vector]]]:
     """Return the changes of velocity, grouped by the number of the step (from 0) before which they occur.
 
-    A change is the number of the body and its new velocity.
+    A change consists of the number of the body and its new velocity.
     """
     changes: dict[int, list[tuple[int, Vector]]] = {}
     for number, body in enumerate(bodies):

@@ -34,7 +34,7 @@ class QuietSteps(ABC):
 
     @abstractmethod
     def has_contacts(self) -> bool:
-        """Whether the last step may have contacts."""
+        """Whether the last step may have had contacts."""
 
     def take_quiet_steps(self, position_m: Array, velocity_m_s: Array, spin_rad_s: Array) -> int:
         """Take steps until a step may have contacts or a warning; see `carom.engines.api.QuietWorld`."""

@@ -11,7 +11,7 @@ from carom.engines.api import Chain, Contact, Ring, Scene, Wall, factored_fricti
 Point = tuple[float, float]
 
 #: In engines that need solids, a wall without width becomes a very thin solid. Half of the solid's width, as a fraction
-#: of the smallest radius. The number is not larger than rounding errors of positions.
+#: of the smallest radius. The half width is not larger than rounding errors of positions.
 THINNEST = 1e-12
 
 

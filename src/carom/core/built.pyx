@@ -18,5 +18,5 @@ EVALUATION_METHOD = FLT_EVAL_METHOD
 
 
 def less_product(double c, double a, double b):
-    """Return ``c - a b``. The result shows whether the compiler fuses both operations, with only one rounding."""
+    """Return ``c - a b``. The result shows whether the compiler fuses product and difference (with one rounding)."""
     return c - a * b

@@ -1,4 +1,4 @@
-/* The core of Carom: discs and walls in a plane, in C11 without dependencies. Start here.
+/* The core of Carom: discs and walls in a plane, in C11 without dependencies. Read this header first.
 
    The core has two solvers. PIC (`event_loop.c`) computes the exact instant of every impact and goes from one impact to
    the next. PIT (`frame_loop.c`) advances all discs frame by frame and checks for contact once per frame, as most
@@ -12,10 +12,10 @@
 
    BODIES are numbered as in `carom.model.trace`: disc i has the number i, and wall k the number -1 - k. A wall is a
    half-plane, a circle, or a chain of edges and arcs. The parts of a wall that a disc can hit are its features:
-   half-planes, faces (sides of straight edges), vertices, and the outside or inside of arcs. An obstacle is what PIC
-   tests a disc against: in simple scenes a whole wall, and in others a feature (see pic/state.h). Obstacle k also has
-   the number -1 - k. Impacts do not change the path of a driven body. The ground of a disc is the half-plane or face on
-   which it slides, rolls or rests.
+   half-planes, faces (sides of straight edges), vertices, and the outside or inside of arcs. An obstacle is a wall or
+   feature that PIC tests discs against: in simple scenes a whole wall, and in other scenes a feature (see pic/state.h).
+   Obstacle k also has the number -1 - k. Impacts do not change the path of a driven body. The ground of a disc is the
+   half-plane or face on which it slides, rolls or rests.
 
    A RUN OF PIC calls these functions:
 
@@ -33,11 +33,11 @@
    event of the second sort changes a motion: two discs collide, a disc hits an obstacle, or a disc stops sliding,
    rolling, resting or moving on a table.
 
-   Several events may have the same instant. Events that change only predictions are then processed first. Then come
-   ends of motions, in the order of the discs' numbers. Impacts are last, in ascending order of the numbers (first,
+   Several events may have the same instant. Events that change only predictions are then processed first. Ends of
+   motions come second, in the order of the discs' numbers. Impacts are last, in ascending order of the numbers (first,
    second) of their two bodies. For two discs, `first` is the lower number. For a disc and a wall, `first` is the disc.
    For the same `first`, walls come before discs, because the numbers of walls are negative. `Trace.ambiguous` lists the
-   impacts whose result depends on this order.
+   impacts whose result depends on the order of simultaneous events.
 
    INVARIANTS, which every change must keep:
 
@@ -176,7 +176,7 @@ typedef void *(*Resize)(void *memory, size_t used, size_t size);
 
 typedef struct Arena { /* one block of memory for all arrays of fixed length */
     /* start of the block; NULL while the size of the block is computed. A `lay_out` function runs twice: first to
-       compute this size, and then to assign the addresses of the arrays */
+       compute the size of the block, and then to assign the addresses of the arrays */
     char *memory;
     size_t used; /* number of bytes reserved so far */
 } Arena;
@@ -256,7 +256,7 @@ typedef struct Law {
 
 typedef struct Body {    /* data of a disc for the impact law */
     double *velocity;    /* x and y */
-    double inverse_mass; /* 0 for a disc that never moves */
+    double inverse_mass; /* 1 / mass; 0 for a disc that never moves */
     double radius;
     Turning *turning; /* rotation of the disc; used only in a scene with spin */
 } Body;

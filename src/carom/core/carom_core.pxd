@@ -5,7 +5,7 @@ from libc.stdint cimport int64_t
 ctypedef Py_ssize_t Index
 
 cdef extern from "<stdbool.h>":
-    ctypedef bint c_bool "bool"  # C's bool: the type bint would be an int in the type of a function that C calls
+    ctypedef bint c_bool "bool"  # C's bool, since Cython's bint would be an int in the type of a function that C calls
 
 cdef extern from "carom/core/carom_core.h" nogil:
     ctypedef void *(*Resize)(void *memory, size_t used, size_t size) noexcept nogil

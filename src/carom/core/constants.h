@@ -32,7 +32,8 @@
 
 /* ---- all files ---- */
 
-/* As a time, in seconds: never. As a resolution: the time of the impact is completely unknown. */
+/* As a time, in seconds, CAROM_INF means never. As a resolution, CAROM_INF means that the time of the impact is
+   completely unknown. */
 #define CAROM_INF HUGE_VAL
 
 /* ---- primitives: double_double.h, pair_time.h, line_time.h, feature_time.h ---- */
@@ -56,10 +57,10 @@
    constant times T, the root of D has an error of at most 2^-55 times the root of T. */
 #define CAROM_DOUBTFUL_DISCRIMINANT 0x1p-90
 /* The length of a face has a relative error of 2^-106. A gap between a disc and a face that is smaller than this
-   constant times the terms of the gap is computed from squares, without that length. */
+   constant times the terms of the gap is computed from squares, without the rounded length. */
 #define CAROM_DOUBTFUL_GAP 0x1p-44
 /* Bound of the relative error of the cross product of two vectors: the direction to an end of an arc, and a position.
-   Both vectors consist of rounded pairs of floats. */
+   The direction and the position consist of rounded pairs of floats. */
 #define CAROM_PAIR_ERROR 0x1p-100
 /* Result of a function that can't compute a time of impact without the error-free form. A time of impact is never
    negative. */
@@ -95,28 +96,28 @@
 #define CAROM_EPOCH_IMPACTS 32
 /* A cell is wider than the largest sum of two radii. CAROM_CELL_MARGIN is the additional width, as a fraction of this
    sum of radii. Any width above the rounding errors of a path and of the cells' edges is correct.
-   CAROM_COORDINATE_ERROR is a second additional width, as a fraction of the largest coordinate. This constant is twice
-   the rounding errors of the positions of two discs: eight roundings (2^-53 each) for each disc. */
+   CAROM_COORDINATE_ERROR is a second additional width, as a fraction of the largest coordinate. CAROM_COORDINATE_ERROR
+   is twice the rounding errors of the positions of two discs: eight roundings (2^-53 each) for each disc. */
 #define CAROM_CELL_MARGIN 0x1p-10
 #define CAROM_COORDINATE_ERROR 0x1p-48
 /* Largest number of cells per disc, which limits memory. With more cells, each cell contains too few discs to be worth
    the work of discs that change cells. The value is chosen, not tuned. */
 #define CAROM_CELLS_PER_DISC 4.0
 /* Number of additional cells for each edge, arc or vertex of a wall. If n features are along the rim of m by m cells,
-   each cell at the rim lists about n / 4m features. For m^2 = n / 4, this number equals m, which is about the number of
-   cells that a disc crosses on its way to the rim. */
+   each cell at the rim lists about n / 4m features. For m^2 = n / 4, each list has about m features, and a disc crosses
+   about m cells on its way to the rim. */
 #define CAROM_CELLS_PER_FEATURE 0.25
 /* Number of obstacles that can be tested in about the time in which one disc's next event is predicted. */
 #define CAROM_LOOKS_PER_PREDICTION 16.0
 /* One time plus two different waits may round to the same time only if the waits differ by less than this fraction of
    the later time. */
 #define CAROM_TIME_ERROR 0x1p-51
-/* Largest relative error of a root that is computed in double precision (the plain form of pair_time.h). This bound is
+/* Largest relative error of a root that is computed in double precision (the plain form of pair_time.h). The bound is
    valid if each of b, c and D of pair_time.h is more than CAROM_CERTAIN times as large as its own error. */
 #define CAROM_ROOT_ERROR 0x1p-22
 #define CAROM_CERTAIN 0x1p24
 
-/* Bound of the relative errors of c and D in few_bodies.h. This bound is 64 times CAROM_ERROR, and so includes the
+/* Bound of the relative errors of c and D in few_bodies.h. CAROM_FEW_ERROR is 64 times CAROM_ERROR, and so includes the
    roundings of the root and the error of b. */
 #define CAROM_FEW_ERROR 0x1p-44
 
@@ -125,38 +126,39 @@
 /* Margin in a test of squared distances that must not exclude a contact. The square of a rounded distance R differs
    from R^2 by at most two roundings (2^-53 each). */
 #define CAROM_ROOT_ROOM 0x1p-50
-/* Bound of the rounding error of a disc's path, relative to the path's extent. This bound is valid for all frames for
-   which a lower bound of a disc's next impact is used, and includes the rounding error of that bound.
+/* Bound of the rounding error of a disc's path, relative to the path's extent. The bound is valid for all frames for
+   which a lower bound of a disc's next impact is used, and includes the rounding error of the lower bound.
    docs/theory/pit.md derives this constant. */
 #define CAROM_PATH_MARGIN 0x1p-34
 /* Bound of the relative rounding errors of a sum of two times and of a frame's time. */
 #define CAROM_TIME_MARGIN 0x1p-50
-/* Largest rounding error of a normal, in radians, with which PIT tells slow approaches from rounding errors. With this
-   value, ignored approaches can't cause a visible overlap: see pit/contact.h. */
+/* Largest rounding error of a normal, in radians, with which PIT distinguishes slow approaches from rounding errors.
+   With CAROM_COARSEST_CONTACT, ignored approaches can't cause a visible overlap: see pit/contact.h. */
 #define CAROM_COARSEST_CONTACT 0x1p-20
 /* Result of a function if two bodies approach and may overlap at this frame. A wait is never negative. */
 #define CAROM_IN_CONTACT (-1.0)
 /* 2^64 divided by the golden ratio, as an odd integer. A cell's list is found by hashing its row, column and level (see
-   `list_of` in pit/grid.h). This factor spreads rows evenly over the lists, whose number is a power of 2 (D. E. Knuth,
-   TAOCP vol. 3, 6.4). Cells in neighbouring columns have neighbouring lists. CAROM_LEVEL_STEP, also odd, multiplies the
-   level. */
+   `list_of` in pit/grid.h). CAROM_ROW_STEP spreads rows evenly over the lists, whose number is a power of 2 (D. E.
+   Knuth, TAOCP vol. 3, 6.4). Cells in neighbouring columns have neighbouring lists. CAROM_LEVEL_STEP, also odd,
+   multiplies the level. */
 #define CAROM_ROW_STEP 0x9E3779B97F4A7C15ull
 #define CAROM_LEVEL_STEP 0xC2B2AE3D27D4EB4Full
-/* Largest magnitude of the number of a row or column of cells. All coordinates farther out are in the row or column
-   with this number. Floats of this size can still represent halves. */
+/* Largest magnitude of the number of a row or column of cells. All coordinates farther out are in the last row or
+   column. Floats of this size can still represent halves. */
 #define CAROM_LAST_CELL 0x1p51
 /* Leeway: how far a disc may move before it is put into a cell again. CAROM_LEEWAY_PART is the leeway divided by the
    mean distance of the discs on a level of cells. CAROM_LEAST_LEEWAY_PART is the smallest leeway divided by the largest
    radius of these discs. With a larger leeway, discs change cells less often, but each disc must be compared with more
-   other discs. Both constants come from measurements at packing fractions from .05 to .6. */
+   other discs. CAROM_LEEWAY_PART and CAROM_LEAST_LEEWAY_PART come from measurements at packing fractions from .05 to
+   .6. */
 #define CAROM_LEEWAY_PART 0.2
 #define CAROM_LEAST_LEEWAY_PART 0.25
 /* Relative margin that is added to the reach of a search for near discs. The margin is many times the sum of the
    rounding errors of the reach and of a cell's number. */
 #define CAROM_REACH_MARGIN 0x1p-20
-/* Three costs: of a search around a disc, of each cell in the search, and of each body in the search. The unit is the
-   cost of one test of two discs in the loop over all pairs. The values are fitted to the times of about a hundred
-   gases, crowds and lattices, and rounded up. */
+/* Costs of a search around a disc, of each cell in the search, and of each body in the search. The unit is the cost of
+   one test of two discs in the loop over all pairs. The values are fitted to the times of about a hundred gases, crowds
+   and lattices, and rounded up. */
 #define CAROM_DISC_WORK 24.0
 #define CAROM_CELL_WORK 6.0
 #define CAROM_BODY_WORK 3.0
@@ -167,11 +169,11 @@
 #define CAROM_SWEEP_WORK 12.0
 #define CAROM_SWEEP_WIDTH 4.0
 /* The excess is the work by which skipping tests has cost more than it saved. If the excess is too large, all tests are
-   made at each frame, until this fraction of the work of these frames equals the excess. The value is chosen, not
-   tuned. */
+   made at each frame, until CAROM_EXCESS_PART times the work of these frames equals the excess. The value is chosen,
+   not tuned. */
 #define CAROM_EXCESS_PART 0x1p-6
-/* Work that skipping has saved is subtracted from the later cost of skipping. At most the work of this number of frames
-   is subtracted. The value is chosen, not tuned. */
+/* Work that skipping has saved is subtracted from the later cost of skipping. At most the work of CAROM_SAVED_FRAMES
+   frames is subtracted. The value is chosen, not tuned. */
 #define CAROM_SAVED_FRAMES 64.0
 
 /* ---- falls.h, fall_bounds.h: with u = 2^-53, half a unit in the last place of 1 ---- */
@@ -180,8 +182,8 @@
    consists of 20 u^2 for the terms and their sum, and 24 u^2 for each of at most 9 shifts of the origin. */
 #define CAROM_QUARTIC_PAIR_ERROR 0x1p-98
 /* Error of a Bernstein coefficient (root_isolation.h). For each coefficient, add the magnitudes of its terms. The error
-   is relative to the largest of these sums. The error consists of CAROM_ERROR, 10 u for powers, binomials and sums, and
-   4 u for each of at most 52 halvings. */
+   is relative to the largest sum of magnitudes. The error consists of CAROM_ERROR, 10 u for powers, binomials and sums,
+   and 4 u for each of at most 52 halvings. */
 #define CAROM_BERNSTEIN_ERROR 0x1p-45
 /* Error of a Bernstein coefficient in pairs of floats, relative to the same sum as CAROM_BERNSTEIN_ERROR. The error
    consists of CAROM_QUARTIC_PAIR_ERROR and, for at most 120 halvings, the roundings in CAROM_BERNSTEIN_ERROR with 3 u^2

@@ -58,9 +58,9 @@ static inline double neighbouring_time(double time, int step) {
 
 /* Return the greatest undamped time t >= 0 with `damped_time(t)` <= `time`. `time` must be 0 or more.
 
-   An event of the undamped run at this time or earlier is never later than `time` in the damped run. The search begins
-   at `undamped_time`. `damped_time` and `undamped_time` round, so the start of the search differs from the result by at
-   most a few floats. */
+   An event of the undamped run at the returned time or earlier is never later than `time` in the damped run. The search
+   begins at `undamped_time`. `damped_time` and `undamped_time` round, so the start of the search differs from the
+   result by at most a few floats. */
 static inline double latest_undamped_time(double rate, double time) {
     /* If `time` is infinite, use the largest float. An event that never happens has the damped time infinity, and must
        not count as an event before `time`. */

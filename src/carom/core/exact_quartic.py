@@ -1,6 +1,6 @@
 """Exact instants at which a gap closes. The gap is a polynomial in time.
 
-The core uses these instants where floats can't decide.
+The core uses exact instants where floats can't decide.
 
 Every float is a fraction whose denominator is a power of two. So a polynomial with float coefficients is a polynomial
 with integer coefficients, divided by a power of two. Sturm's theorem gives the number of roots in an interval.
@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    Polynomial = list[int]  # lowest power first
+    Polynomial = list[int]  # coefficients, lowest power first
 
 #: Number of bits to which instants are computed: two more than those of a float.
 _BITS = 55
@@ -33,8 +33,9 @@ def solve_quartic(powers: Sequence[Sequence[tuple[float, float]]], begin: float,
         powers: For each power of time, lowest power first, a list of pairs of numbers. The coefficient of the power is
             the sum of the pairs' products.
         begin: Instant at which the search starts, in seconds.
-        is_closed: Whether the gap is exactly 0 at `begin`. If true, 0 replaces the polynomial's value at `begin`.
-        index: Index of the instant, in order of time, from 0. For -1, the result is the sign of the gap at `begin`.
+        is_closed: Whether the gap is exactly 0 at `begin`. If it is, 0 replaces the polynomial's value at `begin`.
+        index: Index of the instant, in order of time, from 0. For the index -1, the result is the sign of the gap at
+            `begin`.
     """
     gap = [sum((Fraction(a) * Fraction(b) for a, b in products), Fraction(0)) for products in powers]
     start = Fraction(begin)
@@ -47,7 +48,7 @@ def solve_quartic(powers: Sequence[Sequence[tuple[float, float]]], begin: float,
         gap[0] = Fraction(0)
     try:
         return next(islice(find_closings(gap), index, None), math.inf)
-    except OverflowError:  # later than the largest float
+    except OverflowError:  # the instant is later than the largest float
         return math.inf
 
 
@@ -101,7 +102,7 @@ def find_falls(polynomial: Sequence[int]) -> Iterator[float]:
 def _bisect(p: Polynomial, low: int, high: int, scale: int) -> float:
     """Return the only root between two instants, as the nearest float or a neighbour of it.
 
-    The polynomial must become negative at this root.
+    The polynomial must become negative at the root.
     """
     while (high - low) << _BITS > high:
         low, high, scale = 2 * low, 2 * high, scale + 1

@@ -56,7 +56,7 @@ def compute_sources_digest() -> str:
     package = Path(__file__).parents[1]
     digest = hashlib.sha256()
     for path in _list_sources(package):
-        source = path.read_bytes().replace(b"\r\n", b"\n")  # on Windows, git may write these line ends
+        source = path.read_bytes().replace(b"\r\n", b"\n")  # on Windows, git may write line ends as CR LF
         digest.update(f"{path.relative_to(package).as_posix()} {len(source)}\n".encode() + source)
     return digest.hexdigest()
 

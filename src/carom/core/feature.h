@@ -24,8 +24,8 @@ typedef struct Feature {
     bool whole;  /* whether the feature has no ends, because it is a whole circle or a vertex */
     bool reflex; /* for an arc: whether it is longer than half a circle */
     double half_width;
-    /* smallest radius of discs that do not fit into the arc, in metres. Smaller discs hit the inside of the arc. Other
-       discs hit its stops instead (see `find_stops` in wall_features.py). */
+    /* smallest radius of discs that do not fit into the arc, in metres. Discs with a smaller radius hit the inside of
+       the arc. Other discs hit the arc's stops instead (see `_build_stops` in wall_parts.py). */
     double fits_below;
     double nx;         /* for a half-plane or face: unit normal that points to the free side, rounded to floats */
     double ny;

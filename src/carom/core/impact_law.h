@@ -26,7 +26,7 @@
 
        v1' = v1 - T t / m1,   v2' = v2 + T t / m2,   R1 w1' = R1 w1 - T / (k1 m1),   R2 w2' = R2 w2 - T / (k2 m2)
 
-   This is the three-parameter law (e, f, b) of Walton, Mech. Mater. 16 (1993) 239, and Foerster, Louge, Chang and
+   The law with the three parameters e, f and b is by Walton, Mech. Mater. 16 (1993) 239, and Foerster, Louge, Chang and
    Allia, Phys. Fluids 6 (1994) 1108. b = 0 is Coulomb's law alone. b = 1 with enough friction is Garwin's superball
    (Am. J. Phys. 37 (1969) 88). A wall and an immovable disc have 1/m = 0. docs/theory/pic.md and
    docs/theory/friction.md derive both impulses. Tests compare results bit by bit, so no operation may be reordered or
@@ -41,7 +41,7 @@
 /* ---- impulses ---- */
 
 /* Return the factor g of the normal impulse, 0 or less. With d from the first centre to the second, the first disc
-   receives the impulse g d, and the second -g d. */
+   receives the impulse g d, and the second disc receives -g d. */
 static inline double normal_impulse(double dx, double dy, double ux, double uy, double inverse_masses,
                                     double restitution) {
     double along = dx * ux + dy * uy;

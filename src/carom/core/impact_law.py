@@ -58,7 +58,7 @@ def resolve_impact(
     for name, velocity in (("v1", velocity1), ("v2", velocity2)):
         require_within(name, velocity, 0.0, LARGEST)
     for name, mass in (("m1", mass1), ("m2", mass2)):
-        if not np.all(mass > 0):  # NaN fails this too
+        if not np.all(mass > 0):  # false for NaN, too
             raise InputError(f"{name} must be above 0 (infinity is immovable), got {mass[~(mass > 0)].flat[0]}")
         require_within(name, mass[np.isfinite(mass)], SMALLEST, LARGEST)
     if not np.all((e >= 0) & (e <= 1)):

@@ -12,10 +12,11 @@
    `carom.core.resolution` derives the error bound of a gap. The error bound of the gap divided by the speed of approach
    is an error bound of the time.
 
-   In a grazing impact, the speed of approach can be arbitrarily small. Near such an impact, the gap is a parabola in
+   In a grazing impact, the speed of approach can be arbitrarily small. Near a grazing impact, the gap is a parabola in
    time with the curvature u^2 / R, where u is the relative speed and R the sum of the radii. An error of the gap
    changes the instant of contact by at most sqrt(2 R error) / u, which is half the width of the parabola at a depth
-   equal to the error. The resolution is the smaller of these two error bounds. */
+   equal to the error. The quotient error / speed and this bound both limit the error of the time; the resolution is the
+   smaller of them. */
 
 /* Return whether two discs in contact are near enough to the origin. Farther out, their coordinates are too coarse to
    compute the normal of their impact. */
@@ -67,12 +68,13 @@ static inline double clock_resolution(double time) {
    orthogonal normals are not ambiguous, because neither impulse changes the result of the other impact. Friction also
    acts perpendicular to the normal. So the normal of an impact with friction is stored as NaN, which is not orthogonal
    to any normal. For some pairs of faces of finite walls, the order also has no effect: see `are_decidable` in
-   `carom.core.wall_features`.
+   `carom.core.wall_parts`.
 
-   Two earlier impacts of each disc are sufficient for this decision. `Recent.furthest` is the impact whose interval of
-   possible times ends last. A new impact is ambiguous if its interval begins before the interval of `furthest` ends,
-   and the two normals are not orthogonal. If the two normals are orthogonal, only earlier impacts whose normals are not
-   parallel to that of `furthest` matter. `Recent.across` is the one of these impacts whose interval ends last. */
+   Two earlier impacts of each disc are sufficient to decide whether an impact is ambiguous. `Recent.furthest` is the
+   impact whose interval of possible times ends last. A new impact is ambiguous if its interval begins before the
+   interval of `furthest` ends, and the two normals are not orthogonal. If the two normals are orthogonal, only earlier
+   impacts whose normals are not parallel to that of `furthest` matter. Among impacts whose normals are not parallel to
+   that of `furthest`, `Recent.across` is the impact whose interval ends last. */
 
 /* Return whether an earlier impact may be simultaneous with a later impact and change its result. `begin` is a lower
    bound of the later impact's time. */
@@ -161,7 +163,7 @@ static inline bool reserve_row(Record *r) {
     return true;
 }
 
-/* Write the impact that was just applied as the next row. `reserve_row` must have reserved memory for it. */
+/* Write the impact that was just applied as the next row. `reserve_row` must have reserved memory for the row. */
 static inline void write_impact_row(Record *r, const Impact *impact, const Spins *spins, Contact contact) {
     r->rows[r->count] = *impact;
     if (r->has_spins)
@@ -178,7 +180,7 @@ typedef struct Ambiguity {
     bool moves1;       /* `moves1` and `moves2`: whether the first and the second body are movable discs */
     bool moves2;
     int feature; /* number of the hit feature, if it belongs to a finite wall; else NO_FEATURE */
-    bool elastic; /* whether an impact on that wall loses no energy */
+    bool elastic; /* whether an impact on the wall of this feature loses no energy */
 } Ambiguity;
 
 /* Store an impact for comparison with later impacts. Return whether this impact is ambiguous. */

@@ -38,7 +38,7 @@ cdef class Kernel:
         standstill: Largest number of impacts at one instant. After more impacts the run ends, because time stands
             still.
         cell_factor: Factor that multiplies the width of a cell; infinity makes a single cell.
-        all_pairs: Whether to use the all-pairs loop, see `all_pairs.h`. This loop does not change results.
+        all_pairs: Whether to use the all-pairs loop, see `all_pairs.h`. The all-pairs loop does not change results.
 
     Raises:
         ValueError: There are too many discs or obstacles.
@@ -242,7 +242,7 @@ cdef class Kernel:
 
     @property
     def crush(self):
-        """The `Crush` (pic/state.h) of a run that has ended with `CRUSHED`. Its `time` counts from the start."""
+        """The `Crush` (pic/state.h) of a run that has ended with `CRUSHED`. `time` counts from the start."""
         return self.s.crush
 
     @property
@@ -258,7 +258,8 @@ cdef class Kernel:
         return {**rows, "recent": recent, "clock": self.s.clock, "counts": counts}
 
     def resume(self, state):
-        """Continue a run from a result of `state`. Discs, walls and contact duration must be those of that run."""
+        """Continue a run from a result of `state`. The discs, the walls and the contact duration must be equal to those
+        of the earlier run."""
         for name, rows in self.continued().items():
             rows[:] = state[name]
         if self.s.record.is_wanted and state["recent"] is not None:

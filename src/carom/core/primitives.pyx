@@ -25,7 +25,7 @@ cdef extern from "carom/core/straight/pair_time.h" nogil:
     )
 
 cdef extern from "carom/core/impact_law.h" nogil:
-    # The factor g <= 0. Disc 1 receives the impulse g d, with d = c2 - c1 and u = v2 - v1.
+    # The factor g <= 0 of the normal impulse. Disc 1 receives the impulse g d, with d = c2 - c1 and u = v2 - v1.
     cpdef double normal_impulse(double dx, double dy, double ux, double uy, double inverse_masses, double restitution)
 
 
@@ -75,7 +75,7 @@ def disc_fall_time(
 
     If the accelerating disc has just hit the fixed disc, `leaving` is its normal speed after the impact. The gap is
     then assumed to be exactly 0 with the rate of change `leaving`. If `leaving` is None, the disc's path does not begin
-    with this impact.
+    with an impact on the fixed disc.
     """
     cdef ExactQuartic exact = exact_solver()
     cdef FallingDisc disc = FallingDisc(x, y, vx, vy, radius)
@@ -88,7 +88,7 @@ def disc_fall_time(
 
 
 cdef class WallFeatures:
-    """The features of a finite wall, by number. If a disc hits several at once, the lowest number counts.
+    """The features of a finite wall, by number. If a disc hits several features at once, the lowest number counts.
 
     Args:
         rows: A row of numbers for each feature, as `carom.core.input_rows.build_feature_row` returns it.

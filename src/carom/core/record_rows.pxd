@@ -10,7 +10,7 @@ cdef extern from "carom/core/binding_memory.h":
 
 
 cdef inline array memory_as_array(void *memory, size_t size):
-    """Shorten allocated memory to `size` bytes. Return an array of this memory. Deleting the array frees the memory."""
+    """Shorten allocated memory to `size` bytes. Return an array whose deletion frees the memory."""
     rows = array((size,), 1, "B", allocate_buffer=False)
     rows.data = <char *>realloc(memory, size)
     rows.callback_free_data = free

@@ -1,10 +1,10 @@
 """Resolution of gaps and times: the uncertainty that results from the rounding of positions and times.
 
 A coordinate has an error of at most one unit in the last place: half a unit from a product, and half from a sum. The
-gap between two bodies has an error of at most five units in the last place of the sum of their sizes (`size_of`). This
-bound includes the rounding of the root and of the radii.
+gap between two bodies has an error of at most five units in the last place of the sum of their sizes (`size_of`). The
+bound of five units includes the rounding of the root and of the radii.
 
-`core/impact_record.h` has the same bounds, and derives bounds of times of impact from these bounds.
+`core/impact_record.h` has the same bounds for gaps, and derives bounds of times of impact from them.
 """
 
 from __future__ import annotations
@@ -26,7 +26,10 @@ def size_of(x: float, y: float, radius: float) -> float:
 
 
 def gap_resolution(sizes: float) -> float:
-    """Return the resolution of the gap between two bodies, in metres. `sizes` is the sum of their `size_of`."""
+    """Return the resolution of the gap between two bodies, in metres.
+
+    `sizes` is the sum of `size_of` for both bodies.
+    """
     return 5.0 * ULP * sizes
 
 

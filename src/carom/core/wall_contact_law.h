@@ -166,8 +166,8 @@ static inline double slip_after_bounces(const Press *press, double slip, double 
     return left * sign > 0.0 ? left : 0.0;
 }
 
-/* Return the slip and rim speed after infinitely many bounces with rolling resistance. All these bounces together take
-   less time than the resolution of times.
+/* Return the slip and rim speed after infinitely many bounces with rolling resistance. All remaining bounces together
+   take less time than the resolution of times.
 
    The result is an approximation. The changes of speed in all flights between bounces are applied first. Then the
    impulses of all bounces, (1 + e) w / (1 - e) in all, are applied as one impulse. The law of impact then gives the

@@ -133,7 +133,7 @@ class Arc:
 
     @property
     def is_vertex(self) -> bool:
-        """Whether this is a single point: a vertex or a stop."""
+        """Whether the feature is a single point: a vertex or a stop."""
         return self.radius[0] == 0.0
 
 
@@ -163,7 +163,7 @@ def build_features(outline: Outline, widest_m: float = math.inf) -> tuple[WallFe
         if isinstance(part.shape, Round):
             found.append(WallFeature(Arc.of(part.shape, outline.half_width), part))
             continue
-        if number % 2 == 0:  # a left side, which the right side of the same edge follows
+        if number % 2 == 0:  # a left side; the right side of the same edge follows
             a, b = ((float(x), float(y)) for x, y in part.shape.stretch or ())
             face = Face.between(a, b, outline.half_width)
         else:

@@ -36,7 +36,7 @@ _NOWHERE = Fraction(0)
 
 
 class Between(NamedTuple):
-    """Begin and end of a side, on whose left is the free side of the wall."""
+    """Start and end of a side of a wall, in the order in which the free space is to the left."""
 
     begin: Exact
     end: Exact
@@ -85,7 +85,7 @@ class WallPart(NamedTuple):
     Attributes:
         shape: Shape of the part.
         kind: Kind of the part.
-        edges: Numbers of the edges to which the part belongs. A vertex has only the lower number.
+        edges: Numbers of the edges to which the part belongs. For a vertex, only the lower number of its two edges.
         neighbours: Numbers of the parts that adjoin the beginning and the end of a side; empty for a vertex, a stop or
             a whole circle.
         never_met: Numbers of the parts that a disc in contact with a straight side never meets: both sides of its edge,
@@ -147,8 +147,9 @@ class JoinedEdges(NamedTuple):
 def build_parts(outline: Outline, widest_m: float = math.inf) -> list[WallPart]:
     """Return the parts of a wall.
 
-    The two sides of each edge come first, in the order of the edges, with the left side before the right side. Then
-    come vertices. Stops come last. An arc has stops only if a disc of the radius `widest_m` does not fit inside.
+    The two sides of each edge come first, in the order of the edges, with the left side before the right side.
+    Vertices come second, and stops come last. An arc has stops only if a disc of the radius `widest_m` does not fit
+    inside.
     """
     if outline.radius == 0.0:
         return [WallPart(Round(to_exact(outline.points[0])), EdgeKind.VERTEX, (0,))]
@@ -219,9 +220,10 @@ def _build_stops(run: JoinedEdges, arc: Round, is_smooth: tuple[bool, bool]) -> 
 
     A disc with exactly the arc's radius touches the whole arc at once, so a few points can represent the arc. A whole
     circle has four stops, a quarter turn apart. A disc with the arc's radius can't leave an arc of more than half a
-    circle. Such an arc has two stops, each a quarter turn from one of its ends. Exactly half a circle has one stop, in
-    the middle. A disc touches an end of a shorter arc no later than the arc itself. So a shorter arc has stops only at
-    ends at which the wall continues smoothly, where rounding may place the point of contact outside of the edge.
+    circle. An arc of more than half a circle has two stops, each a quarter turn from one of its ends. Exactly half a
+    circle has one stop, in the middle. A disc touches an end of a shorter arc no later than the arc itself. So a
+    shorter arc has stops only at ends at which the wall continues smoothly, where rounding may place the point of
+    contact outside of the edge.
     """
     first, last = (subtract(to_exact(end), arc.centre) for end in run.edge[:2])
     turn = run.turn * cross(first, last)
@@ -287,7 +289,7 @@ def dot(a: Exact, b: Exact) -> Fraction:
 
 
 def cross(a: Exact, b: Exact) -> Fraction:
-    """Return the cross product of two vectors. It is positive if b points to the left of a."""
+    """Return the cross product of two vectors. The product is positive if b points to the left of a."""
     return a[0] * b[1] - a[1] * b[0]
 
 

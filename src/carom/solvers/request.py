@@ -43,7 +43,7 @@ def advance_run(
 
 
 def find_bending_force(scene: Scene) -> str:
-    """Return a name for what changes velocities between impacts; empty if nothing does."""
+    """Return the name of the force that changes velocities between impacts; an empty text if there is none."""
     if scene.gravity_m_s2 != (0.0, 0.0):
         return "gravity"
     if scene.damping_per_s:

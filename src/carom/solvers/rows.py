@@ -44,7 +44,8 @@ class Rows:
 CONTACT_DTYPE = np.dtype([("x", "f8"), ("y", "f8"), ("feature", "i8")])
 
 
-#: Function that converts rows of impacts, spins or modes. Its second argument is the unconverted impacts of spins.
+#: Function that converts rows of impacts, spins or modes. Its second argument contains the unconverted impacts to which
+#: the rows of spins belong.
 Conversion = Callable[["NDArray[np.void]", "NDArray[np.void]"], "NDArray[np.void]"]
 
 
@@ -82,7 +83,10 @@ class RecordedImpacts:
         return rows
 
     def array(self) -> NDArray[np.void]:
-        """Return the impacts so far, read-only, as `trace.IMPACT_DTYPE`. The first call makes no copy."""
+        """Return the impacts so far, read-only, as `trace.IMPACT_DTYPE`.
+
+        The rows of the first call are returned without a copy.
+        """
         if len(self._taken) < self._run.recorded:
             taken, spins, contacts = self._run.take_impacts()
             impacts = np.frombuffer(memoryview(taken), IMPACT_DTYPE)

@@ -74,7 +74,7 @@ class Run(Protocol):
 class SeenRun:
     """A run that wraps another run and converts its units or damping.
 
-    Subclasses override the methods whose results they convert. The other run must be at its start. From then on, its
+    Subclasses override the methods whose results they convert. The wrapped run must be at its start. From then on, its
     log contains converted rows.
     """
 

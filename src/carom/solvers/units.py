@@ -40,7 +40,7 @@ class Units(NamedTuple):
     mass: int
 
     def convert_scene(self, scene: Scene) -> Start:
-        """Convert a scene to these units. The result is the start of a run."""
+        """Convert a scene from SI units to the units of this object. The result is the start of a run."""
         if self == SI:
             return scene
         start, speed = scene.arrays, self.length - self.time
@@ -74,23 +74,23 @@ class Units(NamedTuple):
         return Drive.along((self.from_seconds(leg.begin_s), _scale_vector(leg.velocity, -speed)) for leg in drive.legs)
 
     def from_seconds(self, time_s: float) -> float:
-        """Convert a time from seconds to these units."""
+        """Convert a time from seconds to the units of this object."""
         return _scale_by_power(time_s, -self.time)
 
     def to_seconds(self, time: float) -> float:
-        """Convert a time from these units to seconds."""
+        """Convert a time from the units of this object to seconds."""
         return _scale_by_power(time, self.time)
 
     def from_hertz(self, rate: float) -> float:
-        """Convert a frequency from 1/s to these units."""
+        """Convert a frequency from 1/s to the units of this object."""
         return _scale_by_power(rate, self.time)
 
     def convert_damping(self, per_s: float) -> Damping:
-        """Convert a damping rate to these units. The result is at most the largest float."""
+        """Convert a damping rate from 1/s to the units of this object. The result is at most the largest float."""
         return Damping(min(self.from_hertz(per_s), sys.float_info.max))
 
     def convert_rows(self, rows: NDArray[np.void]) -> NDArray[np.void]:
-        """Convert rows of impacts, spins or modes from these units to SI units."""
+        """Convert rows of impacts, spins or modes from the units of this object to SI units."""
         in_si = rows.copy()
         speed = self.length - self.time
         powers = dict.fromkeys(SPIN_DTYPE.names or (), -self.time) | {

@@ -5,7 +5,8 @@ export const twoDiff = (a, b) => {
     p = s - a;
   return [s, a - (s - p) - (b + p)];
 };
-// The exponent that math.frexp returns, and the result of math.ldexp. Results are exact, except below 2^-1022.
+// Return the exponent that Python's math.frexp returns, and the result of math.ldexp. Results are exact, except below
+// 2^-1022.
 const view = new DataView(new ArrayBuffer(8));
 export const exponent = (x) => {
   if (x === 0 || !Number.isFinite(x)) return 0;

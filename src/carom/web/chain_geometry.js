@@ -95,8 +95,9 @@ export class Outline {
       ? this.edges.map(Stretch.of)
       : [new Stretch({ a: start, b: start, bulge: 1 }, centre_m, radius_m)];
   }
-  // Returns the nearest point on the given edges. If several are equally near, returns a point between the ends of its
-  // edge (near a joint, rounding hides that this point is nearer than the joint), then the edge with the lowest number.
+  // Returns the nearest point on the given edges. If several are equally near, a point between the ends of its edge has
+  // precedence, because near a joint rounding hides that this point is nearer than the joint. Then the edge with the
+  // lowest number has precedence.
   nearest(x, y, among = this.stretches.keys()) {
     let least = Infinity,
       found;
@@ -106,7 +107,8 @@ export class Outline {
       if (square < least || (square === least && inner && !found.inner)) [least, found] = [square, { at, edge, inner }];
     }
     return found;
-  }  // Whether a point that is not on the outline is inside of a closed outline.
+  }
+  // Whether a point that is not on the outline is inside of a closed outline.
   encloses(x, y) {
     let crossings = 0;
     for (const stretch of this.stretches) {

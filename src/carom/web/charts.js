@@ -43,7 +43,7 @@ export function drawLine() {
   }
   pen.fillStyle = colour("--link");
   pen.fillRect(x(state.time) - dense, 0, 2 * dense, h);
-  lineSaid.textContent = `From ${digits(from)} to ${digits(from + span)} s. Ticks: frames of PIT; a tall, thick tick finds the first impact. Dark: the discs overlap while approaching, so PIT finds them. Light: they overlap while separating.`;
+  lineSaid.textContent = `From ${digits(from)} to ${digits(from + span)} s. Ticks: frames of PIT; a tall, thick tick finds the first impact. Dark: the discs overlap while approaching, so PIT finds them. Light: the discs overlap while separating.`;
 }
 const PHASES = 8,
   RATES = 48,
@@ -133,7 +133,7 @@ function paintChart(s, truth, frame_rate_hz, crowd) {
     2,
   );
   const engine = state.method === "pit" ? "" : methods.selectedOptions[0].textContent;
-  chartSaid.textContent = `The chart shows ${engine || "PIT"} at different frames per second, with ${PHASES} frame offsets each. The vertical line is your rate. The bars show ${crowd ? "impacts from the first miss on" : "frame offsets at which an impact is missed"}. The line shows the largest velocity error of the first impact, divided by its speed${engine ? "; the thin line is PIT's" : ""}${crowd ? "" : `. The dashed line shows ${engine ? "PIT's" : "the"} bars by formula`}.`;
+  chartSaid.textContent = `The chart shows ${engine || "PIT"} at different frames per second, with ${PHASES} frame offsets each. The vertical line shows your frames per second. The bars show ${crowd ? "impacts from the first miss on" : "frame offsets at which an impact is missed"}. The line shows the largest velocity error of the first impact, divided by its speed${engine ? "; the thin line is PIT's" : ""}${crowd ? "" : `. The dashed line shows ${engine ? "PIT's" : "the"} bars by formula`}.`;
 }
 // Yields after each run, so that the page can react to events. Phases at which a method can't run are ignored.
 function* measured(method, crowd) {

@@ -1,8 +1,9 @@
-// Compares a run with the exact run, for the numbers on the page. carom.comparator is more thorough.
+// Compares a run with the exact run, for the numbers on the page. The package carom.comparator compares more thoroughly.
 import { clockOf, overlapOf } from "./drawing.js";
 import { isFixed } from "./scene.js";
 
-// Returns the time at which discs bounced: when their paths turned, or else the reported time.
+// Returns the time at which discs bounced: the time at which their paths turned or, if that is unknown, the reported
+// time.
 export const bouncedAt = (r) => (Number.isFinite(r.effective_s) ? r.effective_s : r.time_s);
 
 // Compares two runs. Impacts of the same two bodies are matched in order.
@@ -39,7 +40,7 @@ export function compare(scene, truth, run) {
 }
 
 // Returns the fraction of phases at which PIT misses the first impact. If discs flew on freely, they would approach
-// during the first half of their overlap. PIT finds the impact if a frame is in this half. See
+// during the first half of their overlap. PIT finds the impact if a frame is in the first half of the overlap. See
 // compute_pit_miss_probability in carom.execution.phases.
 export function missedShare(scene, truth, dt) {
   const first = truth.impacts[0];

@@ -1,8 +1,8 @@
 // Computes positions of discs, and draws discs, walls, paths and marks, for the play page and for replays in reports.
 // A track describes the path of one disc: [times, xs, ys], in seconds and metres. Between two times, the disc has a
-// constant acceleration. If the track has a fourth list, the list contains this acceleration. If not, the disc flies
-// freely. Colours are CSS variables: --s0 to --s7 for discs, --wall, --ghost (the exact run), --wrong, --surface,
-// --ink.
+// constant acceleration. If the track has a fourth list, the list contains this acceleration. If the track has no
+// fourth list, the disc flies freely. Colours are CSS variables: --s0 to --s7 for discs, --wall, --ghost (the exact
+// run), --wrong, --surface, --ink.
 export const make = (name, attributes = {}, ...children) => {
   const e = document.createElement(name);
   for (const [k, v] of Object.entries(attributes))
@@ -61,7 +61,7 @@ const eventsOf = ({ impacts, modes }) => {
   }
   return [...events, ...impacts.slice(k)];
 };
-// Converts a time to the time in which a disc would move as far without damping. The next function converts it back.
+// Converts a time to the time in which a disc would move as far without damping. The function clockOf converts it back.
 export const flownIn = ({ damping_per_s: c }, t) => (c ? -Math.expm1(-c * t) / c : t);
 export const clockOf = ({ damping_per_s: c }, t) => (!c ? t : c * t < 1 ? -Math.log1p(-c * t) / c : Infinity);
 const piecesOf = ({ damping_per_s: c }, t) => (c ? Math.max(1, Math.min(400, Math.ceil(16 * c * t))) : 1);
@@ -143,8 +143,8 @@ export const anglesOf = (scene, run) => {
   for (const one of turned) add(one, Math.max(run.end_s, one.times.at(-1)), one.spin);
   return turned.map(({ times, angles }) => [times, angles]);
 };
-// Returns how long two discs would overlap if they flew on without their impact. They would approach in the first half
-// of this time.
+// Returns how long two discs would overlap if they flew on without their impact. The two discs would approach in the
+// first half of the overlap.
 export const overlapOf = (scene, impact) => {
   if (impact.second < 0) return Infinity;
   const [v, w] = impact.before,

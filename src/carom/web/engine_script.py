@@ -1,7 +1,7 @@
 """Joins an engine's npm package, the engine's adapter and shared code into one script for the play page.
 
-The adapters contain few and simple ``import`` lines. This module replaces these lines, so that no bundler is needed.
-Any other import is refused.
+The adapters contain few and simple ``import`` lines. This module replaces the import lines, so that no bundler is
+needed. Any other import is refused.
 """
 
 from __future__ import annotations

@@ -21,8 +21,8 @@ async function start(name) {
   });
 }
 
-// Runs a scene on an engine. If the contact of two bodies changes a velocity in several successive steps, this is one
-// impact.
+// Runs a scene on an engine. If the contact of two bodies changes a velocity in several successive steps, the changes
+// count as one impact.
 export function drive(World, settings, scene, phase) {
   const dt = 1 / scene.frame_rate_hz,
     early = phase * dt;

@@ -33,8 +33,8 @@ function rowOf(feature, wall) {
 
 const SQUARES = [1n, 2n, 3n]; // squared cosines of 60, 45 and 30 degrees, times 4
 const wayOf = ({ along }) => along.map(([high, low]) => plus(rational(high), rational(low)));
-// For a disc that hits two features at one instant: whether both orders of the two impacts have the same result. This
-// is `are_decidable` of carom/core/wall_parts.py.
+// Returns whether the impacts of a disc on two features at one instant have the same result in both orders. This
+// function equals `are_decidable` of carom/core/wall_parts.py.
 function areOrderFree(one, other, elastic) {
   if (sameFeature(one, other)) return true;
   if (one.kind !== "face" || other.kind !== "face") return false;
@@ -68,9 +68,10 @@ export class Obstacles {
   isOrderFree(one, other, elastic) {
     return areOrderFree(this.features[one], this.features[other], elastic);
   }
-  // Returns two arrays. The first has four numbers for each row: whether a disc can stay in contact with the row's
-  // feature, the vertices at the feature's two ends (-1 for none), and a count. The count is the number of features
-  // that the disc can't hit while it stays in contact. The second array lists these features, row after row.
+  // Returns two arrays. The first array has four numbers for each row: whether a disc can stay in contact with the
+  // row's feature, the vertices at the feature's two ends (-1 for none), and a count. The count is the number of
+  // features that a disc in contact with the row's feature can't hit. The second array lists the features that discs in
+  // contact can't hit, row after row.
   grounds() {
     const never = [],
       rows = this.rows.map(([, wall], number) => {

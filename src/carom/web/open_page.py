@@ -14,7 +14,10 @@ def open_page(page: Path) -> bool:
 
 
 def has_display() -> bool:
-    """Return whether there is a graphical display. If not, Python might start a text browser in the terminal."""
+    """Return whether there is a graphical display.
+
+    Without a graphical display, Python might start a text browser in the terminal.
+    """
     if sys.platform in {"win32", "darwin"}:
         return True
     return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))

@@ -31,7 +31,7 @@ class Package:
 
 
 #: Box2D's JavaScript (embind) creates functions from source text, which the page's security policy forbids. The
-#: replacements here are closures with the same effect.
+#: replacements are closures with the same effect.
 _BOX2D_CALLERS = {
     "return new Function(args1, invokerFnBody);": """return function (...bound) {
     const [, , invoker, fn, runDestructors, fromRetWire, toClassParamWire, ...rest] = bound;

@@ -42,7 +42,7 @@ export function showResults() {
       "",
     ),
     box(
-      "direction error after it",
+      "direction error after this impact",
       found ? `${digits(score.turned)}°` : "–",
       found ? `velocity error: ${digits(100 * score.velocity, 2)} % of the speed` : "",
       "",

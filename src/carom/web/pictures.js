@@ -8,7 +8,7 @@ import { angleAt, digits, placeAt } from "./drawing.js";
 import { state } from "./state.js";
 
 const pulls = () => state.scene.discs.map((d) => (isFixed(d) ? [0, 0] : state.scene.gravity_m_s2));
-// Arcs are drawn as straight parts. This is the number of parts of a whole circle.
+// Arcs are drawn as straight parts. A whole circle has this number of straight parts.
 const ARC_PARTS = 96,
   drawnLines = new WeakMap();
 function linesOf(wall) {

@@ -21,13 +21,14 @@ export function exactFall(powers, begin, isClosed, index) {
   for (const time of closings(gap)) if (number++ === index) return time;
   return Infinity;
 }
-// Yields the instants from 0 on at which a gap closes. If the gap is closed at 0 and becomes negative, 0 is the first.
+// Yields the instants from 0 on at which a gap closes. If the gap is closed at 0 and becomes negative, 0 is the first
+// instant.
 function* closings(gap) {
   const powers = [...gap];
   while (powers.length && powers[0][0] === 0n) powers.shift();
   if (!powers.length) return;
   if (powers[0][0] < 0n && powers.length < gap.length) yield 0;
-  const unit = powers.map(([, d]) => d).reduce((one, other) => (one > other ? one : other)); // all are powers of two
+  const unit = powers.map(([, d]) => d).reduce((one, other) => (one > other ? one : other)); // all denominators are powers of two
   yield* fallsBelowZero(powers.map(([n, d]) => n * (unit / d)));
 }
 

@@ -1,5 +1,6 @@
-// Rational numbers without rounding: pairs of numerator and denominator in lowest terms, like Python's Fraction. They
-// can be converted to the nearest float or to the nearest pair of floats, as in carom/core/wall_parts.py.
+// Rational numbers without rounding: pairs of numerator and denominator in lowest terms, like Python's Fraction.
+// Rational numbers can be converted to the nearest float or to the nearest pair of floats, as in
+// carom/core/wall_parts.py.
 import { ldexp } from "./arithmetic.js";
 
 export const gcd = (a, b) => {

@@ -65,7 +65,7 @@ function whole(scene) {
   return { ...scene, walls: scene.walls ?? [], gravity_m_s2: scene.gravity_m_s2 ?? [0, 0] };
 }
 
-// The same formula as in `compute_standstill_limit` of carom/solvers/event_driven/run.py.
+// This limit has the same formula as `compute_standstill_limit` of carom/solvers/event_driven/run.py.
 const standstillImpacts = (bodies) => Math.min(100 * bodies ** 2, 10_000_000 + Math.floor(bodies ** 2 / 2));
 const materialsOf = ({ walls, wall_restitution, wall_friction }) =>
   walls.map((wall) => [wall.restitution ?? num(wall_restitution, 1), wall.friction ?? num(wall_friction, 0)]);

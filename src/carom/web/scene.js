@@ -164,7 +164,7 @@ export function asLink(s, method) {
   const values = [
     s.discs.map((d) => [
       ...[...d.position_m, ...d.velocity_m_s, d.radius_m, d.mass_kg, d.spin_rad_s, d.inertia_factor],
-      ...(d.driven ? [d.legs ?? true] : []), // the legs of the path or, without legs, true
+      ...(d.driven ? [d.legs ?? true] : []), // the legs of the path; true if the path has no legs
     ]),
     s.walls.map((w) => FIELDS_OF_WALL.map((name) => w[name] ?? null)),
     LAWS.map((law) => s[law]),
@@ -174,19 +174,19 @@ export function asLink(s, method) {
     s.phase,
     method,
   ];
-  // without this, JSON.stringify would write -0 as 0
+  // without the replacement, JSON.stringify would write -0 as 0
   const text = JSON.stringify(values, (_, x) => (Object.is(x, -0) ? "-0" : x));
   return VERSION + btoa(text).replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "");
 }
 export function ofLink(text) {
   const before = text.startsWith(BEFORE);
-  if (!before && !text.startsWith(VERSION)) throw new RangeError("its version is unknown");
-  if (text.length > 20000) throw new RangeError("it is too long");
+  if (!before && !text.startsWith(VERSION)) throw new RangeError("the version of the link is unknown");
+  if (text.length > 20000) throw new RangeError("the link is too long");
   const values = JSON.parse(atob(text.slice(VERSION.length).replaceAll("-", "+").replaceAll("_", "/")), (_, x) =>
     x === "-0" ? -0 : x,
   );
   const [discs, walls, laws, gravity_m_s2, duration_s, frame_rate_hz, phase, method] = list(values, "fields", 8, 8);
-  if (typeof method !== "string") throw new RangeError("its method must be a name");
+  if (typeof method !== "string") throw new RangeError("the method in the link must be a name");
   const wallOf = (row) => {
     const count = before ? 4 : FIELDS_OF_WALL.length,
       [px, py, nx, ny] = list(row, "numbers of a wall", count, count);
@@ -302,7 +302,7 @@ function isInWall({ position_m: [x, y], radius_m }, wall) {
     { at } = outline.nearest(x, y);
   return Math.hypot(x - at[0], y - at[1]) < outline.halfWidth + radius_m || (wall.solid && outline.encloses(x, y));
 }
-// Outlines of walls. They can be cached, because edits replace a wall instead of changing it.
+// Outlines of walls. Outlines can be cached, because edits replace a wall instead of changing it.
 const outlines = new WeakMap();
 export function outlineOf(wall) {
   if (!outlines.has(wall)) outlines.set(wall, new Outline(wall));

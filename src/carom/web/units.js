@@ -35,7 +35,7 @@ export function unitsOf({ discs, walls, gravity_m_s2, duration_s }, outlines) {
   };
 }
 
-// Converts a scene to these units. `scaled` multiplies a number by a power of two.
+// Converts a scene to the given units. `scaled` multiplies a number by a power of two.
 export function inUnits(scene, { length, time, mass }, scaled) {
   const speed = length - time,
     of = (power) => (x) => (typeof x === "number" ? scaled(x, -power) : x),
@@ -62,7 +62,7 @@ export function inUnits(scene, { length, time, mass }, scaled) {
   const each = (one) => Object.fromEntries(Object.entries(one).map(([name, x]) => [name, x !== null && kinds[name] ? kinds[name](x) : x]));
   return { ...each(scene), discs: scene.discs.map(each), walls: scene.walls.map(each) };
 }
-// Converts a run in these units to SI units. `scaled` multiplies a number by a power of two.
+// Converts a run from the given units to SI units. `scaled` multiplies a number by a power of two.
 export function outOfUnits(run, { length, time }, scaled) {
   const speed = length - time,
     by = (power) => (x) => (Array.isArray(x) ? x.map(by(power)) : scaled(x, power)),

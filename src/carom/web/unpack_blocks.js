@@ -1,7 +1,7 @@
 // Unpacks the blocks of the page and starts the page's script. A block is text of 91 different characters. Two
 // characters encode 13 bits. The bits contain the length of the content in four bytes, the Adler-32 of the content in
 // four bytes, and an LZMA stream without header. A block is a fifth smaller than in formats that browsers can unpack.
-// Igor Pavlov, "LZMA specification" (2015), defines the stream. Its parameters are in carom/web/page.py.
+// Igor Pavlov, "LZMA specification" (2015), defines the stream. The parameters of the stream are in carom/web/page.py.
 const LITERAL_BITS = 3,
   PLACES = { match: 0, rep: 12, rep0: 24, rep1: 36, rep2: 48, long: 60, slot: 72, far: 328, align: 443, lengths: 459, repeats: 733, literals: 1007 };
 function bytesOf(text) {

@@ -123,9 +123,9 @@ def test_resuming_from_an_incompatible_state_is_refused() -> None:
     state, bare = EventDrivenRun(build_rough_start()).state(), EventDrivenRun(build_rough_start(**smooth)).state()
     fewer = DiscArrays(np.zeros((1, 2)), np.zeros((1, 2)), np.full(1, 0.5), np.ones(1))
     for start, resume, message in (
-        (fewer, state, "a run of 1 discs, got one of 3"),
-        (build_rough_start(), bare, "a run with friction or spin, like this run, got one without"),
-        (build_rough_start(**smooth), state, "a run without friction or spin, like this run, got one with"),
+        (fewer, state, "a run of 1 discs, got a state of 3"),
+        (build_rough_start(), bare, "a run with friction or spin, like this run, got a state without"),
+        (build_rough_start(**smooth), state, "a run without friction or spin, like this run, got a state with"),
     ):
         with pytest.raises(InputError) as refusal:
             EventDrivenRun(start, resume=resume)

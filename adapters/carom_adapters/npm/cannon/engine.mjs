@@ -28,7 +28,7 @@ class CannonWorld {
     this.moving = [...this.bodies, ...walls.filter((_, k) => isDriven(scene.walls[k]))];
   }
 
-  // Add the body of a disc or a wall, with its legs if it is driven.
+  // Add the body of a disc or a wall, and the changes of its velocity if it is driven.
   add(body, of, number) {
     this.legs.add(of, ([x, y]) => body.velocity.set(x, y, 0));
     this.world.addBody(body);

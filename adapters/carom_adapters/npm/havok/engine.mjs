@@ -9,7 +9,7 @@ import { barsOf, Clock, contactOf, isDriven, isImmovable, Legs, reach, serve, th
 const library = pathToFileURL(createRequire(import.meta.url).resolve("@babylonjs/havok"));
 const HK = await createHavok({ wasmBinary: readFileSync(new URL("../esm/HavokPhysics.wasm", library)) });
 const { GEOMETRIC_MEAN, MAXIMUM, MINIMUM } = HK.MaterialCombine;
-const EVENTS = 1 | 2; // a collision begins, or continues
+const EVENTS = 1 | 2; // types of events: a collision begins, or a collision continues
 
 // Havok's functions return a result code, and most of them also a value.
 function value([result, found]) {
@@ -77,7 +77,7 @@ class HavokWorld {
     return body;
   }
 
-  // Set the velocity of the body of a disc or a wall, and add its legs.
+  // Set the velocity of the body of a disc or a wall, and add the changes of its velocity.
   drive(body, of) {
     const tell = (velocity) => HK.HP_Body_SetLinearVelocity(body, this.at(velocity));
     tell(velocityOf(of));
@@ -86,7 +86,7 @@ class HavokWorld {
 
   addWall(wall, extent, k) {
     const { restitution = this.scene.wall_restitution } = wall;
-    // the rule of a wall has precedence over the rule of a disc
+    // for restitution, the rule of a wall has precedence over the rule of a disc
     const combine = restitution < this.scene.restitution ? MINIMUM : MAXIMUM;
     const type = isDriven(wall) ? HK.MotionType.KINEMATIC : HK.MotionType.STATIC;
     return this.shapesOf(wall, extent).map(([shape, place, angle]) => {
@@ -143,7 +143,7 @@ class HavokWorld {
   contacts() {
     const found = [];
     const next = (event) => HK.HP_World_GetNextCollisionEvent(Number(this.world[0]), event);
-    const [, begin] = HK.HP_World_GetCollisionEvents(this.world); // 0 and an error code, if there are no events
+    const [, begin] = HK.HP_World_GetCollisionEvents(this.world); // if there are no events, Havok returns 0 and an error code
     for (let event = begin; event; event = next(event)) {
       const [, first, second, impulse] = value(HK.HP_Event_AsCollision(event));
       if (!(impulse > 0)) continue;

@@ -8,7 +8,7 @@ const STEPPING = [
   "mLinearCastThreshold", "mLinearCastMaxPenetration",
 ];
 const OF_BODIES = ["mLinearDamping", "mMaxLinearVelocity", "mAllowSleeping"];
-const [FIXED, MOVING] = [0, 1]; // collision layers
+const [FIXED, MOVING] = [0, 1]; // numbers of the collision layers
 
 // Call `use` with an object, release the object, and return the result of the call.
 function using(object, use) {
@@ -102,7 +102,7 @@ class JoltWorld {
     if (wall.points_m) return [this.capsulesOf(wall), [0, 0]];
     const { point, size } = wallAt(wall, extent);
     const [nx, ny] = wall.normal;
-    if (isDriven(wall)) return [this.boxOf(wall.normal, size), point]; // a plane can't move
+    if (isDriven(wall)) return [this.boxOf(wall.normal, size), point]; // in Jolt, a plane can't move
     const plane = using(new Jolt.Vec3(nx, ny, 0), (normal) => new Jolt.Plane(normal, 0));
     return [using(plane, (one) => new Jolt.PlaneShape(one, undefined, 2 * size)), point];
   }

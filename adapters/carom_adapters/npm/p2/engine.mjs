@@ -28,7 +28,7 @@ class P2World {
     this.moving = [...this.bodies, ...walls.filter((_, k) => isDriven(scene.walls[k])).flat()];
   }
 
-  // Add a body of a disc or a wall, with its legs if it is driven.
+  // Add a body of a disc or a wall, and the changes of its velocity if it is driven.
   add(body, of, shape, material, number) {
     this.legs.add(of, (velocity) => ([body.velocity[0], body.velocity[1]] = velocity));
     shape.material = material;

@@ -3,8 +3,8 @@ import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { barsOf, Clock, contactOf, isDriven, isImmovable, Legs, reach, serve, summed, thicknessOf, velocityOf, wallAt, wallBody } from "../serve.mjs";
 
-// The build is for browsers, and does not start if it detects Node. Its output must not go to standard output, which
-// contains only answers.
+// The build is for browsers, and does not start if it detects Node. The build must not write to standard output, which
+// contains only answers of the protocol.
 const library = createRequire(import.meta.url).resolve("physx-js-webidl");
 const { versions } = process;
 Object.defineProperty(process, "versions", { value: { ...versions, node: undefined } });
@@ -39,8 +39,8 @@ class PhysxWorld {
     this.clock = new Clock(settings.dt_s);
     this.told = [];
     this.numbers = new Map(); // numbers of bodies, by their address
-    // driven bodies, each with its angle, its present velocity, and the position at time 0 from which this velocity
-    // leads to its present position
+    // driven bodies, each with its angle, its present velocity and a start: from the start at time 0, this velocity
+    // leads to the present position
     this.driven = [];
     this.legs = new Legs();
     this.makeScene();
@@ -50,7 +50,7 @@ class PhysxWorld {
       return made;
     };
     // If two bodies have different rules to combine restitutions, PhysX uses the later one in the order average,
-    // minimum, multiply, maximum. This later rule is the wall's rule.
+    // minimum, multiply, maximum. The adapter gives walls the later rule.
     const disc = material(scene.restitution, Combine.eAVERAGE);
     const ofWalls = scene.walls.map(({ restitution = scene.wall_restitution }) =>
       material(restitution, restitution < scene.restitution ? Combine.eMIN : Combine.eMAX),

@@ -30,8 +30,8 @@ typedef struct TripleDouble {
    pair_time.h). */
 enum { MOST_TERMS = 768 };
 
-/* Return the smaller of two numbers. Compilers need one machine instruction for it, but call a function for `fmin`. The
-   arguments must not be NaN. */
+/* Return the smaller of two numbers. Compilers translate this function to one machine instruction, but call a library
+   function for `fmin`. The arguments must not be NaN. */
 static inline double lesser(double a, double b) {
     return a < b ? a : b;
 }

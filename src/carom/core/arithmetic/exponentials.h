@@ -2,9 +2,9 @@
    bit-identical on every machine.
 
    Results of different C libraries differ by up to a unit in the last place. This file first approximates a result by a
-   sum of two floats with a relative error of 2^-100. Usually, this error is too small to change which float is nearest
-   (Ziv's rounding test). For about one in 2^45 arguments, two floats remain possible. Fixed-point numbers of 192 bits
-   then decide between them.
+   sum of two floats with a relative error of 2^-100. Usually, the error of 2^-100 is too small to change which float is
+   nearest (Ziv's rounding test). For about one in 2^45 arguments, two floats remain possible. Fixed-point numbers of
+   192 bits then decide between the two floats.
 
    Sources: P. T. P. Tang, "Table-driven implementation of the exponential function in IEEE floating-point arithmetic",
    ACM TOMS 15 (1989); A. Ziv, "Fast evaluation of elementary mathematical functions with correctly rounded last bit",
@@ -22,7 +22,7 @@
 
 enum {
     EXP_STEPS = 32,
-    /* added to the number of a step: the sum is positive, so its integer division by EXP_STEPS rounds down */
+    /* added to the number of a step, because integer division by EXP_STEPS rounds down only if the sum is positive */
     EXP_OFFSET = 2048 * EXP_STEPS
 };
 
@@ -120,7 +120,7 @@ static inline DoubleDouble combine_exponential(Exponential e) {
 }
 
 /* Write the float nearest to a number, from a pair that approximates the number with an error of at most `error`.
-   Return whether this float is certainly the nearest. */
+   Return whether the written float is certainly the nearest. */
 static inline bool round_pair(DoubleDouble value, double error, double *nearest) {
     *nearest = value.high + (value.low + error);
     return *nearest == value.high + (value.low - error);
@@ -165,8 +165,8 @@ static CAROM_NOINLINE double decide_expm1(double x) {
     if (twos <= FRACTION_BITS) {
         return wide_to_double(wide_subtract(power, wide_power_of_two(FRACTION_BITS - twos)), twos - FRACTION_BITS);
     }
-    /* The last bit of `power` is more than 1 here. So an eighth of this bit is subtracted instead of 1, which gives the
-       same rounding. */
+    /* The last bit of `power` has a value of more than 1 here. So an eighth of the last bit is subtracted instead of 1,
+       which gives the same rounding. */
     power = wide_subtract(wide_multiply_small(power, 8), wide_power_of_two(0));
     return wide_to_double(power, twos - FRACTION_BITS - 3);
 }
@@ -301,12 +301,12 @@ static inline LogAnchor first_anchor(void) {
     return (LogAnchor){0.0, {0.0, 0.0}, 0.0};
 }
 
-/* Write the float nearest to the logarithm of 1 + x, computed from the anchor's logarithm. Return whether this float is
-   certainly the nearest.
+/* Write the float nearest to the logarithm of 1 + x, computed from the anchor's logarithm. Return whether the written
+   float is certainly the nearest.
 
    With 1 + x = (1 + r) a, where a is the anchor's number, the result is the sum of the logarithms of a and of 1 + r.
-   For |r| <= 2^-8, the series of the latter ends with r^7. The omitted terms are at most 2^-51 r^2 in all. The rounding
-   errors of the terms from r^2 on are also at most 2^-51 r^2 in all. */
+   For |r| <= 2^-8, the series of the logarithm of 1 + r ends with r^7. The omitted terms are at most 2^-51 r^2 in all.
+   The rounding errors of the terms from r^2 on are also at most 2^-51 r^2 in all. */
 static inline bool log1p_near(const LogAnchor *anchor, double x, double *nearest) {
     DoubleDouble step = two_diff(x, anchor->x), number = two_sum(1.0, anchor->x);
     double r = step.high / number.high;

@@ -120,7 +120,8 @@ static inline bool misses_line(double gap, double gap_size, double speed, double
    along the face, its rate of change and its acceleration. All six quantities are multiplied by the face's length. The
    first two tests use a bound of the change of the gap, s t + p t^2/2. The third test uses the position along the face
    when the gap closes. When the gap closes, w + s t + p t^2/2 = 0, so the position multiplied by -s is f (-s) + g w
-   plus terms with p and h. If this position is not between the face's ends, the disc misses the face. */
+   plus terms with p and h. If the disc's position when the gap closes is not between the face's ends, the disc misses
+   the face. */
 static inline bool fall_misses_face(double x, double y, double ux, double uy, const Feature *f, double ax, double ay,
                                     double place_size, double thick, double way, double within) {
     const double ex = f->ex.high, ey = f->ey.high, length = f->size.high;

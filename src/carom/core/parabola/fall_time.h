@@ -10,7 +10,7 @@
    that touch, do not separate and accelerate towards each other. If there is no impact, the result is infinity. If the
    disc's current path begins with an impact on the same body (`has_just_left`), the gap is exactly 0 now, although the
    rounded value may differ. The gap then opens at the speed `leaving`, 0 or more. The functions of this file are also
-   used for two discs on a decelerating table. The path is then that of one disc relative to the other.
+   used for two discs on a decelerating table. The path is then the path of one disc relative to the other disc.
    docs/theory/contact.md derives the formulas. */
 
 #pragma once
@@ -70,8 +70,8 @@ static inline double plane_fall_time(const Mover *disc, const Feature *plane, do
     return descent_time(gap, wall_speed(disc->ux.high, disc->uy.high, plane->nx, plane->ny), pull);
 }
 
-/* Return whether the point of a face's line that is nearest to a disc at a time is on the face. Rounding errors of this
-   decision do not matter, because impacts on the end of the face and on its vertex are the same. */
+/* Return whether the point of a face's line that is nearest to a disc at a time is on the face. Rounding errors do not
+   matter here, because an impact on the end of the face and an impact on its vertex are the same. */
 static inline bool foot_is_on_face(const Mover *disc, const Feature *face, double time, double ax, double ay) {
     double moved_x = time * (disc->ux.high + 0.5 * ax * time), moved_y = time * (disc->uy.high + 0.5 * ay * time);
     double x = offset_between(disc->x, face->x).high + moved_x;

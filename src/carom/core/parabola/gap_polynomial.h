@@ -6,8 +6,9 @@
 
        |d + u t + a t^2/2|^2 - R^2 = (d.d - R^2) + 2 d.u t + (u.u + d.a) t^2 + u.a t^3 + a.a/4 t^4
 
-   For a disc inside, the gap is the negative of this polynomial. If the disc has just left the circle, the first two
-   coefficients are known without rounding errors: 0, and 2 R times the speed at which it left. */
+   For a disc inside the circle, the gap is the negative of the polynomial for a disc outside. If the disc has just left
+   the circle, the first two coefficients are known without rounding errors: 0, and 2 R times the speed at which it
+   left. */
 
 #pragma once
 

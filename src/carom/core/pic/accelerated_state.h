@@ -1,6 +1,7 @@
 /* Structs for discs that accelerate: in free fall, in contact with a wall, or on a table that slows them down.
 
-   Between two events, a disc's acceleration is constant, so its path is a parabola. Units are those of pic/state.h. */
+   Between two events, a disc's acceleration is constant, so its path is a parabola. Units are the same as in
+   pic/state.h. */
 
 #pragma once
 
@@ -107,7 +108,7 @@ typedef struct ContactEnd { /* a contact that has ended the run, because PIC doe
 
 typedef struct Accelerated {
     Parabola *paths; /* path of each disc; NULL if no disc accelerates */
-    Ground *grounds; /* one per feature */
+    Ground *grounds; /* one `Ground` per feature */
     int *never_lists;
     Index never_length;
     double gx; /* gravity */

@@ -3,7 +3,7 @@
    When an epoch begins, all discs are moved to the present, and time is counted from 0 again. A time has a relative
    rounding error of 2^-53. If an epoch lasts about 32 free flights of a disc, this error moves the disc by less than
    the rounding error of its position. A new epoch costs little: one prediction per disc, while each impact already
-   needs two. */
+   needs two predictions. */
 
 #pragma once
 
@@ -35,8 +35,8 @@ static inline void count_impact(State *s, double time) {
 }
 
 /* If an event at the instant `at` is beyond a limit of this call of the loop, return the `Ending` of the call.
-   Otherwise return NOT_ENDED. Set `is_wanted` to whether the event must be recorded, and reserve memory for the
-   record. */
+   If the event is within all limits, return NOT_ENDED. Set `is_wanted` to whether the event must be recorded, and
+   reserve memory for the record. */
 static inline Ending check_limits(State *s, Instant at, double until, Index impacts, bool *is_wanted) {
     double reported = reported_time(&s->clock, at.high);
     if (reported > until || (reported == until && at.low > 0.0))
@@ -95,7 +95,8 @@ static inline void begin_epoch(State *s) {
         if (s->law.contact_duration > 0.0)
             s->last_impact[i] -= s->clock.now;
     }
-    /* The start of the epoch is stored as a pair of floats. The second float is the rounding error of the first. */
+    /* The start of the epoch is stored as a pair of floats. The second float of the pair is the rounding error of the
+       first float. */
     DoubleDouble total = two_sum(s->clock.epoch, s->clock.now);
     s->clock.epoch = total.high;
     s->clock.epoch_rest += total.low;

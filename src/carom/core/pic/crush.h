@@ -182,7 +182,7 @@ static inline bool is_crushed_by(State *s, Index disc, Index body, int obstacle,
     return goes_to_and_fro(t, (int)body, obstacle, nx, ny) && t->row > s->standstill && is_crushed(s, disc);
 }
 
-/* Count an impact of two discs. Return whether one of the two is crushed. */
+/* Count an impact of two discs. Return whether one of the two discs is crushed. */
 static inline bool is_one_crushed(State *s, Index i, Index j) {
     const Disc *a = &s->discs[i];
     const Disc *b = &s->discs[j];

@@ -8,7 +8,7 @@
 
 typedef struct LegsAhead { /* the legs (straight parts) of a body's path from a given time onwards */
     const Leg *legs;
-    Index count; /* 1 for a body that is not driven */
+    Index count; /* number of legs; 1 for a body that is not driven */
 } LegsAhead;
 
 static const Leg NO_MOTION = {0.0, CAROM_INF, 0.0, CAROM_INF, 0.0, 0.0, 0.0, 0.0};

@@ -7,7 +7,7 @@
 /* ---- the row ---- */
 
 typedef struct Struck { /* the body that a disc hit last on one side */
-    int body;           /* NO_BODY for none */
+    int body;           /* number of the body; NO_BODY for none */
     int obstacle;
 } Struck;
 

@@ -19,7 +19,7 @@
 
 typedef struct Changed {
     Index disc[2]; /* numbers of the changed discs; NOBODY in an unused place */
-    Change change; /* which predictions of these discs must be computed again */
+    Change change; /* which predictions of the changed discs must be computed again */
 } Changed;
 
 /* Predict the next events of disc `i` that `change` affects, and update the queue. */
@@ -60,7 +60,7 @@ static CAROM_NOINLINE Ending apply_accelerated_event(State *s, Event event, doub
 }
 
 /* Apply an impact, unless it is beyond `until` or `impacts`, the limits of this call of `carom_advance`. Return the
-   `Ending` if the impact or a limit ends the call. Otherwise return NOT_ENDED. */
+   `Ending` if the impact or a limit ends the call. If nothing ends the call, return NOT_ENDED. */
 static inline Ending apply_impact(State *s, Event event, double until, Index impacts, Changed *changed) {
     double time = event_time(&s->predictions[event.disc]);
     bool is_wanted;
@@ -260,8 +260,8 @@ size_t carom_set_up(State *s, const RunInput *input) {
     s->grid.extent = obstacle_extent(input);
     choose_grid(&s->grid, &s->visited, n, s->feature_count);
     /* Choosing new cells costs about as much as one prediction per disc and one check per feature. The limit is the
-       number of predictions outside the area of the lists that together cost as much. Each such prediction checks all
-       features. */
+       number of predictions outside the area of the lists that together cost as much. Each prediction outside this area
+       checks all features. */
     double checks = (double)(n + s->feature_count) / (1.0 + (double)s->feature_count / CAROM_LOOKS_PER_PREDICTION);
     s->grid.beyond_limit = (Index)checks;
     return lay_out(s, NULL);

@@ -165,8 +165,8 @@ static inline void predict_from_bounds(State *s, Index i) {
     store_first_impact(s, i, found);
 }
 
-/* Predict the first impact of disc `i` from the exact times of all its impacts. This is necessary if bounds do not
-   decide which impact is first. */
+/* Predict the first impact of disc `i` from the exact times of all its impacts. The exact times are necessary if bounds
+   do not decide which impact is first. */
 static CAROM_NOINLINE void predict_from_times(State *s, Index i) {
     NextEvent least = {NEVER, i, -1};
     for (Index k = 0; k < s->wall_count; k++)
@@ -241,8 +241,8 @@ static CAROM_NOINLINE Index first_disc_of_tie(State *s, double time) {
     return first;
 }
 
-/* The time of disc `i`'s first impact is exact. Return the least time of all other discs, but ignore the partner if its
-   first impact is the same impact. */
+/* The time of disc `i`'s first impact must already be exact. Return the least time of all other discs, but ignore the
+   partner if its first impact is the same impact. */
 static inline double least_other_time(State *s, Index i) {
     FewBodies *f = &s->few;
     const FirstImpact *p = &f->first[i];
@@ -260,8 +260,8 @@ static inline double least_other_time(State *s, Index i) {
     return least;
 }
 
-/* Disc `i` has the least time. Return the disc whose impact is next. If that disc is not certain yet, refine a
-   prediction and return NOBODY. */
+/* Disc `i` must have the least time of all discs. Return the disc whose impact is next. If the next impact is not
+   certain yet, refine a prediction and return NOBODY. */
 static inline Index next_disc(State *s, Index i) {
     if (is_first_stale(s, i)) {
         refine_first_impact(s, i);
@@ -293,7 +293,7 @@ static CAROM_NOINLINE void predict_all_few(State *s) {
     s->counts.predicted = s->disc_count;
 }
 
-/* Apply the first impact of disc `i`, and predict the discs in this impact again. */
+/* Apply the first impact of disc `i`, and predict the next impacts of its discs again. */
 static inline void apply_first_impact(State *s, Index i, bool is_wanted) {
     Bodies bodies = first_bodies(s, i);
     double time = s->few.time[i];

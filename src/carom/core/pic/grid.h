@@ -10,8 +10,8 @@
 
 /* ---- choice of the cells ---- */
 
-/* Set the largest radius, the largest sum of two radii, and the factor for the width of a cell. For a single disc,
-   twice its radius is the sum. */
+/* Set the largest radius, the largest sum of two radii, and the factor for the width of a cell. For a single disc, the
+   largest sum of two radii is twice its radius. */
 static inline void set_sizes(Grid *g, const double *radius, Index discs, double factor) {
     double second = 0.0;
     g->radius = 0.0;

@@ -312,8 +312,9 @@ static inline bool never_moves(const State *s, Index body) {
 
    A speed is low if a hop (a short flight above the ground) at this speed is lower than the resolution of the gap. The
    disc stays in contact if its speed along the ground's normal is low, and either points into the ground or is
-   explained by the rounding error of the impact's normal. Otherwise the disc begins a flight: it hops, or it hits the
-   ground at once. If the other body is a wall perpendicular to the ground, only friction can make the disc hop. */
+   explained by the rounding error of the impact's normal. A disc that does not stay in contact begins a flight: it
+   hops, or it hits the ground at once. If the other body is a wall perpendicular to the ground, only friction can make
+   the disc hop. */
 static inline bool update_contact_after_impact(State *s, Index i, Index struck, const double normal[2], ModeRow *row) {
     Parabola *p = &s->accelerated.paths[i];
     const Index k = p->ground;

@@ -104,7 +104,7 @@ static CAROM_ALWAYS_INLINE void solve_impact(State *s, Index i) {
 /* ---- the event of all discs ---- */
 
 /* Disc `i` is predicted to hit its partner at `time`. Return the partner if its next event is the same impact.
-   Otherwise return `i`. */
+   If the partner's next event is another event, return `i`. */
 static inline Index other_holder(const State *s, Index i, double time) {
     const Prediction *p = &s->predictions[i];
     if (p->partner == NOBODY || p->impact_time != time)

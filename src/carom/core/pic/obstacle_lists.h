@@ -77,8 +77,8 @@ static inline bool may_be_in_sector(const Feature *arc, double x, double y) {
 /* Return the distance of a point from a feature that is not a half-plane.
 
    The error bound is larger than the sum of all rounding errors, of which there are about twenty. Rounding may make it
-   uncertain whether the point is in an arc's sector. If so, the arc's circle and an end of the arc have nearly the same
-   distance from the point, so either distance may be used. */
+   uncertain whether the point is in an arc's sector. In uncertain cases, the arc's circle and an end of the arc have
+   nearly the same distance from the point, so either distance may be used. */
 static inline Bounded distance_to(const Feature *f, double x, double y) {
     double dx = x - f->x.high;
     double dy = y - f->y.high;

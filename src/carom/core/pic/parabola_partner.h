@@ -91,8 +91,8 @@ static inline void solve_meeting(const State *s, Index i, Meeting *m) {
 }
 
 /* Return whether candidate `a` comes before candidate `b`. The candidate with the earlier time is first. If the times
-   are equal, a lower bound comes before an exact time. If this does not decide, the candidate whose partner has the
-   lower number is first. */
+   are equal, a lower bound comes before an exact time. If times and kinds are equal, the candidate whose partner has
+   the lower number is first. */
 static inline bool is_preceding(const Meeting *a, const Meeting *b) {
     if (a->time.high != b->time.high) {
         return a->time.high < b->time.high;
@@ -137,7 +137,8 @@ static inline Meeting predicted_meeting(const State *s, Index i) {
         return (Meeting){{p->impact_time, s->accelerated.paths[i].impact_low}, p->impact_time, p->partner, true};
     }
     /* If both discs have the same acceleration, a lower bound of 0 or more comes from `bound_times`. The exact time is
-       at most (1 + 4 CAROM_ROOT_ERROR) times this lower bound. Other lower bounds give no upper bound. */
+       at most (1 + 4 CAROM_ROOT_ERROR) times this lower bound. For other pairs of discs, a lower bound gives no upper
+       bound. */
     bool is_straight = moves_straight(s, i, p->partner) && p->impact_time >= 0.0;
     double latest = is_straight ? p->impact_time * (1.0 + 4.0 * CAROM_ROOT_ERROR) : CAROM_INF;
     return (Meeting){{p->impact_time, 0.0}, latest, p->partner, false};

@@ -10,7 +10,7 @@
 
 #if defined(__GNUC__)
 /* GCC assumes that a function that only prefetches has no effect, and removes its calls. An empty assembler statement
-   keeps these calls. */
+   keeps the calls. */
 #define CAROM_PREFETCH(place)      \
     do {                           \
         __builtin_prefetch(place); \

@@ -5,8 +5,8 @@
 
 #include "carom/core/pic/driven_path.h"
 
-/* Return the disc that disc `i` hit last, if the present paths of both discs began at their impact. Otherwise return
-   NOBODY.
+/* Return the disc that disc `i` hit last, if the present paths of both discs began at their impact. If one path began
+   elsewhere, return NOBODY.
 
    The two discs never collide again on paths that began at their impact. Rounding can leave a small speed of approach:
    with restitution 0, the whole remaining normal speed is a rounding error. A speed due to rounding must not cause an
@@ -126,7 +126,7 @@ static CAROM_NOINLINE void note_touching_discs(State *s, Index i, Index j, doubl
 }
 
 /* After an impact of disc `i` on wall or feature `k`, update the list of bodies that the disc touches. The unit normal
-   is n. `speed` is `NewContact.speed`. */
+   is n. `speed` has the meaning of `NewContact.speed`. */
 static CAROM_NOINLINE void note_touching_wall(State *s, Index i, Index k, double nx, double ny, double speed,
                                               bool is_elastic) {
     const Law *law = s->feature_count > 0 ? &s->wall_laws[s->features[k].wall] : &s->law;

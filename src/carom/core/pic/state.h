@@ -134,7 +134,7 @@ typedef struct Disc { /* 64 bytes, one cache line, with all data of a disc that 
        a disc that never moves, `time` is always 0 */
     double time;
     double radius;
-    /* 0 for a disc that never moves */
+    /* 1 / mass; 0 for a disc that never moves */
     double inverse_mass;
     /* number of impacts so far; a change of this number makes earlier predictions of impacts with this disc stale */
     int impacts;
@@ -164,8 +164,8 @@ typedef struct Prediction {
 typedef struct Driven { /* a driven body, or a wall with a moving surface */
     Index body;         /* number of the body: i for disc i, -1 - k for wall k */
     Index first_leg;    /* index in `Driving.legs` of the first leg (part with constant velocity) of its path */
-    Index leg_count;    /* 0 if only the surface moves */
-    Index first_feature; /* of a wall */
+    Index leg_count;    /* number of legs; 0 if only the surface moves */
+    Index first_feature; /* for a wall: number of its first feature */
     Index feature_count;
     double x; /* for a disc: centre at the start of the run, in metres */
     double y;
@@ -235,14 +235,14 @@ typedef struct Grid {
     Box area;  /* box in which the lists of obstacles are valid */
     double x0; /* lower left corner of the first cell inside the ring */
     double y0;
-    double width;      /* of a cell */
+    double width;      /* width of a cell, in metres */
     double radius;     /* radius of the largest disc, in metres */
     double reach;      /* largest sum of the radii of two discs */
     double factor;     /* factor by which the width of a cell is multiplied */
     double extent;     /* upper bound of the absolute coordinates of all obstacles, in metres */
     Index predictions; /* value of `Counts.predictions` when the present cells were chosen */
     Index beyond;      /* value of `Counts.beyond` when the present cells were chosen */
-    Index beyond_limit; /* new cells are chosen when `Counts.beyond` has increased by more than this */
+    Index beyond_limit; /* new cells are chosen when `Counts.beyond` has increased by more than this number */
     Index columns;      /* number of columns, without the ring of empty cells */
     Index rows;
     Index stride; /* difference of the indices of a cell and of the cell above it */
@@ -311,7 +311,7 @@ typedef struct FewBodies {
     double y[MOST_FEW_DISCS];
     double vx[MOST_FEW_DISCS];
     double vy[MOST_FEW_DISCS];
-    double start[MOST_FEW_DISCS]; /* `Disc.time` */
+    double start[MOST_FEW_DISCS]; /* copy of `Disc.time` */
     double radius[MOST_FEW_DISCS];
     double wall_x[MOST_FEW_WALLS];
     double wall_y[MOST_FEW_WALLS];

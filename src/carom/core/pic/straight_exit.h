@@ -8,7 +8,7 @@
 /* ---- a disc and its cell ---- */
 
 typedef struct CellExit {
-    double wait; /* INF for never */
+    double wait; /* seconds until the disc leaves the cell; INF for never */
     Edge edge;
 } CellExit;
 
@@ -106,8 +106,8 @@ static inline void predict_exit(State *s, Index i, bool has_features) {
     bool has_list = list != 0;
     bool is_at_rim = list & 1;
     double wait = crossing.wait;
-    /* the loop has at most two iterations: the second one checks all obstacles, because the disc may leave the area in
-       which the list is valid. Each function has a single call, so that compilers inline it */
+    /* the loop has at most two iterations: the second iteration checks all obstacles, because the disc may leave the
+       area in which the list is valid. Each function has a single call, so that compilers inline it */
     while (has_list) {
         wait = has_features ? find_first_feature(s, i, &a, numbers, crossing.wait, &obstacle)
                             : find_first_wall(s, i, &a, numbers, crossing.wait, &obstacle);

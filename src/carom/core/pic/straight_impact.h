@@ -134,7 +134,7 @@ static inline void remove_rounding_of_rest(Disc *a, const Surface *surface, doub
     }
 }
 
-/* Apply the impact of disc `i`, which moves, on feature `k`. Return the normal. */
+/* Apply the impact of disc `i`, which moves, on feature `k`. Return the normal of the impact. */
 static inline Direction apply_feature_impact(State *s, Index i, Index k, double time, bool is_wanted) {
     Disc *a = &s->discs[i];
     const Feature *f = &s->features[k];

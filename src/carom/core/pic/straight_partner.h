@@ -25,7 +25,8 @@ static inline double pair_event_time(const State *s, Index i, Index j) {
     return pair_impact_time(&s->discs[i < j ? i : j], &s->discs[i < j ? j : i]);
 }
 
-/* Round 1: find the discs in a block of cells, except those in chains (lists of further discs). Return their number. */
+/* Round 1: find the discs in a block of cells, except those in chains (lists of further discs). Return the
+   number of discs found. */
 static inline Index gather_discs(State *s, Block block, Chains *chains) {
     Index count = 0;
     Index left = 0;
@@ -46,7 +47,7 @@ static inline Index gather_discs(State *s, Block block, Chains *chains) {
 }
 
 /* Add discs from chains (lists of discs in the same cell) to the `count` discs already found, up to a total of BATCH
-   discs. Return the total. */
+   discs. Return the total number of discs. */
 static CAROM_NOINLINE Index gather_chained_discs(State *s, Block block, Chains *chains, Index count) {
     while (chains->left > 0 && count < BATCH) {
         Index chain = chains->left;
@@ -132,8 +133,8 @@ static CAROM_ALWAYS_INLINE void bound_times(Candidates *c, Index count, bool has
     }
 }
 
-/* Return the one of `best` and all candidates that disc `i` hits first, with the exact time. In a tie the partner with
-   the lower number is first. */
+/* Among `best` and all candidates, return the candidate that disc `i` hits first, with the exact time. In a tie the
+   partner with the lower number is first. */
 static inline Candidate solve_earliest(const State *s, Index i, Index count, Candidate best) {
     const Candidates *c = &s->candidates;
     double latest = best.high;
@@ -153,7 +154,7 @@ static inline Candidate solve_earliest(const State *s, Index i, Index count, Can
     return (Candidate){best.low, best.low, best.partner};
 }
 
-/* Round 4: return the one of `best` and all candidates that disc `i` hits first. */
+/* Round 4: among `best` and all candidates, return the candidate that disc `i` hits first. */
 static inline Candidate earliest_of(const State *s, Index i, Index count, Candidate best) {
     const Candidates *c = &s->candidates;
     Index at = -1;

@@ -3,8 +3,8 @@
    After an impact with restitution 0, two bodies have no relative velocity along the normal. In floats, a rounding
    error of the normal velocity remains, which must not cause another impact. So the contact and its normal are stored:
    the disc does not hit the body again until an impact changes the disc's velocity along the stored normal. An impact
-   whose normal is orthogonal to the stored normal does not change this velocity, unless friction acts. Any other impact
-   changes this velocity.
+   whose normal is orthogonal to the stored normal does not change the velocity along the stored normal, unless friction
+   acts. Any other impact changes the velocity along the stored normal.
 
    Each component of a unit normal has two rounding errors. So the computed scalar product of two orthogonal normals is
    at most CAROM_ERROR. A change of a velocity by less than CAROM_ERROR times the velocity is smaller than the rounding
@@ -37,7 +37,7 @@ typedef struct Touched {
 
 typedef struct TouchedBodies {
     int count;
-    Touched bodies[MOST_TOUCHED]; /* oldest first */
+    Touched bodies[MOST_TOUCHED]; /* sorted by time, oldest first */
 } TouchedBodies;
 
 /* Return the contact with a body if the contact lasts beyond `time`, in seconds since the start; otherwise NULL. */

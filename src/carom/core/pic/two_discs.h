@@ -1,7 +1,7 @@
 /* Two discs without walls: they collide at most once, and a formula gives the time of this impact.
 
-   `solve_two_discs` solves such a scene without the event loop, but with the same floating-point operations. Tests
-   check that the results are bit-identical to those of the event loop. */
+   `solve_two_discs` solves a scene of two discs without the event loop, but with the same floating-point operations.
+   Tests check that the results are bit-identical to those of the event loop. */
 
 #pragma once
 
@@ -15,7 +15,7 @@ typedef struct FreeDisc {
     double vx;
     double vy;
     double radius;
-    double inverse_mass; /* 0 for a disc that never moves */
+    double inverse_mass; /* 1 / mass; 0 for a disc that never moves */
 } FreeDisc;
 
 typedef struct TwoDiscsResult {

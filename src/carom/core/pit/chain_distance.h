@@ -148,10 +148,10 @@ static inline ChainPart find_part(const ChainEdge *e, double x, double y) {
 
 /* Return the point of a chain's line that is nearest to a given point. If points of several edges are equally near, a
    point between the ends of its edge is preferred: near a joint, rounding hides that this point is nearer than the
-   joint. If this does not decide, the point of the edge with the lowest number is returned.
+   joint. If several such points remain, the point of the edge with the lowest number is returned.
 
-   `hint` is the number of an edge that is probably near the point. The nearer this edge is to the point, the more other
-   edges are skipped. */
+   `hint` is the number of an edge that is probably near the point. The nearer the edge `hint` is to the point, the more
+   other edges are skipped. */
 static inline Nearest find_nearest(const Chain *chain, double x, double y, Index hint) {
     Nearest best = {0.0, 0.0, chain->edge_count};
     double slack = distance_slack(chain, x, y);

@@ -5,15 +5,15 @@
    contact. So PIT stores the impact (`StoredImpact`). After the impact, the two bodies have another impact only if they
    approach faster than rounding errors explain (`is_rounding`):
 
-   - The velocities are rounded, both at this frame and just after the impact. In a time t, these errors shrink the gap
-     by no more than other rounding errors do. All other errors below only count until the gap has shrunk by more than
-     its rounding error d since the impact.
+   - The velocities are rounded, both at this frame and just after the impact. In a time t, the rounding errors of
+     velocities shrink the gap by no more than other rounding errors do. All other errors below only count until the gap
+     has shrunk by more than its rounding error d since the impact.
    - The positions are rounded. Let R be the distance between the two centres of curvature. Rounding turns the normal
      by up to d / R (`turn_of`). So up to d / R times the slip becomes speed along the normal, which exact arithmetic
      does not have.
    - The impact itself has left errors of up to d / R times its slip along its normal, and of up to d / R times its
-     speed of approach along its tangent. Later frames and impacts have also rounded the velocities. These errors
-     count only by their components along the present normal.
+     speed of approach along its tangent. Later frames and impacts have also rounded the velocities. The errors of later
+     frames and impacts count only by their components along the present normal.
 
    If a driven body pushes faster than rounding errors explain, the first frame of the push has an impact. Slower pushes
    cannot cause more overlap than rounding errors do. */
@@ -30,7 +30,7 @@ typedef struct Encounter { /* a disc and another body that it may touch, at a fr
     double approach;
     /* relative speed along the tangent */
     double slip;
-    /* |vx| + |vy| of the disc plus that of the body */
+    /* |vx| + |vy| of the disc plus |vx| + |vy| of the body */
     double speeds;
     /* sum of `size_of` for both bodies */
     double sizes;

@@ -13,8 +13,8 @@
 
 /* ---- frames at which nothing is tested ---- */
 
-/* Advance over frames at which no disc is due (may have an impact), at most up to frame `until`. Return whether there
-   were any such frames. */
+/* Advance over frames at which no disc is due (may have an impact), at most up to frame `until`. Return whether any
+   frame was skipped. */
 static inline bool skip_frames(State *s, Index until) {
     double before = s->now;
     Index count = 0;

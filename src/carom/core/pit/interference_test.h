@@ -20,8 +20,8 @@ static inline bool discs_interfere(const Disc *a, const Disc *b) {
     double along = dx * (b->vx - a->vx) + dy * (b->vy - a->vy);
     double squared = dx * dx + dy * dy;
     double contact = a->radius + b->radius;
-    /* Both conditions are first tested together and without a root, because a processor cannot predict a branch on the
-       direction of motion alone. */
+    /* Approach and overlap are first tested together and without a root, because a processor cannot predict a branch on
+       the direction of motion alone. */
     if (greater(along, squared - contact * contact * (1.0 + CAROM_ROOT_ROOM)) > 0.0)
         return false;
     return along < 0.0 && sqrt(squared) <= contact;

@@ -2,8 +2,8 @@
    (may have an impact) again.
 
    `State.due` contains the due time of each disc. Before its due time, a disc cannot hit a near disc or a wall, and
-   moves no farther than its leeway. For any two discs, the one that was scheduled last was scheduled with the present
-   paths of both. So for any two discs, one of them is due before they can touch, and no impact is missed. */
+   moves no farther than its leeway. For any two discs, the disc that was scheduled last was scheduled with the present
+   paths of both discs. So at least one of two discs is due before they can touch, and no impact is missed. */
 
 #pragma once
 

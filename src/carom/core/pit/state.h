@@ -32,7 +32,7 @@ typedef struct Disc { /* 64 bytes, one cache line, with all data of a disc that 
     double vx; /* velocity */
     double vy;
     double radius;
-    /* 0 for a disc that never moves */
+    /* 1 / mass; 0 for a disc that never moves */
     double inverse_mass;
     /* the next disc in its cell's list, or NOBODY */
     int next;
@@ -60,7 +60,7 @@ typedef struct StoredImpact {
     double gap;
     /* rounding error of the direction of the normal, in radians */
     double turn;
-    /* |vx| + |vy| of the disc plus that of the body, just before the impact */
+    /* |vx| + |vy| of the disc plus |vx| + |vy| of the body, just before the impact */
     double speeds;
     /* speed of approach just after the impact plus its rounding error, in metres per second */
     double left;
@@ -229,7 +229,8 @@ typedef struct State {
     bool is_settled;
     /* duration, in seconds, of the largest number of frames for which a bound of a disc's next impact is used */
     double frame_span;
-    /* longest time from now for which such a bound is used, in seconds; with damping, shorter than `frame_span` */
+    /* longest time from now for which a bound of a disc's next impact is used, in seconds; with damping, shorter than
+       `frame_span` */
     double horizon;
     /* magnitude of gravity, rounded up */
     double pull;

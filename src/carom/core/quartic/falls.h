@@ -28,7 +28,7 @@ enum {
     MOST_INTERVALS = 8,
 };
 
-/* State of a search for the falls of a gap. `next_fall` returns them one by one, in order. */
+/* State of a search for the falls of a gap. `next_fall` returns the falls one by one, in order. */
 typedef struct Falls {
     const ExactQuartic *exact;
     const Gap *gap;
@@ -67,8 +67,8 @@ static CAROM_NOINLINE double solve_exactly(const Falls *falls, int index) {
 
 /* ---- the stages ---- */
 
-/* Return whether all coefficients except that of t^0 certainly have the sign `start` or are 0. If they have, the
-   polynomial has no root t > 0. `error` is the bound of a coefficient's error, divided by the coefficient's `size`. */
+/* Return whether all coefficients except that of t^0 certainly have the sign `start` or are 0. If the result is true,
+   the polynomial has no root t > 0. `error` is the bound of a coefficient's error divided by its `size`. */
 static inline bool keeps_sign(const Polynomial *p, int start, double error) {
     bool keeps = true;
     for (int k = 1; k <= p->degree; k++)
@@ -206,7 +206,7 @@ static inline void begin_falls(Falls *falls, const ExactQuartic *exact, const Ga
     falls->has_pairs = falls->falls_now = falls->is_closed = falls->has_times = false;
 }
 
-/* Set the sign of the gap just after t = 0. `sign_now` is its sign at t = 0. */
+/* Set the sign of the gap just after t = 0. `sign_now` is the sign of the gap at t = 0. */
 static inline void set_start(Falls *falls, int sign_now) {
     Polynomial *p = &falls->floats;
     int first = 0;

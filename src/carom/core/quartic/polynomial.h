@@ -17,8 +17,8 @@
 
 enum {
     QUARTIC_POWERS = 5,
-    /* largest number of products in one coefficient: 4 * 4 for each of two squared sums of four parts, and 2 * 2 for
-       one squared sum of two parts */
+    /* largest number of products in one coefficient: two squares of sums of four parts (4 * 4 products each), and one
+       square of a sum of two parts (2 * 2 products) */
     MOST_PRODUCTS = 36,
 };
 
@@ -43,7 +43,7 @@ typedef struct Product {
 typedef struct Products {
     /* instant from which the gap counts time: solvers must expand the polynomial in powers of t - from */
     double from;
-    bool is_closed; /* whether solvers must replace power 0 by 0 after this expansion */
+    bool is_closed; /* whether solvers must replace the constant coefficient by 0 after this expansion */
     int count[QUARTIC_POWERS];
     Product products[QUARTIC_POWERS][MOST_PRODUCTS];
 } Products;

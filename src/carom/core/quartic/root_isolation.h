@@ -3,12 +3,12 @@
 
    The half line t >= 0 is mapped to 0 <= s <= 1 by t = c s / (1 - s), so that s = 1/2 is the instant c. The polynomial,
    of degree n, is multiplied by (1 - s)^n. The result is a polynomial in s with Bernstein coefficients b. By Descartes'
-   rule, the polynomial has no root in the interval if all b have one sign, and exactly one if they change sign once. In
-   other cases, the interval is halved by de Casteljau's algorithm, which computes means of neighbouring coefficients.
-   The sign of a coefficient is certain only if its magnitude exceeds its error bound. If an uncertain sign prevents a
-   decision, the result is QUARTIC_UNDECIDED. The result is correct for any c. If c is near a minimum of the polynomial,
-   few halvings are needed. The search in pairs of floats uses a series of finite intervals instead of the half line
-   (falls.h). So this search also succeeds for roots that differ by many orders of magnitude.
+   rule, the polynomial has no root in the interval if all b have one sign, and exactly one root if the signs of b
+   change once. In other cases, the interval is halved by de Casteljau's algorithm, which computes means of neighbouring
+   coefficients. The sign of a coefficient is certain only if its magnitude exceeds its error bound. If an uncertain
+   sign prevents a decision, the result is QUARTIC_UNDECIDED. The result is correct for any c. If c is near a minimum of
+   the polynomial, few halvings are needed. The search in pairs of floats uses a series of finite intervals instead of
+   the half line (falls.h). So this search also succeeds for roots that differ by many orders of magnitude.
 
    Source: R. T. Farouki, "The Bernstein polynomial basis: a centennial retrospective", Comput. Aided Geom. Des. 29
    (2012), sections 4.3 and 5.2. */
@@ -50,7 +50,7 @@ static inline double instant_of(double scale, double s) {
 typedef enum SignChanges {
     NO_CHANGE,
     ONE_CHANGE,
-    SEVERAL_CHANGES, /* several, or an unknown number because signs are uncertain */
+    SEVERAL_CHANGES, /* several changes, or an unknown number because signs are uncertain */
 } SignChanges;
 
 /* Return how many times the sign changes along the Bernstein coefficients b of an interval, whose errors are at most
@@ -84,7 +84,7 @@ typedef struct BernsteinPiece {
 } BernsteinPiece;
 
 /* Write the Bernstein coefficients of the whole interval 0 <= s <= 1. Each coefficient is a sum of terms. Return the
-   largest sum of the magnitudes of a coefficient's terms. Error bounds are relative to this number. */
+   largest sum of the magnitudes of a coefficient's terms. Error bounds are relative to the returned sum. */
 static CAROM_ALWAYS_INLINE double write_bernstein(const Polynomial *p, const int n, double scale, double *b) {
     double power = 1.0, largest = 0.0;
     for (int k = 0; k <= n; k++) {
@@ -157,7 +157,7 @@ static CAROM_ALWAYS_INLINE int isolate_roots_of_degree(const Polynomial *p, cons
    0. */
 static inline int isolate_roots(const Polynomial *p, int start, double scale, int most, Bracket *brackets,
                                 double *doubt) {
-    if (p->degree == 4) /* a constant, so that the compiler unrolls all loops */
+    if (p->degree == 4) /* the constant 4 lets the compiler unroll all loops */
         return isolate_roots_of_degree(p, 4, start, scale, most, brackets, doubt);
     return isolate_roots_of_degree(p, p->degree, start, scale, most, brackets, doubt);
 }
@@ -171,7 +171,7 @@ typedef struct BernsteinPairPiece {
 } BernsteinPairPiece;
 
 /* Write the Bernstein coefficients of the interval from 0 to `width`, multiplied by 12. Each result is a sum of terms.
-   Return the largest sum of the magnitudes of a result's terms. Error bounds are relative to this number. */
+   Return the largest sum of the magnitudes of a result's terms. Error bounds are relative to the returned sum. */
 static inline double write_pair_bernstein(const PairPolynomial *p, double width, DoubleDouble *b) {
     const int n = p->degree;
     DoubleDouble term[QUARTIC_POWERS];
@@ -187,7 +187,7 @@ static inline double write_pair_bernstein(const PairPolynomial *p, double width,
         double total = 0.0;
         b[j] = (DoubleDouble){0.0, 0.0};
         for (int k = 0; k <= j; k++) {
-            double part = (double)(int)(12.0 * BINOMIAL_RATIO[n][j][k] + 0.5); /* exact, since it is an integer */
+            double part = (double)(int)(12.0 * BINOMIAL_RATIO[n][j][k] + 0.5); /* exact, since `part` is whole */
             b[j] = pair_sum(b[j], times_double(term[k], part));
             total += size[k] * part;
         }

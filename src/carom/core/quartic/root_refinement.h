@@ -114,10 +114,10 @@ static inline bool round_quartic_root(const QuarticRoot *root, double *time) {
 
 /* The exact solver isolates all roots t > 0 in intervals whose ends are binary fractions. The solver begins with (0, 1]
    and doubles the end until the interval contains the next root. Then the solver halves the interval until it contains
-   no other root. This is the isolating interval. Further halvings, until the ends agree to 55 bits, give the result:
-   the rounded middle. For the first root, the result is the nearest float. The search for a later root begins at the
-   end of the previous isolating interval, so the result may be a neighbour of the nearest float. The functions below
-   find the same result from roots that are known to twice the precision of floats. */
+   no other root. The result of these halvings is the isolating interval. Further halvings, until the ends agree to 55
+   bits, give the result: the rounded middle. For the first root, the result is the nearest float. The search for a
+   later root begins at the end of the previous isolating interval, so the result may be a neighbour of the nearest
+   float. The functions below find the same result from roots that are known to twice the precision of floats. */
 
 /* Return -1 if a root is certainly before an instant, 1 if it is certainly after the instant, and 0 if neither is
    certain. */

@@ -1,8 +1,8 @@
 /* Time of impact of a disc on any feature (part of a wall) in straight uniform motion. The file also computes the gap
    between a disc and a feature, and the normal of a disc that touches a feature.
 
-   line_time.h computes the times for half-planes and faces. A vertex is a full circle of radius 0. A vertex or the
-   outside of an arc is hit as a fixed disc is: at the earlier root of |d + u t| = R. Here d is the position of the disc
+   line_time.h computes the times for half-planes and faces. A vertex is a full circle of radius 0. A disc hits a vertex
+   or the outside of an arc like a fixed disc: at the earlier root of |d + u t| = R. Here d is the position of the disc
    relative to the arc's centre, u is its velocity, and R is the sum of the arc's radius, its half width and the disc's
    radius. The inside of an arc is hit at the later root, where R is the arc's radius minus the half width and the
    disc's radius:
@@ -10,11 +10,10 @@
        a = u.u,   b = d.u,   c = d.d - R^2,   D = b^2 - a c,
        t = (-b + sqrt(D)) / a    for b <= 0,        t = -c / (b + sqrt(D))    for b > 0.
 
-   No terms cancel in these formulas for the later root, because c <= 0 inside. For a disc that has just left the
-   inside, c is exactly 0, although the rounded value may differ. The next impact is then at t = -2 b / a, at the other
-   end of the disc's straight path through the arc. Each result is one of the two floats next to the exact value. If the
-   disc also has no normal speed, b is exactly 0. The disc then glides along the arc: it stays in contact without an
-   impact.
+   In the formulas for the later root, no terms cancel, because c <= 0 inside. For a disc that has just left the inside,
+   c is exactly 0, although the rounded value may differ. The next impact is then at t = -2 b / a, at the other end of
+   the disc's straight path through the arc. Each result is one of the two floats next to the exact value. If the disc
+   also has no normal speed, b is exactly 0. The disc then glides along the arc: it stays in contact without an impact.
 
    The disc hits the arc if the point of contact is in the arc's sector. If rounding errors leave this undecided, the
    disc hits the arc. The decision does not matter, because the disc then touches the arc at the same time as the arc's
@@ -132,7 +131,7 @@ static inline double outer_arc_time(const Mover *disc, const Feature *arc) {
 }
 
 /* Return the later time at which the disc's centre is on the circle of radius `reach`, and whether the path only
-   touches this circle (`glides`). If this time is not in the future, return infinity. */
+   touches this circle (`glides`). If the later time is not in the future, return infinity. */
 static inline Touch later_root(DoubleDouble x, DoubleDouble y, const Mover *disc, DoubleDouble reach, DoubleDouble a,
                                DoubleDouble b, DoubleDouble c) {
     DoubleDouble d = accurate_discriminant((Encounter){x, y, disc->ux, disc->uy, reach}, b, c, a);

@@ -3,9 +3,9 @@
    HALF-PLANES. Points p on the free side of the wall have (p - q).n >= 0, with a point q and a unit normal n. q and n
    are used exactly as given in floats. Let r, p and v be the radius, position and velocity of a disc. Its rim has the
    gap g = (p - q).n - r, which closes at the speed -v.n. The time of impact is gap over speed. The gap is a small
-   difference near contact. In plain floats, its error could be 1e14 units in the last place. So offsets and products
-   are pairs of floats without rounding errors. The time is accurate to 2 units in the last place, for lengths and
-   speeds between 1e-250 and 1e290.
+   difference near contact. In plain floats, the error of the gap could be 1e14 units in the last place. So offsets and
+   products are pairs of floats without rounding errors. The time is accurate to 2 units in the last place, for lengths
+   and speeds between 1e-250 and 1e290.
 
    FACES. A face is one side of a straight edge of a finite wall. Let e be the vector from the face's start to its end,
    l the length of e, d the offset of the disc's centre from the start, u the disc's velocity, and R the half width plus
@@ -15,9 +15,9 @@
 
    The time of impact is -gap / speed, accurate to 1 unit in the last place. The vector e is not normalised, so no
    rounded normal is involved. The foot of a disc is the point of the face's line that is nearest to the disc's centre.
-   The disc touches the face if its foot is on the edge at that time. At its end, a face continues without a kink as the
-   rounded vertex. So rounding there does not matter: an impact on the face and an impact on the vertex are the same.
-   The signs of gap and speed are exact.
+   The disc touches the face if the disc's foot is on the edge at the time of impact. At its end, a face continues
+   without a kink as the rounded vertex. So rounding near the end of a face does not matter: an impact on the face and
+   an impact on the vertex are the same. The signs of gap and speed are exact.
 
    Lengths are in metres, velocities in m/s, times in seconds. */
 
@@ -29,7 +29,7 @@
 /* ---- half-planes ---- */
 
 /* Add `a` times a component of a normal to a sum. A component of 0 or 1 takes less time. Most walls are parallel to an
-   axis, and have these components. */
+   axis, and have normals with the components 0 and 1. */
 static inline TripleDouble add_along(TripleDouble total, double a, double component) {
     if (component == 0.0)
         return total;

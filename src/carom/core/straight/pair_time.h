@@ -1,5 +1,5 @@
 /* Time of impact of two discs in straight uniform motion, accurate to 2 units in the last place. The decision whether
-   they collide is exact.
+   the two discs collide is exact.
 
    Let d be the offset of the second disc from the first, u its relative velocity, and R the sum of the radii. The discs
    touch when |d + u t| = R, that is
@@ -10,10 +10,10 @@
    needs three conditions: the discs approach (b < 0), are apart (c > 0) and do not miss each other (D > 0). There are
    three steps, each with its own guarantee:
 
-   1. The plain form evaluates b, c and D in double precision. This form decides a condition only if the b, c or
-      D of the condition exceeds the bound of its rounding error.
-   2. The root of a collision is refined by one step. This step computes |d + u t|^2 - R^2 without cancellation. Each
-      operand is split into a part on a common grid, whose square is exact, and a small rest. The step also finds
+   1. The plain form evaluates b, c and D in double precision. The plain form decides a condition only if the b, c or D
+      of the condition exceeds the bound of its rounding error.
+   2. The root of a collision is refined by one step. The refinement computes |d + u t|^2 - R^2 without cancellation.
+      Each operand is split into a part on a common grid, whose square is exact, and a small rest. The step also finds
       whether the error of the root is certainly below 2 units in the last place.
    3. The error-free form computes the cases that the first two steps leave undecided. The error-free form uses sums of
       exact products, scaled by powers of two. If the products nearly cancel, so that rounding their sum in steps is too
@@ -151,7 +151,7 @@ static inline double refined_time(double b, double d, Encounter e) {
 
 /* ---- the error-free form: signs are exact ---- */
 
-/* Return D = b^2 - a c. This form is accurate near contact, where b and c are small. */
+/* Return D = b^2 - a c. This formula is accurate near contact, where b and c are small. */
 static inline DoubleDouble discriminant_from_gap(DoubleDouble b, DoubleDouble c, DoubleDouble a) {
     DoubleDouble square = two_prod(b.high, b.high);
     DoubleDouble product = two_prod(a.high, c.high);
@@ -160,7 +160,7 @@ static inline DoubleDouble discriminant_from_gap(DoubleDouble b, DoubleDouble c,
     return two_sum(d.high, d.low + rest);
 }
 
-/* Return D = a R^2 - (d x u)^2. This form is accurate far from contact, where b^2 and a c nearly cancel. */
+/* Return D = a R^2 - (d x u)^2. This formula is accurate far from contact, where b^2 and a c nearly cancel. */
 static inline DoubleDouble discriminant_from_miss(Encounter e, DoubleDouble a) {
     DoubleDouble cross = round_sum(add_pair_product(add_pair_product(empty_sum(), e.x, e.uy), negate(e.y), e.ux));
     DoubleDouble square = pair_product(cross, cross);
@@ -237,8 +237,8 @@ static inline DoubleDouble exact_discriminant(Encounter e) {
     return exact_sum(terms, count);
 }
 
-/* Return D, by that of the two formulas above which is accurate for the given a, b and c. If the discs are apart
-   (c > 0), the sign of D is exact, because this sign decides whether the discs collide. */
+/* Return D, by the formula that is accurate for the given a, b and c: b^2 - a c or a R^2 - (d x u)^2. If the discs are
+   apart (c > 0), the sign of D is exact, because this sign decides whether the discs collide. */
 static inline DoubleDouble accurate_discriminant(Encounter e, DoubleDouble b, DoubleDouble c, DoubleDouble a) {
     double largest = a.high * (e.reach.high * e.reach.high), terms = b.high * b.high;
     bool is_near = c.high < 0.0 || terms < largest;

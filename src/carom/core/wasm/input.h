@@ -79,7 +79,7 @@ typedef struct Input {
 extern Input carom_input;
 extern double carom_results[RESULTS];
 
-/* The `Resize` function of all runs. The function never frees memory. `begin_input` frees all memory at once. */
+/* The `Resize` function of all runs, which never frees memory. `begin_input` frees all memory at once. */
 void *carom_resize(void *memory, size_t used, size_t size);
 
 /* Return the input of a run of either solver. */

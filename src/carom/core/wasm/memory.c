@@ -102,7 +102,7 @@ double frexp(double x, int *exponent) {
     return x;
 }
 
-/* JavaScript calls this function. Products with powers of two there would round results below 2^-1022 twice. */
+/* JavaScript calls this function. In JavaScript, products with powers of two would round tiny results twice. */
 CAROM_EXPORT("times_power") double times_power(double x, int exponent) {
     return ldexp(x, exponent);
 }

@@ -56,7 +56,8 @@ CAROM_EXPORT("advance_pic") void advance_pic(double until, Index impacts) {
     carom_results[IS_TOO_FAR] = state.counts.too_far > 0;
 }
 
-/* Return x, y, vx and vy of each disc at a time since the current epoch began. If discs spin, their spins follow. */
+/* Return x, y, vx and vy of each disc at a time since the current epoch began. If discs spin, the spins
+   come after the states. */
 CAROM_EXPORT("states_pic") double *states_pic(double time, double time_low) {
     double *states = carom_resize(NULL, 0, (size_t)state.disc_count * 5 * sizeof(double));
     if (states != NULL) {

@@ -51,8 +51,8 @@ CAROM_EXPORT("advance_pit") bool advance_pit(Index until) {
     return !state.is_out_of_memory;
 }
 
-/* Return x, y, vx and vy of each disc at a time that is not before the last frame. If discs spin, their spins
-   follow. */
+/* Return x, y, vx and vy of each disc at a time that is not before the last frame. If discs spin, the spins
+   come after the states. */
 CAROM_EXPORT("states_pit") double *states_pit(double time) {
     double *states = carom_resize(NULL, 0, (size_t)state.disc_count * 5 * sizeof(double));
     if (states != NULL) {

@@ -2,12 +2,12 @@
 
 The discs are split into halves repeatedly, along the longer side of the box around their centres. The halves form a
 tree. Each node stores the box of its discs, their largest reach and their lowest number. The search for one disc starts
-at the root. The search skips every node that is out of reach or contains only higher numbers. So the search is fast for
-radii of all sizes and for all arrangements, such as discs on a line, or a few discs far from the others. Immovable
-discs have a tree of their own. The search starts only from movable discs, so overlaps among immovable discs cost no
-time.
+at the root. The search for a disc's neighbours skips every node that is out of reach or contains only discs with higher
+numbers. So the search is fast for radii of all sizes and for all arrangements, such as discs on a line, or a few discs
+far from the others. Immovable discs are stored in a second tree. The search starts only from movable discs, so overlaps
+among immovable discs cost no time.
 
-A comparison of floats decides whether two discs are near. A node of the tree is skipped if this comparison is false for
+A comparison of floats decides whether two discs are near. A node of the tree is skipped if the comparison is false for
 the node's box. Rounding is monotone, so the comparison is then false for all discs of the node. The search therefore
 finds exactly those pairs that a comparison of all pairs finds.
 """
@@ -31,7 +31,7 @@ def find_near_pairs(position_m: Floats, reach_m: Floats, movable: Flags) -> Iter
     """Yield all pairs of near discs, except pairs of two immovable discs.
 
     Two discs are near if the distance of their centres is at most the sum of their reaches:
-    ``dx * dx + dy * dy <= reach * reach``, in floats. If this sum is negative, they are not near.
+    ``dx * dx + dy * dy <= reach * reach``, in floats. If the sum of their reaches is negative, two discs are not near.
 
     The pairs are yielded in blocks. With n discs, a block has at most n + 65,536 pairs. Blocks are ordered by the
     second disc, so a caller that needs only the first pairs can stop early.

@@ -23,10 +23,10 @@ cdef struct Node:  # bounds of all discs below a node of the tree; 48 bytes
     double high_x
     double low_y
     double high_y
-    double reach  # largest reach of these discs
-    Py_ssize_t lowest  # smallest number of these discs
+    double reach  # largest reach of the node's discs
+    Py_ssize_t lowest  # smallest number of the node's discs
 
-cdef struct Tree:  # the discs of node k are halved; the nodes 2 k + 1 and 2 k + 2 have one half each
+cdef struct Tree:  # the discs of node k are halved; nodes 2 k + 1 and 2 k + 2 contain one half each
     Item* items
     Node* nodes
     Py_ssize_t count
@@ -147,7 +147,7 @@ cdef class Search:
     cdef const double[:, ::1] position
     cdef const double[::1] reach
     cdef const unsigned char[::1] movable
-    cdef Tree[2] trees  # one for immovable discs, one for movable discs
+    cdef Tree[2] trees  # one tree for immovable discs, one tree for movable discs
 
     def __cinit__(self, const double[:, ::1] position, const double[::1] reach, const unsigned char[::1] movable):
         cdef Py_ssize_t i, kind, n = position.shape[0]
@@ -187,7 +187,8 @@ cdef class Search:
             `begin` for the next call.
         """
         cdef Py_ssize_t i, done, n = self.position.shape[0]
-        # This capacity is usually sufficient. There are far more near pairs than discs only if many discs overlap.
+        # The array with this capacity is usually large enough. There are far more near pairs than discs only if many
+        # discs overlap.
         cdef Py_ssize_t capacity = max(1, min(n * (n - 1) // 2, n + CAPACITY))
         cdef Py_ssize_t[::1] first = np.empty(capacity, np.intp), second = np.empty(capacity, np.intp)
         cdef Pairs pairs = Pairs(&first[0], &second[0], 0, capacity)

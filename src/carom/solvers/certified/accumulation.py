@@ -26,8 +26,8 @@ from carom.solvers.certified.recording import Recording
 from carom.solvers.certified.result import Degeneracy, Degenerate
 
 #: Many impacts whose times differ by at most one unit in the last place count as a collapse. The number of these
-#: impacts must be at least this factor times the squared number of their bodies. Three equal discs without collapse
-#: have at most some 600 impacts.
+#: impacts must be at least `_COLLAPSE` times the squared number of their bodies. Three equal discs without collapse
+#: have at most about 600 impacts.
 _COLLAPSE = 20
 #: A disc between two approaching bodies counts as crushed after this many impacts.
 _CRUSH = 256
@@ -80,8 +80,9 @@ def _find_crush(log: Recording, bodies: BallBodies) -> Degeneracy | None:
 
     The time of the crush is exact. A crush is found under three conditions: centres, velocities and normals are along
     one line; the discs have had no impacts with other bodies; no other body moves. If both end bodies move, the scene
-    must not have other bodies. The conditions are unnecessary for a single disc between two half-planes whose normals
-    are exactly opposite. Then the time of the crush does not depend on the disc's position.
+    must not have other bodies. The three conditions are not checked for a single disc between two half-planes whose
+    normals are exactly opposite. The time of the crush of a single disc between such half-planes does not depend on the
+    disc's position.
     """
     last = [row.values for row in log.rows[-_CRUSH:]]
     if not bodies.fastest_drive or len(last) < _CRUSH:
@@ -177,7 +178,7 @@ def _is_alone(row: list[int], bodies: BallBodies) -> bool:
 
 
 def _obstacle_body(body: int, bodies: BallBodies) -> int:
-    """Convert a body number of traces to one of `BallBodies`. A wall gets the number of its first part."""
+    """Convert a body number of traces to the body number of `BallBodies`. A wall gets the number of its first part."""
     if body >= 0:
         return body
     return wall_body(next(k for k, obstacle in enumerate(bodies.obstacles) if obstacle.wall == wall_index(body)))
@@ -266,7 +267,7 @@ def _compute_surface_motion(
 ) -> tuple[arb, arb, float]:
     """Return the position and speed, along the line, of the surface at an end, and the time when the speed changes.
 
-    The position is that at time 0 if the surface always had its present speed.
+    The position is the present position, extended back to time 0 with the present speed.
     """
     dx, dy = map(ball, line)
     length = (dx * dx + dy * dy).sqrt()

@@ -45,7 +45,10 @@ class Goal(NamedTuple):
 
 
 class Stop(NamedTuple):
-    """Result of an attempt: how it ended, or the undecided event. Both fields are None if intervals became too wide."""
+    """Result of an attempt: how it ended, or the undecided event.
+
+    The fields `ending` and `degeneracy` are None if intervals became too wide.
+    """
 
     ending: Ending | None = None
     degeneracy: Degeneracy | None = None
@@ -85,7 +88,7 @@ class Attempt:
         log.begin_again()
 
     def _begin(self) -> None:
-        """Start the contact of each disc on a wall below it, or apply an impact if it moves towards the wall."""
+        """Start the contact of each disc on a wall below it, or apply an impact if the disc moves towards the wall."""
         for i, ground in list(find_resting(self.bodies)) if self.bodies.falls else ():
             mode_or_meeting = begin_contact(self.bodies, i, ground)
             if isinstance(mode_or_meeting, Meeting):

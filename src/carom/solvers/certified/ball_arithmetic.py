@@ -15,12 +15,13 @@ BallVector = tuple[arb, arb]
 ZERO = arb(0)
 #: Bound of the relative error of rounding to a 64-bit float. The bound is slightly larger than 2^-53.
 ROUNDING = 2.0**-53 * (1.0 + 2.0**-40)
-#: If an interval has at least this many accurate bits, the amount by which `ROUNDING` exceeds 2^-53 covers its width.
+#: If an interval has at least this many accurate bits, its width is at most the amount by which `ROUNDING` exceeds
+#: 2^-53.
 NEGLIGIBLE_RADIUS_BITS = 100
 #: Relative tolerance of lengths and speeds in a search. The tolerance is far above the rounding of 64-bit floats, but
 #: so small that the search finds few additional pairs.
 SLACK = 2.0**-40
-#: A limit for floats. The rounding errors of larger floats are normal floats themselves.
+#: If a float is above this limit, its rounding error is a normal float.
 SMALLEST = 2.0**-900
 
 

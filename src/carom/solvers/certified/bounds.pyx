@@ -60,7 +60,7 @@ cdef struct Wall:  # a part of a wall that a disc can meet
     Path round  # the vertex or arc as a disc of the same radius
     double nx  # the half-plane is n.p >= level, in scaled numbers; the normal n has any length
     double ny
-    double level  # rounded up, by more than the rounding error of its subtraction
+    double level  # rounded up, so that the rounding error of subtracting the level is included
     double length  # length of n, rounded up
     double span  # |nx| + |ny|
 
@@ -71,7 +71,7 @@ cdef struct Least:  # the smallest bound in a row of the table
 cdef struct Table:  # bounds for each disc (row) with each disc and each wall (columns)
     Path *paths
     Wall *walls
-    double *bounds  # row by row; the bound of two discs is in the row of the disc that changed last; the other is INF
+    double *bounds  # row by row; a pair's bound is in the row of the disc that changed last, and INF in the other row
     Least *least  # smallest bound of each row
     Py_ssize_t discs
     Py_ssize_t width  # number of columns
@@ -179,7 +179,7 @@ cdef class LowerBounds:
     """Lower bounds of the time of impact for each pair of discs, and for each disc and wall, in seconds.
 
     A pair is identified by the number of a disc, which is the row, and the body number of the other disc or wall.
-    `changed` reads the states from `bodies` again.
+    The method `changed` reads the states from `bodies` again.
     """
 
     cdef Table table
@@ -293,7 +293,7 @@ cdef class LowerBounds:
             return
         if isinstance(shape, Round):
             wall.form = HOLLOW if shape.inside else ROUND
-            law = self.bodies.laws.of_round(k, 0.0)  # the reach for a disc of radius 0
+            law = self.bodies.laws.of_round(k, 0.0)  # the contact distance of a disc of radius 0
             wall.round.x, wall.round.y = ldexp(law.cx, -self.length), ldexp(law.cy, -self.length)
             wall.round.radius = ldexp(law.reach, -self.length)
             wall.round.rim = wall.round.radius * (1.0 + 8.0 * ROUNDOFF)
@@ -301,9 +301,9 @@ cdef class LowerBounds:
             wall.round.error = 19.0 * ROUNDOFF * (greater(fabs(wall.round.x), fabs(wall.round.y)) + wall.round.rim)
             wall.round.error += tiny(self.length)
             return
-        law = self.bodies.laws.of_straight(k, 0.0)  # the level for a disc of radius 0
+        law = self.bodies.laws.of_straight(k, 0.0)  # the level of a disc of radius 0
         # The normal of a face is as long as its edge, and is scaled to a length of about 1. The margins include the
-        # rounding error.
+        # rounding error of scaling.
         _, size = frexp(float_above(law.length))
         scale = arb((1, -size))
         wall.nx, wall.ny = law.nx * scale, law.ny * scale

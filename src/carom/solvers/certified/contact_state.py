@@ -157,8 +157,8 @@ class ContactStates:
     Attributes:
         gliding: The contact of each disc; None for a disc that flies freely.
         bounces: The last impact of each disc on a straight surface.
-        landings: End of each disc's infinitely many bounces. None without such bounces, or if another event of the disc
-            may come before their end.
+        landings: End of each disc's infinitely many bounces. None without infinitely many bounces, or if another
+            event of the disc may come before their end.
         stops: Time at which the table's friction stops each disc. None if the disc is at rest or the scene has no
             table.
         launched: The instant at which each disc flew off the end of a surface; None for other discs.
@@ -181,7 +181,7 @@ class ContactStates:
     def end_of(self, i: int) -> arb | None:
         """Return the time at which the motion of disc `i` next changes without an impact; None for never.
 
-        At this time its bounces end, it stops sliding, rolling or resting, or a table stops it.
+        At this time the disc's bounces end, it stops sliding, rolling or resting, or a table stops it.
         """
         gliding, landing = self.gliding[i], self.landings[i]
         if landing is not None:

@@ -6,8 +6,8 @@ contact determines the disc's acceleration. Before an impact, a disc is released
 disc returns to the wall or stays free.
 
 Bounces are applied one by one until the duration of all remaining bounces is less than the requested accuracy of times.
-The remaining bounces are summed as a geometric series. This sum is possible if the disc certainly slips in one
-direction in all remaining bounces, or certainly sticks in all of them. If friction can reverse the slip, other
+The remaining bounces are summed as a geometric series. The geometric series can be summed if the disc certainly slips
+in one direction in all remaining bounces, or certainly sticks in all of them. If friction can reverse the slip, other
 conditions apply (`carom.solvers.certified.landing`).
 """
 
@@ -167,7 +167,7 @@ def _keeps_normal_speed(
 
 
 def release_struck(bodies: BallBodies, discs: list[int], time: arb, instant_s: float) -> dict[int, Gliding]:
-    """Release the discs of an impact from their walls. Return the contacts of these discs by disc number.
+    """Release the discs of an impact from their walls. Return the contacts of the released discs by disc number.
 
     The new path of a disc is the tangent of the old path, in the reference frame that falls with gravity.
     """
@@ -233,7 +233,7 @@ def _set_path(bodies: BallBodies, i: int, instant_s: float) -> None:
 def _find_end(bodies: BallBodies, i: int, gliding: Gliding, *, resists: bool) -> End | None:
     """Return when a disc first stops sliding, rolling or resting without an impact; None if it never stops."""
     (_, speed, slip, rim), slips = gliding.begun, gliding.rate + gliding.rim_rate
-    turns_only = speed.is_zero() and gliding.rate.is_zero()  # slip and rim speed are equal, so they end together
+    turns_only = speed.is_zero() and gliding.rate.is_zero()  # slip equals rim speed, so both end at once
     causes = [(slip, slips, End(ZERO, ZERO, slip=True, rim=turns_only))]
     if resists and not turns_only:
         causes.append((rim, gliding.rim_rate, End(ZERO, ZERO, rim=True)))

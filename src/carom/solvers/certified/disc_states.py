@@ -62,7 +62,7 @@ class BallBodies:
         laws: Constants of impacts, computed with the current precision.
         time: Instant for which the state of each disc is stored: an exact 64-bit float, in seconds.
         x: x coordinate of each centre at this instant. `y` is the other coordinate, and `vx` and `vy` are the velocity.
-            With gravity, these numbers are relative to a reference frame that falls from rest at time 0.
+            With gravity, these coordinates are relative to a reference frame that falls from rest at time 0.
         falls: Whether the scene has gravity.
         pulls: Sign of gravity's component along the normal of each straight obstacle; 0 for other obstacles.
         fastest_drive: A bound of the speeds of driven bodies, in m/s.
@@ -130,7 +130,7 @@ class BallBodies:
         """Return the number of accurate bits in the state of disc `i`.
 
         Errors of velocities are relative to the scene's greatest speed. Errors of positions are relative to the sum of
-        the radius and the centre's coordinates, without their signs.
+        the radius and the absolute values of the centre's coordinates.
         """
         radius = arb(self.scene.discs[i].radius_m)
         x, y = self.centre(i, self.time[i]) if self.falls else (self.x[i], self.y[i])
@@ -158,7 +158,7 @@ class BallBodies:
         return max(0, min(int(ctx.prec), max(bits, default=int(ctx.prec))))
 
     def are_at_start(self, *bodies: int) -> bool:
-        """Return whether none of these discs has had an impact, so that they are on their initial paths."""
+        """Return whether none of the given discs has had an impact, so that they are on their initial paths."""
         return all(body < 0 or self.partner[body] is None for body in bodies)
 
     def have_just_met(self, i: int, j: int) -> bool:
@@ -172,8 +172,8 @@ class BallBodies:
     def find_last_impact(self, i: int, second: int) -> arb:
         """Return the time of disc `i`'s last impact that affects its next impact with `second`; 0 if there is none.
 
-        Without friction, an impact on one of two orthogonal walls changes neither the distance from the other nor the
-        speed towards it.
+        Without friction, an impact on one of two orthogonal walls changes neither the disc's distance from the other
+        wall nor the disc's speed towards the other wall.
         """
         latest = ZERO
         for key, time in self.met[i].items():
@@ -196,7 +196,7 @@ class BallBodies:
     def _are_orthogonal(self, one: int, other: int) -> bool:
         """Return whether two straight obstacles are exactly orthogonal and without friction.
 
-        If they are, an impact on one obstacle does not change impacts on the other obstacle.
+        If the result is true, an impact on one obstacle does not change impacts on the other obstacle.
         """
         a, b = (self.obstacles[wall_index(body)].shape for body in (one, other))
         if isinstance(a, Round) or isinstance(b, Round) or self.scene.arrays.has_wall_friction:
@@ -208,7 +208,7 @@ class BallBodies:
         return body if body >= 0 else wall_body(self.obstacles[wall_index(body)].wall)
 
     def legs(self, body: int) -> tuple[BallLeg, ...]:
-        """Return the parts of a body's prescribed motion; empty for a body without one."""
+        """Return the parts of a body's prescribed motion; empty for a body without a prescribed motion."""
         key = self.trace_body(body)
         if key not in self._drives:
             return ()

@@ -25,8 +25,9 @@ from carom.solvers.certified.result import Degeneracy, Degenerate
 def find_contact_at_start(bodies: BallBodies, grounds: Mapping[int, int]) -> Degeneracy | None:
     """Return the first pair of bodies that touch or overlap at the start and approach each other; None for no pair.
 
-    The motion after such a start is uncertain. A disc's lasting contact with the wall below it is ignored. `grounds`
-    maps the numbers of such discs to walls. Finite walls are not checked here.
+    If bodies touch and approach at the start, their further motion is uncertain. A disc's lasting contact with the wall
+    below it is ignored. `grounds` maps the number of each disc in lasting contact to the disc's wall. Finite walls are
+    not checked here.
     """
     for i, j in _find_near_bodies(bodies):
         body = bodies.trace_body(j)
@@ -51,10 +52,10 @@ def find_contact_at_start(bodies: BallBodies, grounds: Mapping[int, int]) -> Deg
 def do_graze(bodies: BallBodies, i: int, body: int) -> bool:
     """Return whether a disc on its initial path only grazes a disc, a vertex, or an arc from outside.
 
-    Such a contact is no impact. The condition is ``u^2 (R + r)^2 = (d x u)^2``, with the relative position d and
-    velocity u. R is the radius of the arc; 0 without an arc. For two discs, r is the sum of their radii. For a wall, r
-    is the disc's radius plus the half width. This condition has the form ``A + B R = 0`` with rational A, B and R^2, so
-    squaring gives an exact test. If the velocities are equal, the condition is true too.
+    A graze is no impact. The condition is ``u^2 (R + r)^2 = (d x u)^2``, with the relative position d and velocity u. R
+    is the radius of the arc; 0 without an arc. For two discs, r is the sum of their radii. For a wall, r is the disc's
+    radius plus the half width. The condition has the form ``A + B R = 0`` with rational A, B and R^2, so squaring gives
+    an exact test. If the velocities are equal, the condition is true too.
     """
     is_curved = bodies.is_driven(wall_index(body)) if body < 0 else bodies.is_curved(i) or bodies.is_curved(body)
     if is_curved or not bodies.are_at_start(i, body):

@@ -1,9 +1,9 @@
 """Effect of an impact on discs, in interval arithmetic.
 
-Two kinds of impacts are linear in the state: impacts on walls, and impacts of two discs along an axis. These two kinds
-use linear formulas, in which errors do not grow. Friction is added afterwards. If it is undecided whether discs stick
-or slide, the resulting intervals include both cases. The state after an impact is stored for the instant `Meeting.at`
-just before the impact, by extending the new path backwards.
+Two kinds of impacts are linear in the state: impacts on walls, and impacts of two discs along an axis. Linear formulas
+are used for these two kinds of impacts, because errors do not grow in linear formulas. Friction is added afterwards. If
+it is undecided whether discs stick or slide, the resulting intervals include both cases. The state after an impact is
+stored for the instant `Meeting.at` just before the impact, by extending the new path backwards.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from carom.solvers.certified.two_frictions import BallFrictions, limit_sticking,
 
 
 class BallImpact(NamedTuple):
-    """A certified impact: its time, its normal (of any length), the velocities after it, and the spins.
+    """A certified impact: its time, its normal (of any length), and the velocities and spins after the impact.
 
     `before` contains the velocities just before the impact. `before` is None if no velocity has changed since the
     previous impact. `second` is the second body's number in traces. `edge` is the part of a finite wall that the disc
@@ -278,7 +278,10 @@ def _rub_discs(bodies: BallBodies, meeting: Meeting, near: PairApproach, normal:
 def _rub_wall(
     bodies: BallBodies, meeting: Meeting, velocity: tuple[arb, arb], normal: tuple[arb, arb, arb]
 ) -> BallFrictions:
-    """Apply a wall's friction and rolling resistance to a disc. Return their impulses per unit of mass."""
+    """Apply a wall's friction and rolling resistance to a disc.
+
+    Return the impulses of friction and rolling resistance per unit of mass.
+    """
     i, near = meeting.first, meeting.near
     wall = bodies.obstacles[wall_index(meeting.second)].wall
     material = bodies.materials[wall]

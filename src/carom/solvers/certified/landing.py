@@ -25,7 +25,7 @@ def sum_bounces(
     """Return the state of a disc after all remaining bounces; None if it may slip in some bounces and stick in others.
 
     If friction can reverse the slip, return None also if the relative error of the remaining slip may be larger than
-    ``tolerance / 1024``. If `tolerance` is None, this error is not limited.
+    ``tolerance / 1024``. If `tolerance` is None, the error of the slip is not limited.
     """
     material = bodies.materials[bodies.obstacles[wall_index(bounce.body)].wall]
     y, e, c = bodies.inverse_inertia_ratio[i], arb(material.restitution), bodies.scene.wall_rolling_resistance
@@ -69,12 +69,12 @@ def _sum_reversing_bounces(
     Let e be the restitution, f the coefficient of friction, b the tangential restitution, y the reciprocal of the
     inertia factor, and r the slip speed divided by the speed of approach. A bounce and the flight after it change r to
     ``(g(r) + A) / e``. A is the slip that gravity adds in this flight, divided by the speed of approach. With
-    ``C = f (1 + e)(1 + y)``, g(r) is ``-b r`` up to ``|r| = C / (1 + b)``, and ``r - C`` above this. So r stays within
-    ``R = (C - |A|) / (1 - e)`` if ``|b| C / (1 + b) + |A|`` is at most ``e R``. Then the slip and the speed of approach
-    go to 0 together, whether the disc slides or sticks. The speed u and the rim speed q follow from ``y u - q``, which
-    friction does not change.
+    ``C = f (1 + e)(1 + y)``, g(r) is ``-b r`` up to ``|r| = C / (1 + b)``, and ``r - C`` for larger r. So r stays
+    within ``R = (C - |A|) / (1 - e)`` if ``|b| C / (1 + b) + |A|`` is at most ``e R``. Then the slip and the speed of
+    approach go to 0 together, whether the disc slides or sticks. The final speed u and the final rim speed q follow
+    from the quantity ``y u - q``, which friction does not change.
 
-    If r may be outside of this range, friction can change the slip by at most a known amount in all these impacts. If
+    If ``|r|`` may be larger than R, friction can change the slip by at most a known amount in all remaining impacts. If
     the slip is larger than this amount, some slip remains, and is uncertain by this amount.
     """
     (place, speed, slip, rim), hop = state, 2 * bounce.leaves / ground.presses

@@ -17,7 +17,7 @@ class PairApproach(NamedTuple):
     """Centres, relative position and relative velocity of two discs at the instant `Meeting.at` before their impact.
 
     `root` is the closing speed at contact times the sum of the radii. `wait` is the time until contact, in seconds.
-    `pull` is the relative acceleration, and None if both discs have the same acceleration.
+    `pull` is the relative acceleration, or None if both discs have the same acceleration.
     """
 
     xi: arb
@@ -91,8 +91,8 @@ class Meeting(NamedTuple):
         time: Interval that contains the time of impact. For an uncertain impact, the earliest possible time.
         latest: Upper bound of `time`, as a 64-bit float.
         decided: Whether the impact is certain.
-        resting: Whether the impact is undecided because the bodies may already be in contact. If False, they may only
-            graze each other.
+        resting: Whether the impact is undecided because the bodies may already be in contact. If `resting`
+            is False, the bodies may only graze each other.
         turning: Whether the impact is undecided because a driven body may change its velocity before the impact.
         proven: Whether the bodies certainly touch, so that only the order of impacts is undecided.
         near: Relative motion just before the impact; None for a straight obstacle that the disc approaches at constant

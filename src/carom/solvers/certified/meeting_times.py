@@ -1,8 +1,8 @@
 """Times, as intervals, at which two bodies meet. An impact is certain, undecided, or certainly does not happen.
 
 The time is the root of a quadratic equation (`docs/theory/pic.md`). In this equation, time is measured from an instant
-that is proven to be shortly before the impact. So the equation's constant term is nearly 0, and the error of the root
-is only that of the distance.
+that is proven to be shortly before the impact. So the equation's constant term is nearly 0, and only the error of the
+distance affects the root.
 
 A driven body's path consists of straight parts with constant velocity, called *legs*. The legs are examined one by one.
 An impact during one leg must come before the next leg starts.

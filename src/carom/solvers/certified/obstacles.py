@@ -24,11 +24,11 @@ class Obstacle:
         shape: Shape of the part.
         half_width: The wall consists of all points within this distance of the line in its middle, in metres.
         kind: Kind of the part; None for a half-plane.
-        edges: Numbers of the edges to which the part belongs. A vertex has only the lower number.
+        edges: Numbers of the edges to which the part belongs. For a vertex, only the lower number of its two edges.
         neighbours: Body numbers of the obstacles that adjoin the beginning and the end of a side; empty for other parts
             and for whole circles.
-        never_met: Body numbers of the obstacles that a disc never meets while it is in contact with this one. Empty if
-            this one is not straight.
+        never_met: Body numbers of the obstacles that a disc never meets while it is in contact with this obstacle.
+            Empty if this obstacle is not straight.
     """
 
     wall: int

@@ -8,8 +8,8 @@ from carom.support.options import DeclaredOptions, build_seconds_kind, build_who
 
 MOST_DIGITS = 10_000
 
-#: Default of the greatest precision, in bits. This precision suffices for half a million impacts of 64 discs, which
-#: take about an hour to compute.
+#: Default of the greatest precision, in bits. The default precision suffices for half a million impacts of 64 discs,
+#: which take about an hour to compute.
 MAX_PRECISION_BITS = 65536
 
 #: Largest allowed value of the greatest precision: sixteen times the default. One exponential of this precision takes

@@ -50,8 +50,8 @@ class Degeneracy:
         kind: Kind of event.
         bodies: The bodies of the event, in ascending order. Walls are numbered as by `carom.model.trace.wall_body`.
         earliest_s: Earliest possible time of the event, in seconds.
-        latest_s: Latest possible time of the event, in seconds. For a collapse, it is the time of the last counted
-            impact. For a graze that may be no contact, it is infinity.
+        latest_s: Latest possible time of the event, in seconds. For a collapse, `latest_s` is the time of the last
+            counted impact. For a graze that may be no contact, `latest_s` is infinity.
         proven: Whether exact arithmetic proves this event. Without a proof, the event is undecided although the state
             of the bodies is known to `bits` bits.
         bits: Accuracy of the state of the bodies, in bits.

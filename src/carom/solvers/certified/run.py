@@ -27,13 +27,13 @@ from carom.solvers.certified.slowing import speed_fraction, undamped_time_of
 from carom.solvers.certified.wall_meetings import find_finite_contact_at_start
 from carom.solvers.run import Progress
 
-#: Precision of the first attempt, in bits, in addition to the bits of the requested digits. This precision suffices for
-#: a few hundred impacts in most scenes.
+#: Precision of the first attempt, in bits, in addition to the bits of the requested digits. The first precision
+#: suffices for a few hundred impacts in most scenes.
 _FIRST_BITS = 160
 #: The next precision is predicted from the bits that were lost so far, and multiplied by the first of these factors.
 #: Predictions from few impacts are inaccurate. So the next precision is limited to 1.5 to 8 times the last precision.
 _MARGIN, _MOST_RISE, _LEAST_RISE = 1.125, 8.0, 1.5
-#: Outcomes of runs that end as asked, or with infinitely many impacts.
+#: Outcomes of runs that end as requested, or with infinitely many impacts.
 _OUTCOMES = {
     Ending.COMPLETED: Outcome.COMPLETED,
     Ending.MAX_IMPACTS: Outcome.MAX_IMPACTS,

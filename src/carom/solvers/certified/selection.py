@@ -99,7 +99,7 @@ class Selection:
                     return Choice(meeting, False)
                 continue
             limit, rivals = -math.inf, [(bound, disc, body)]
-            while (latest := self._latest(rivals)) > limit:  # rivals with a late upper bound may have rivals
+            while (latest := self._latest(rivals)) > limit:  # a rival with a late upper bound may have more rivals
                 limit, rivals = latest, bounds.up_to(latest)
             unsolved = [rival for rival in rivals if rival[1:] not in meetings]
             if not unsolved:
@@ -117,7 +117,7 @@ class Selection:
     def _solve(self, instant_s: float, disc: int, body: int) -> Meeting | None:
         """Compute the time of an impact as an interval, starting from its bound.
 
-        Return None if there is no impact, or if the bound was an early one and only a better bound was found.
+        Return None if there is no impact, or if the bound was too early, so that only a better bound was found.
         """
         self.solved += 1
         if self.solved % _CHUNK == 0 and time.perf_counter() > self.deadline_s:
@@ -198,7 +198,7 @@ class Selection:
         # The speed of each disc is at most 5 times the greatest speed (13 times with friction). The disc moves for at
         # most twice the window plus the time from `instant_s`.
         length = 2 * (window.upper() - window.lower()) + abs(window - instant_s).upper()
-        gained_speed = bodies.bound_acceleration() * (window.upper() + length)  # stored velocities are those at time 0
+        gained_speed = bodies.bound_acceleration() * (window.upper() + length)  # stored velocities are valid at time 0
         reach = bodies.laws.of_discs(i, j).reach + 2 * speed_factor * (fastest + gained_speed) * length
         return bool(dx * dx + dy * dy > reach * reach)
 

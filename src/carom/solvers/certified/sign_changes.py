@@ -18,8 +18,8 @@ from carom.solvers.certified.ball_arithmetic import ZERO
 #: Number of halvings before the search: the searched time T is first divided into pieces that end at T, T / 2, T / 4,
 #: and so on.
 _FIRST = 8
-#: A piece stays undecided after _HALVINGS + p / 2 halvings, where p is the precision in bits. This number of halvings
-#: suffices to find a double zero. A piece also stays undecided if the polynomial changes on it by at most _BLUR times
+#: A piece stays undecided after _HALVINGS + p / 2 halvings, where p is the precision in bits. This many halvings
+#: suffice to find a double zero. A piece also stays undecided if the polynomial changes on it by at most _BLUR times
 #: the uncertainty of its coefficients.
 _HALVINGS, _BLUR = 60, 4
 _INFINITY = float("inf")
@@ -55,8 +55,8 @@ def build_squared_gap_powers(
 def find_falls(powers: Sequence[arb], until: float | arb = _INFINITY) -> Iterator[Fall]:
     """Yield the times from 0 to `until` at which a polynomial changes from positive to negative, in order.
 
-    Coefficients are given lowest power first. If the first coefficients are exactly zero, the next one determines the
-    sign just after time 0.
+    Coefficients are given lowest power first. If the first coefficients are exactly zero, the next coefficient
+    determines the sign just after time 0.
     """
     left = list(powers)
     while left and left[-1].is_zero():
@@ -88,7 +88,10 @@ def find_falls(powers: Sequence[arb], until: float | arb = _INFINITY) -> Iterato
 
 
 def _find_parabola_falls(c: arb, b: arb, a: arb = ZERO) -> tuple[Fall, ...] | None:
-    """Return the falls of ``c + b t + a t^2`` after time 0. Return None if undecided, or if c is not above 0."""
+    """Return the sign changes of ``c + b t + a t^2`` from positive to negative (falls) after time 0.
+
+    Return None if undecided, or if c is not above 0.
+    """
     d = b * b - 4 * a * c
     if not c > 0:
         return None
@@ -100,7 +103,10 @@ def _find_parabola_falls(c: arb, b: arb, a: arb = ZERO) -> tuple[Fall, ...] | No
 
 
 def _find_fall(polynomial: arb_poly, sign: int, pending: list[_Piece], at_end: int) -> Fall | None:
-    """Return the fall on consecutive pieces, or None. The signs before and after are `sign` and `at_end`."""
+    """Return the sign change from positive to negative (fall) on consecutive pieces; None if there is none.
+
+    The polynomial has the sign `sign` before the pieces, and `at_end` after them.
+    """
     slopes = {piece.slope for piece in pending}
     if slopes <= {1} or (at_end > 0 and 0 not in slopes) or (sign < 0 and 0 not in slopes):
         return None

@@ -3,7 +3,7 @@
 `limit_sticking` is a copy of the friction law of impacts in `core/impact_law.h`.
 
 If it is undecided whether a force exceeds its limit, the interval of the limited force includes both cases. Both cases
-have nearly the same result, so this interval is narrow.
+have nearly the same result, so the interval of the limited force is narrow.
 """
 
 from __future__ import annotations

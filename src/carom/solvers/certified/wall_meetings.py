@@ -35,7 +35,8 @@ from carom.solvers.certified.meeting import Meeting, RoundApproach, Seam, WallAp
 from carom.solvers.certified.result import Degeneracy, Degenerate
 from carom.solvers.certified.sign_changes import build_squared_gap_powers, find_falls
 
-#: Precision, in bits, of the check for contact at the start. This precision is far more than 64-bit input needs.
+#: Precision, in bits, of the check for contact at the start. The precision of the check is far more than 64-bit input
+#: needs.
 _START_BITS = 2048
 
 
@@ -93,7 +94,7 @@ def _fall_on_plane(bodies: BallBodies, i: int, second: int, instant_s: float, le
         time = arb(instant_s) + (ZERO - speed - root) / pull
     else:
         root = d.sqrt()
-        wait = 2 * gap / (root - speed) if speed < 0 else (ZERO - speed - root) / pull  # no cancellation
+        wait = 2 * gap / (root - speed) if speed < 0 else (ZERO - speed - root) / pull  # no terms cancel
         time = arb(instant_s) + wait
     if time < begin or (
         d > 0 and time < instant_s
@@ -187,7 +188,7 @@ def _compute_position_after(bodies: BallBodies, i: int, x: arb, y: arb, vx: arb,
 
 
 def _passes_stop(bodies: BallBodies, i: int, k: int, shape: Round) -> bool:
-    """Return whether a part is a stop that has no effect on disc `i`, because the disc fits inside the stop's arc."""
+    """Return whether disc `i` ignores a part, because the part acts only on discs that do not fit inside an arc."""
     reach = Fraction(bodies.scene.discs[i].radius_m) + bodies.obstacles[k].half_width
     return shape.stops_of is not None and reach**2 < shape.stops_of.radius2
 
@@ -219,7 +220,7 @@ def _touch_round(
     bodies: BallBodies, i: int, second: int, shape: Round, instant_s: float, leg: BallLeg | None
 ) -> _Touch | None:
     law = bodies.laws.of_round(wall_index(second), bodies.scene.discs[i].radius_m)
-    if law.reach <= 0:  # the disc does not fit inside
+    if law.reach <= 0:  # the disc does not fit inside the arc
         return None
     x, y, ux, uy = bodies.relative_state(i, instant_s, leg)
     dx, dy = x - law.cx, y - law.cy
@@ -297,7 +298,8 @@ def _compute_upper_root(square: arb) -> arb:
 def find_finite_contact_at_start(scene: Scene, grounds: Mapping[int, int]) -> Degeneracy | None:
     """Return the first contact with a finite wall at the start that makes the motion uncertain; None for none.
 
-    A disc's lasting contact with the wall below it is ignored. `grounds` maps the numbers of such discs to walls.
+    A disc's lasting contact with the wall below it is ignored. `grounds` maps the number of each disc in lasting
+    contact to the disc's wall.
 
     The gap is an interval of many bits. If this interval contains positive and negative numbers, the result is marked
     as not proven.

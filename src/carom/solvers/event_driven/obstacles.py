@@ -32,7 +32,7 @@ class Obstacles:
 
     def __init__(self, start: DiscArrays) -> None:
         self._start = start
-        self._finite: dict[int, tuple[Outline, WallPart]] = {}  # by the number of the obstacle
+        self._finite: dict[int, tuple[Outline, WallPart]] = {}  # obstacles of finite walls, by number
         self._begins: list[int] = []  # number of each wall's first obstacle
         rows: list[tuple[float, ...]] = []
         widest = start.radius_m.max(initial=0.0)
@@ -51,10 +51,10 @@ class Obstacles:
     def grounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """The surfaces of walls (grounds) on which a disc can slide, roll or rest under gravity.
 
-        These are half-planes and straight sides of finite walls, unless the wall moves or is a conveyor belt. The first
-        array has a row for each obstacle: whether it is a ground, the numbers of the vertices at its two ends, and the
-        number of its entries in the second array. The second array contains, for each ground in order, the numbers of
-        the obstacles that a disc on it never meets.
+        Grounds are half-planes and straight sides of finite walls, except for moving walls and conveyor belts. The
+        first array has a row for each obstacle: whether it is a ground, the numbers of the vertices at its two ends,
+        and the number of its entries in the second array. The second array contains, for each ground in order, the
+        numbers of the obstacles that a disc on it never meets.
         """
         rows = np.tile(np.array([0, NO_OBSTACLE, NO_OBSTACLE, 0], np.float64), (len(self.rows), 1))
         never_met: list[int] = []

@@ -59,7 +59,7 @@ class EventDrivenRun:
         record: "all" or "none": which impacts to record. `impacts_per_disc` counts impacts in both cases.
         window_s: Start and end, in seconds, of the time in which impacts are recorded.
         contact_duration_s: Contact time of the TC model (Luding & McNamara, Granular Matter 1 (1998) 113). If a disc
-            has two impacts within this time, the second loses no energy and has no friction. The model prevents
+            has two impacts within this time, the second impact loses no energy and has no friction. The model prevents
             inelastic collapse, an endless series of impacts in a finite time. 0 turns the model off.
         resume: State of an earlier run from which to continue. Positions, velocities and spins are taken from the
             state. All other data of discs and walls, and the contact time, must be the same.
@@ -173,8 +173,8 @@ class EventDrivenRun:
 
         Returns:
             The number of states written, and whether the last step had an impact or filled the arrays. Otherwise the
-            next step was not finished, because the run ends in it or it has too many events. Then call `advance_to` for
-            it.
+            next step was not finished, because the run ends in that step or the step has too many events. In this case,
+            call `advance_to` for the unfinished step.
         """
         if self._ended is not None:
             return 0, False
@@ -272,10 +272,10 @@ def compute_standstill_limit(bodies: int) -> int:
     """Return the largest allowed number of impacts at one instant. After more impacts, time is assumed to stand still.
 
     The limit must be larger than any finite number of impacts at one instant. For n equal discs that touch in a line,
-    this number is at most ``n (n - 1) / 2``. Two discs in front of a wall have 31 impacts if the ratio of their masses
-    is 100, and 314 impacts if it is 10,000. For few bodies, the limit is a hundred times the square of their number, so
-    that a run ends within milliseconds. For many bodies, the limit is ten million more than half the square of their
-    number, so that a run ends within seconds.
+    the number of impacts is at most ``n (n - 1) / 2``. Two discs in front of a wall have 31 impacts if the ratio of
+    their masses is 100, and 314 impacts if it is 10,000. For few bodies, the limit is a hundred times the square of
+    their number, so that a run ends within milliseconds. For many bodies, the limit is ten million more than half the
+    square of their number, so that a run ends within seconds.
     """
     return min(100 * bodies**2, 10_000_000 + bodies**2 // 2)
 
@@ -309,14 +309,16 @@ def _require_same(state: RunState, fixed: Mapping[str, Any], discs: NDArray[np.v
         raise InputError(f"resume must be what EventDrivenRun.state() returns, got {format_value(state)}")
     theirs = state.kernel["discs"].view(discs.dtype)
     if len(theirs) != len(discs):
-        raise InputError(f"resume must be the state of a run of {len(discs)} discs, got one of {len(theirs)}")
+        raise InputError(f"resume must be the state of a run of {len(discs)} discs, got a state of {len(theirs)}")
     for name, field in (("radius_m", "radius"), ("mass_kg", "inverse_mass")):
         _require_equal(name, discs[field], theirs[field])
     for name, value in fixed.items():
         other = state.fixed[name]
         if (value is None) != (other is None):  # only moments of inertia may be None, in a run without spins
             has, got = ("with", "without") if other is None else ("without", "with")
-            raise InputError(f"resume must be the state of a run {has} friction or spin, like this run, got one {got}")
+            raise InputError(
+                f"resume must be the state of a run {has} friction or spin, like this run, got a state {got}"
+            )
         if isinstance(value, np.ndarray):
             _require_equal(name, value, other)
         elif value != other:

@@ -21,7 +21,10 @@ class FrameClock(NamedTuple):
     rate_hz: float = 1.0
 
     def convert_units(self, units: Units) -> FrameClock:
-        """Return the same clock in other units of time. They are powers of two of a second, so nothing is rounded."""
+        """Return the same clock in other units of time.
+
+        The units of time are powers of two times a second, so nothing is rounded.
+        """
         if self.rate_hz != 1.0:
             return FrameClock(rate_hz=units.to_seconds(self.rate_hz))
         return FrameClock(step_s=units.from_seconds(self.step_s))

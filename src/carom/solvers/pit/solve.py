@@ -19,8 +19,8 @@ from carom.solvers.run import Progress, Start, build_trace
 from carom.solvers.units import RunInUnits, Units, run_in_ordinary_units
 
 #: PIT searches around each disc for frames at which no bodies can touch, and skips these frames. PIT stops skipping
-#: when the work of the searches exceeds the saved work by the work of this many searches around all discs. The number
-#: is a guess that has not been tuned.
+#: when the searches have cost more work than they have saved, and the difference is larger than the work of MOST_WASTE
+#: searches around all discs. The number is a guess that has not been tuned.
 MOST_WASTE = 2.0
 #: Number of overlap tests that one call of the compiled code makes, in some hundredths of a second. Between calls, the
 #: run reports progress and reacts to Ctrl-C.
@@ -148,7 +148,7 @@ def start_pit_run(scene: Scene, clock: FrameClock, *, skipping: bool = True) -> 
     Args:
         scene: The scene.
         clock: Times of the frames.
-        skipping: Whether to skip tests that can't find an impact. This choice does not change the result.
+        skipping: Whether to skip tests that can't find an impact. The choice does not change the result.
     """
 
     def make(start: Start, units: Units) -> FrameRun:
@@ -179,7 +179,7 @@ def solve_pit(scene: Scene | str, *, frame_rate_hz: float | None = None, skippin
     Args:
         scene: The scene, or its name in the catalogue.
         frame_rate_hz: Frames per second; None for the scene's frame rate.
-        skipping: Whether to skip tests that can't find an impact. Only `Trace.counts` depends on this choice.
+        skipping: Whether to skip tests that can't find an impact. Only `Trace.counts` depends on `skipping`.
 
     Raises:
         InputError: The frame rate is not a positive number, or leads to too many frames.

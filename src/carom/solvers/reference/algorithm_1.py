@@ -6,8 +6,8 @@ late, and its normal is the line of centres of the overlapping discs. PIT misses
 ends between two frames.
 
 This module is for reading and tests. `carom.solve_pit` returns exactly the same numbers, but skips frames at
-which no impact is possible, and supports all bodies and motions. After impacts with restitution 0 it also ignores
-approaches that are only rounding errors, which this module does not.
+which no impact is possible, and supports all bodies and motions. After impacts with restitution 0, `carom.solve_pit`
+also ignores approaches that are only rounding errors; this module does not ignore them.
 """
 
 from __future__ import annotations
@@ -67,8 +67,8 @@ def run_algorithm_1(
         frame_rate_hz: Frames per second; None for the scene's frame rate.
 
     Raises:
-        InputError: The scene has friction, curved paths, or bodies other than discs and half-planes. Or the frame rate
-            is not a positive number.
+        InputError: The frame rate is not a positive number, or the scene has friction, curved paths, or bodies other
+            than discs and half-planes.
     """
     scene = to_scene(scene)
     _require_simple(scene)
@@ -95,7 +95,10 @@ def run_algorithm_1(
 
 
 def do_discs_interfere(first: MovingDisc, second: MovingDisc) -> bool:
-    """Return whether two discs overlap or touch, and approach each other. PIT tests this at each frame."""
+    """Return whether two discs overlap or touch, and approach each other.
+
+    At each frame, PIT tests whether bodies overlap and approach each other.
+    """
     if first.inverse_mass == second.inverse_mass == 0.0:
         return False
     dx, dy = second.x - first.x, second.y - first.y
@@ -147,7 +150,7 @@ def _move(discs: list[MovingDisc], seconds: float) -> None:
 def _has_just_met(disc: MovingDisc, partner: int) -> bool:
     """Return whether the disc is immovable or last met this partner.
 
-    If this is true for both bodies of a pair, they do not approach each other.
+    If the result is true for both bodies of a pair, the two do not approach each other.
     """
     return disc.inverse_mass == 0.0 or disc.last_partner == partner
 

@@ -1,9 +1,9 @@
 """Algorithm 2 of the paper that inspired Carom: PIC frame by frame, with a stop at each impact within a frame.
 
-The printed algorithm applies at most one impact per frame, but the paper's figure 9 has several. This module applies
-all impacts of a frame, as in the figure. At each impact, the times of all pairs are computed without a queue, as in the
-paper. A disc's state is stored only at its impacts, so frames cause no rounding. The result is exactly that of
-`carom.solve_pic`.
+The printed algorithm applies at most one impact per frame, but the paper's figure 9 shows a frame with several impacts.
+This module applies all impacts of a frame, as in the figure. At each impact, the times of all pairs are computed
+without a queue, as in the paper. A disc's state is stored only at its impacts, so frames cause no rounding. The result
+is exactly equal to the result of `carom.solve_pic`.
 """
 
 from __future__ import annotations
