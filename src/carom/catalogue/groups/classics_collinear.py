@@ -10,7 +10,7 @@ import math
 from itertools import combinations
 
 from carom.catalogue.closed_forms import compute_wedge_impacts
-from carom.catalogue.entry import Staged, Tag, add_tags
+from carom.catalogue.entry import Staged
 from carom.catalogue.groups.classics_walled import upright
 from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged, stage_struck_row
 
@@ -43,7 +43,6 @@ def _sorting() -> Staged:
     return build_staged(scene, impacts, source)
 
 
-@add_tags(Tag.UNSTABLE)
 def _galperin_100() -> Staged:
     """A disc of 100 kg drives a disc of 1 kg against a wall, which causes 31 impacts."""
     light, heavy, speed = 1.0, 100.0, 1.5
@@ -111,7 +110,6 @@ def _three_in_line() -> Staged:
     return build_staged(scene, impacts, source)
 
 
-@add_tags(Tag.UNSTABLE)
 def _between_fixed() -> Staged:
     """A disc bounces between two immovable discs along their axis. Small errors of position grow at each impact."""
     radius, fixed, half_distance, speed = 0.2, 0.3, 1.2, 3.7

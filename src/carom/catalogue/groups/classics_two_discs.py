@@ -5,7 +5,7 @@ from __future__ import annotations
 import cmath
 import math
 
-from carom.catalogue.entry import Staged, Tag, add_tags
+from carom.catalogue.entry import Staged
 from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged, stage_meeting
 
 
@@ -52,13 +52,11 @@ def _deflection() -> Staged:
     return build_staged(scene, [build_impact(time, 0, 1, after, 0)], source)
 
 
-@add_tags(Tag.GRAZING)
 def _graze() -> Staged:
     """A disc grazes another: its path leads past the other centre at 0.999 times the sum of the radii."""
     return stage_meeting((3, 0), (0.3, 0.2), offset=0.999, time_s=0.61, duration_s=1.25)
 
 
-@add_tags(Tag.GRAZING)
 def _miss() -> Staged:
     """A disc passes another without an impact: their centres are never nearer than 1.001 times the sum of the radii."""
     # The discs are nearest after .6 s.

@@ -11,7 +11,7 @@ import math
 from collections.abc import Sequence
 
 from carom.catalogue.closed_forms import compute_after_wall, compute_fall, compute_wedge_impacts, unit
-from carom.catalogue.entry import KnownAnswer, Staged, Tag, add_tags
+from carom.catalogue.entry import KnownAnswer, Staged
 from carom.catalogue.groups.classics_walled import edges, stage_in_room
 from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged, stage_at_wall, to_vector
 from carom.model.scene import Chain, Ring
@@ -182,13 +182,11 @@ def _stage_to_and_fro(start: complex, velocity: complex, half_crossing_s: float)
     return build_staged(scene, impacts, f"{_BUNIMOVICH}; {_CROSSING}")
 
 
-@add_tags(Tag.UNSTABLE)
 def _stadium_rhombus() -> Staged:
     """A disc moves along a rhombus in a stadium. Each impact on an arc increases errors of the disc's position."""
     return _stage_around_polygon([-1.5j, 3.5, 1.5j, -3.5], 1.25, 0.5, _build_stadium(), _BUNIMOVICH)
 
 
-@add_tags(Tag.UNSTABLE)
 def _two_posts() -> Staged:
     """A disc bounces between two round posts. If the disc is off their axis, each impact deflects the disc more."""
     posts = [Ring(centre_m=(x, 0.0), radius_m=0.75) for x in (3.0, -3.0)]
@@ -197,7 +195,6 @@ def _two_posts() -> Staged:
     return build_staged(scene, impacts, f"Sinai, Russ. Math. Surv. 25 (1970) 137; {_CROSSING}")
 
 
-@add_tags(Tag.UNSTABLE)
 def _three_posts() -> Staged:
     """A disc moves along a triangle between three round posts. An error of position grows twelvefold at each impact."""
     centres = [6.0 / math.sqrt(3.0) * cmath.exp(1j * math.pi * (1 / 2 + 2 * k / 3)) for k in range(3)]
@@ -257,7 +254,6 @@ def _peg() -> Staged:
     return build_staged(scene, [build_impact(time, 0, -1, after)], source, final=[end])
 
 
-@add_tags(Tag.UNSTABLE)
 def _bowl() -> Staged:
     """A disc falls straight to the bottom of a round container, and rises to the same height each time."""
     pull, height = 8.0, 3.0
