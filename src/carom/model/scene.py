@@ -13,9 +13,9 @@ from pydantic import AfterValidator, Field, Strict
 from carom.errors import InputError, Problem, SceneError
 from carom.model.disc_arrays import DiscArrays, Material
 from carom.model.prescribed_motion import Drive
-from carom.model.scene_names import find_scene
 from carom.model.sizes import count_steps, find_span_problems
 from carom.model.walls import AnyWall, Chain, Leg, Ring, Wall, build_drive, find_leg_problems
+from carom.support import hooks
 from carom.support.display import Drawn
 from carom.support.escaping import format_value
 from carom.support.fields import (
@@ -355,7 +355,7 @@ def to_scene(scene: Scene | str) -> Scene:
     if isinstance(scene, Scene):
         return scene
     if isinstance(scene, str):
-        found: Scene = find_scene(scene)
+        found: Scene = hooks.find_scene(scene)
         return found
     raise InputError(
         f"scene must be a Scene or the name of one in the catalogue, got {format_value(scene)}",
