@@ -108,13 +108,9 @@ def slows_on_a_table_as_declared(subject: Subject) -> None:
     The final speed may be wrong by the change in one step.
     """
     setup = require_supported(subject, scenes.build_sliding_disc())
-    scene, (u, v) = setup.scene, subject.watch(setup).states[-1].velocity_m_s[0].tolist()
-    left = 1.0 - scene.table_deceleration_m_s2 * scene.duration_s
-    expected = tuple(left * part for part in scene.discs[0].velocity_m_s)
-    allowed = scene.table_deceleration_m_s2 * setup.dt_s + subject.rounding
-    wrong = "a disc on a table does not slow down at the table's deceleration"
-    expected_text = f"{format_vector(expected)} m/s to within {format_number(allowed)}"
-    require(math.dist((u, v), expected) <= allowed, wrong, expected_text, f"{format_vector((u, v))} m/s", setup)
+    rate, speeds = setup.scene.table_deceleration_m_s2, setup.scene.discs[0].velocity_m_s
+    expected = [[(1.0 - rate * setup.scene.duration_s) * speed for speed in speeds]]
+    end_with_velocities(subject, setup, expected, "a table", stepwise_m_s=rate * setup.dt_s)
 
 
 def _require_velocity_transfer(subject: Subject, scene: Scene, label: str, dt_s: float = scenes.DT_S) -> None:

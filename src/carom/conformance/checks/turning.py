@@ -13,8 +13,9 @@ from carom.conformance.checks.contacts import list_acting_contacts, require_expl
 from carom.conformance.suite_scenes import DT_S, build_rubbing, build_rubbing_crowd, build_spinning_disc
 from carom.conformance.violation import NotApplicable, Setup, require
 from carom.engines.api import Capabilities, Contact, Observation
-from carom.model.scene import Disc, Scene, Wall
+from carom.model.scene import Scene
 from carom.model.trace import wall_index
+from carom.solvers.pic import solve_pic
 from carom.support.formatting import format_number
 from carom.support.limits import LARGEST
 
@@ -30,8 +31,6 @@ INERTIAS = {"least": 0.0, "sphere": 0.4, "hoop": 1.0, "unturnable": math.inf}
 #: scene.
 SMALL_INERTIA = 1e-6
 FAST_RAD_S = 1e5
-
-Motion = tuple[tuple[float, float], float]
 
 
 def friction_as_declared(subject: Subject, share: str, wall_share: str) -> None:
@@ -121,50 +120,18 @@ def _read_spins(observation: Observation, setup: Setup) -> list[float]:
 
 
 def _end_by_the_law(subject: Subject, scene: Scene, label: str) -> None:
-    """Run a scene of `build_rubbing`, and compare the final state with the formula of an impact with friction."""
-    setup = require_supported(subject, scene)
-    first, second, *wall_discs = scene.discs
-    expected_motions = _compute_motions_after(first, second, (1.0, 0.0), scene.restitution, scene.friction)
-    for disc in wall_discs:
-        wall, laws = scene.half_planes()[0], (scene.wall_restitution, scene.wall_friction)
-        expected_motions += _compute_motions_after(disc, wall, (-wall.normal[0], -wall.normal[1]), *laws)[:1]
-    end = end_with_velocities(subject, setup, [velocity for velocity, _ in expected_motions], label)
+    """Run a scene of `build_rubbing`, and compare the final state with PIC's."""
+    setup, exact = require_supported(subject, scene), solve_pic(scene)
+    end = end_with_velocities(subject, setup, exact.final_velocity_m_s.tolist(), label)
+    exact_spins = scene.arrays.spins if exact.final_spin_rad_s is None else exact.final_spin_rad_s
     fastest = max(abs(disc.spin_rad_s) for disc in scene.discs)
     promise = subject.adapter.profiles[setup.profile].accuracy.velocity
     allowed = (subject.rounding + promise) * max(fastest, find_greatest_speed(scene) / scene.discs[0].radius_m)
-    for i, ((_, spin), found) in enumerate(zip(expected_motions, _read_spins(end, setup), strict=True)):
+    for i, (spin, found) in enumerate(zip(exact_spins.tolist(), _read_spins(end, setup), strict=True)):
         found_text = f"{format_number(found, 10)} rad/s, off by {format_number(abs(found - spin), 3)}"
         wrong = f"{label}: disc {i} ends with a wrong spin"
         expected = f"{format_number(spin, 10)} rad/s to within {format_number(allowed)}"
         require(abs(found - spin) <= allowed, wrong, expected, found_text, setup)
-
-
-def _compute_motions_after(
-    first: Disc, second: Disc | Wall, normal: tuple[float, float], restitution: float, friction: float
-) -> list[Motion]:
-    """Return the velocities and spins of two bodies after their impact; see docs/theory/friction.md.
-
-    `normal` points from the first body to the second. The speed along the normal is multiplied by the restitution and
-    reversed. Friction stops the slip if Coulomb's law allows a large enough impulse.
-    """
-    (nx, ny), (tx, ty) = normal, (-normal[1], normal[0])
-    fixed_disc = Disc(position_m=(0, 0), radius_m=1, mass_kg=math.inf)
-    other = fixed_disc if isinstance(second, Wall) else second
-    (ux, uy), (vx, vy) = first.velocity_m_s, other.velocity_m_s
-    rims = first.radius_m * first.spin_rad_s + other.radius_m * other.spin_rad_s
-    approach, slip = (ux - vx) * nx + (uy - vy) * ny, (ux - vx) * tx + (uy - vy) * ty + rims
-    inverse_masses = [1.0 / disc.mass_kg for disc in (first, other)]
-    inverse_rim_masses = [1.0 / (disc.inertia_factor * disc.mass_kg) for disc in (first, other)]
-    normal_impulse = (1.0 + restitution) * approach / sum(inverse_masses)
-    sticking = slip / (sum(inverse_masses) + sum(inverse_rim_masses))
-    tangential_impulse = math.copysign(min(abs(sticking), friction * normal_impulse), sticking)
-    x, y = normal_impulse * nx + tangential_impulse * tx, normal_impulse * ny + tangential_impulse * ty
-    motions = []
-    for disc, sign in ((first, -1.0), (other, 1.0)):
-        (u, v), change = disc.velocity_m_s, sign / disc.mass_kg
-        spin_change = tangential_impulse / (disc.inertia_factor * disc.mass_kg * disc.radius_m)
-        motions.append(((u + change * x, v + change * y), disc.spin_rad_s - spin_change))
-    return motions
 
 
 def _require_cone(setup: Setup, acting: list[Contact], friction: float, allowed: float, step: int) -> None:
