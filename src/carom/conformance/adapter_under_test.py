@@ -8,7 +8,7 @@ from functools import cache, cached_property
 from types import MappingProxyType
 from typing import NamedTuple, TypeVar
 
-from carom.catalogue import KnownAnswer, all_scenes
+from carom.catalogue import all_scenes
 from carom.comparator import Score, compare
 from carom.comparator.thresholds import THRESHOLDS
 from carom.conformance.contact_margin import solve_thickened
@@ -35,8 +35,7 @@ class CatalogueRun(NamedTuple):
 
     Attributes:
         setup: Scene, profile and step size of the run.
-        known: The known answer of the scene.
-        reference: The known answer as a trace.
+        reference: The known answer of the scene, as a trace.
         trace: Trace of the run.
         score: Comparison of the run with the known answer.
         pit: Comparison of a run of PIT with the known answer. PIT has the same step size.
@@ -45,7 +44,6 @@ class CatalogueRun(NamedTuple):
     """
 
     setup: Setup
-    known: KnownAnswer
     reference: Trace
     trace: Trace
     score: Score
@@ -161,8 +159,7 @@ class Subject(Closeable):
             reference, pit, pit_score = _compute_pit_score(name)
             score, margin_m = compare(reference, trace, sampling=pit), self.adapter.profiles[profile].accuracy.margin_m
             margin = _compute_margin_score(name, margin_m) if margin_m else None
-            known = all_scenes()[name].known
-            self._scores[profile, name] = CatalogueRun(setup, known, reference, trace, score, pit_score, margin)
+            self._scores[profile, name] = CatalogueRun(setup, reference, trace, score, pit_score, margin)
         return self._scores[profile, name]
 
     @property
