@@ -143,13 +143,13 @@ class Subject(Closeable):
         cut_s = setup.dt_s if cut else None
         return self._ask(Watch(self.name, setup.scene, settings, steps, observations, cut_s, disturbed), setup)
 
-    def measure_growth(self, setup: Setup, worlds: int, *, step: bool = True) -> int | None:
-        """Create and close worlds one after another. Return the growth of memory in bytes, or None if unknown."""
+    def measure_growth(self, setup: Setup, worlds: int, *, step: bool = True) -> float:
+        """Create and close worlds one after another. Return the growth of memory in bytes; NaN if unknown."""
         settings = self.settings(setup.profile, setup.dt_s)
         answer = self._ask(Make(self.name, setup.scene, settings, worlds, step), setup)
         if isinstance(answer, AdapterFailure):
             raise Violation(f"a world can't be created and closed {worlds} times", "no error", answer, setup)
-        return answer.bytes
+        return answer
 
     def score(self, profile: str, name: str) -> CatalogueRun:
         """Run a catalogue scene, and return the run with all comparisons that the checks need."""

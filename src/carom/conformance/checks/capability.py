@@ -214,14 +214,6 @@ def _build_rubbing_scene(capabilities: Capabilities, friction: float, inertia_fa
     return scenes.build_rubbing(capabilities, friction, friction, inertia_factor) if 0 < friction <= LARGEST else None
 
 
-def _build_rough_scene(capabilities: Capabilities) -> Scene | None:
-    return None if capabilities.friction[1] else scenes.build_rubbing(capabilities, 0.1, 0.1)
-
-
-def _build_circle_scene(capabilities: Capabilities) -> Scene | None:
-    return None if capabilities.arcs else scenes.build_outside_circle(capabilities)
-
-
 def _build_easily_turned_scene(capabilities: Capabilities) -> Scene | None:
     factor = capabilities.min_inertia_factor / 2
     return _build_rubbing_scene(capabilities, min(0.1, capabilities.friction[1]), factor) if factor else None
@@ -232,11 +224,8 @@ def _build_sticking_scene(capabilities: Capabilities) -> Scene | None:
     return scene and scene.model_copy(update={"tangential_restitution": 0.5})
 
 
-def _build_bouncing_scene(capabilities: Capabilities, *, above: bool) -> Scene | None:
-    """Return a scene with a restitution above or below the declared range; None if there is no such restitution."""
-    low, high = capabilities.restitution
-    restitution = (1 + high) / 2 if above else low / 2
-    return None if low <= restitution <= high else scenes.build_bounce_and_pair(restitution, restitution, wall=False)
+def _build_bounce(restitution: float) -> Scene:
+    return scenes.build_bounce_and_pair(restitution, restitution, wall=False)
 
 
 def _build_uncombined_scene(capabilities: Capabilities) -> Scene | None:
@@ -251,12 +240,12 @@ def _build_uncombined_scene(capabilities: Capabilities) -> Scene | None:
 
 
 #: For each capability: the name of its field, and a function. The function returns a scene that needs more than the
-#: adapter declares, or None if no scene does. Capabilities that are True are not tested here.
+#: adapter declares, if there is such a scene. Capabilities that are True are not tested here.
 REFUSALS: dict[str, tuple[str, Callable[[Capabilities], Scene | None]]] = {
     "walls": ("walls", lambda _: scenes.build_walled_box()),
     "segments": ("segments", scenes.build_two_sided_edge),
     "arcs": ("arcs", scenes.build_two_sided_circle),
-    "circles from outside": ("posts", _build_circle_scene),
+    "circles from outside": ("posts", scenes.build_outside_circle),
     "wall materials": ("wall_materials", lambda _: scenes.build_two_walls(1.0, 0.5)),
     "immovable discs": ("immovable_discs", lambda _: scenes.build_post()),
     "driven walls": ("driven_walls", scenes.build_paddle),
@@ -268,14 +257,14 @@ REFUSALS: dict[str, tuple[str, Callable[[Capabilities], Scene | None]]] = {
     "damping": ("damping", lambda _: scenes.build_damped_disc(spins=False)),
     "rolling resistance": ("rolling_resistance", lambda _: scenes.build_rolling_disc()),
     "table friction": ("table_friction", lambda _: scenes.build_sliding_disc()),
-    "restitution below the range": ("restitution", partial(_build_bouncing_scene, above=False)),
-    "restitution above the range": ("restitution", partial(_build_bouncing_scene, above=True)),
+    "restitution below the range": ("restitution", lambda declared: _build_bounce(declared.restitution[0] / 2)),
+    "restitution above the range": ("restitution", lambda declared: _build_bounce((1 + declared.restitution[1]) / 2)),
     "restitution of walls": ("restitution_combine", _build_uncombined_scene),
     "spin": ("spin", lambda _: scenes.build_spinning_disc(1.0)),
     "fast spin": ("max_spin_rad_s", partial(_build_spinning_scene, "max_spin_rad_s")),
     "turn": ("max_turn_rad", partial(_build_spinning_scene, "max_turn_rad")),
     "small inertia": ("min_inertia_factor", _build_easily_turned_scene),
-    "friction": ("friction", _build_rough_scene),
+    "friction": ("friction", lambda declared: scenes.build_rubbing(declared, 0.1, 0.1)),
     "friction below the range": ("friction", lambda declared: _build_rubbing_scene(declared, declared.friction[0] / 2)),
     "friction above the range": ("friction", lambda declared: _build_rubbing_scene(declared, 2 * declared.friction[1])),
     "tangential restitution": ("tangential_restitution", _build_sticking_scene),
@@ -295,7 +284,7 @@ def refuses(subject: Subject, refusal: str) -> None:
     capabilities, value = subject.capabilities(), getattr(subject.capabilities(), field)
     scene = None if value is True else needing_more(capabilities)
     declared = f"{field} = {value if isinstance(value, bool | tuple | str) else format(value, 'g')}"
-    if scene is None:
+    if scene is None or not subject.find_unsupported_reason(Setup(scene)):
         raise NotApplicable(f"{declared} is declared, so there is no scene to refuse")
     setup, beyond = Setup(scene), f"a scene beyond the declared capabilities ({refusal})"
     expected = f"prepare() to raise an AdapterError, because the adapter declares {declared}"
