@@ -9,6 +9,7 @@ from carom.conformance.adapter_under_test import Subject, find_greatest_speed
 from carom.conformance.violation import NotApplicable, Setup, require
 from carom.engines.api import Capabilities, Observation
 from carom.model.scene import Scene
+from carom.solvers.pic import solve_pic
 from carom.support.formatting import format_number
 
 
@@ -56,6 +57,15 @@ def end_with_velocities(
         wrong, expected_text = f"{label}: disc {i} ends with a wrong velocity", f"{format_vector(velocity)} m/s"
         require(error <= allowed, wrong, f"{expected_text} to within {format_number(allowed)}", found_text, setup)
     return end
+
+
+def end_like_pic(subject: Subject, scene: Scene, label: str) -> None:
+    """Run a scene, and compare the velocities at the end with those of Carom's exact solver.
+
+    Raises:
+        NotApplicable: The declared capabilities exclude the scene.
+    """
+    end_with_velocities(subject, require_supported(subject, scene), solve_pic(scene).final_velocity_m_s.tolist(), label)
 
 
 def format_vector(vector: Sequence[float]) -> str:
