@@ -127,8 +127,6 @@ class DiscArrays:
         self.require_ordinary()
         if np.any(self.velocity_m_s[self._is_stationary]):
             raise InputError("velocity_m_s must be (0, 0) for an immovable disc (mass_kg = inf)")
-        if not (0 <= self.restitution <= 1 and 0 <= self.wall_restitution <= 1):
-            raise InputError("restitution and wall_restitution must be from 0 to 1")
 
     def _require_walls(self) -> None:
         for k, wall in enumerate(self.walls):
@@ -143,14 +141,10 @@ class DiscArrays:
                 raise InputError(f"walls[{k}] must have a normal of length 1, got {wall[2:]}")
 
     def _require_sound_turning(self) -> None:
-        for name in ("friction", "wall_friction"):
-            if not 0 <= getattr(self, name) <= LARGEST:
-                raise InputError(
-                    f"{name} must be a number from 0 to {format_number(LARGEST, 3)}, got {getattr(self, name)}"
-                )
-        for name in ("tangential_restitution", "wall_tangential_restitution"):
-            if not -1 <= getattr(self, name) <= 1:
-                raise InputError(f"{name} must be from -1 to 1, got {getattr(self, name)}")
+        for law, least, most in (("restitution", 0, 1), ("friction", 0, LARGEST), ("tangential_restitution", -1, 1)):
+            for name in (law, f"wall_{law}"):
+                if not least <= (value := getattr(self, name)) <= most:
+                    raise InputError(f"{name} must be from {least} to {format_number(most, 3)}, got {value}")
         spin, inertia = self.spins, self.inertia
         if not np.all(((inertia >= 1.0 / ORDINARY) & (inertia <= 1)) | (inertia == math.inf)):
             raise InputError(
