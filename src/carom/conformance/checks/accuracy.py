@@ -21,7 +21,7 @@ from carom.model.trace import Outcome, Trace, pair_name, velocities
 from carom.support.formatting import format_instant, format_number, format_seconds, format_steps
 
 
-def finds_impacts(subject: Subject, profile: str, name: str) -> None:
+def check_hits(subject: Subject, profile: str, name: str) -> None:
     """The engine finds every impact that PIT finds.
 
     The engine invents no impacts, except those that PIT also invents or that the declared contact margin explains.
@@ -44,7 +44,7 @@ def finds_impacts(subject: Subject, profile: str, name: str) -> None:
         raise Violation(problem, f"{len(due)} impacts", f"an impact of {one}", run.setup)
 
 
-def times_are_right(subject: Subject, profile: str, name: str) -> None:
+def check_times(subject: Subject, profile: str, name: str) -> None:
     """No impact is earlier than PIT's, or later than PIT's by more than the declared delay.
 
     Unless Carom shortens the steps, a delay of one step is always allowed. If the profile declares a contact margin, an
@@ -76,13 +76,13 @@ def times_are_right(subject: Subject, profile: str, name: str) -> None:
         )
 
 
-def velocities_are_right(subject: Subject, profile: str, name: str) -> None:
+def check_velocities(subject: Subject, profile: str, name: str) -> None:
     """After impacts and at the end, velocity errors are at most PIT's errors plus the profile's declared errors."""
     run = subject.score(profile, name)
     _require_small_errors(subject, run, "velocity", "velocities", "m/s", run.score.scales.speed_m_s)
 
 
-def spins_are_right(subject: Subject, profile: str, name: str) -> None:
+def check_spins(subject: Subject, profile: str, name: str) -> None:
     """After impacts and at the end, spin errors are at most PIT's errors plus the profile's declared errors."""
     run = subject.score(profile, name)
     _require_small_errors(subject, run, "spin", "spins", "rad/s, rim speeds", run.score.scales.rim_m_s)

@@ -1,4 +1,4 @@
-"""Checks of capabilities: an adapter supports what it declares, and refuses everything else."""
+"""Checks of capabilities: an adapter supports what it declares, and check_refuses everything else."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ SLOW_M_S = 1e-4
 PHASES = 8
 
 
-def restitution_as_declared(subject: Subject, share: float, wall_share: float) -> None:
+def check_restitution(subject: Subject, share: float, wall_share: float) -> None:
     """Speeds after an impact are correct for all restitutions of discs and of walls in the declared range."""
     capabilities = subject.capabilities()
     low, high = capabilities.restitution
@@ -50,7 +50,7 @@ def restitution_as_declared(subject: Subject, share: float, wall_share: float) -
     end_like_pic(subject, scene, f"restitution {e:g}, walls {wall_e:g}")
 
 
-def immovable_stays(subject: Subject, order: str) -> None:
+def check_immovable_disc(subject: Subject, order: str) -> None:
     """A disc that hits an immovable disc head-on bounces straight back, no matter which disc has the lower number."""
     fixed = 0 if order == "first" else 1
     setup = require_supported(subject, scenes.build_post(first=fixed == 0))
@@ -60,7 +60,7 @@ def immovable_stays(subject: Subject, order: str) -> None:
     require(math.dist(found, start) <= subject.rounding, "an immovable disc is moved", start, found, setup)
 
 
-def posts_stand_still(subject: Subject) -> None:
+def check_immovable_discs_alone(subject: Subject) -> None:
     """Overlapping immovable discs stay at rest, and their contacts have no effect."""
     setup = require_supported(subject, scenes.build_posts())
     end = subject.watch(setup).states[-1]
@@ -70,12 +70,12 @@ def posts_stand_still(subject: Subject) -> None:
     require(is_at_rest, "immovable discs do not stand still", "nothing to happen", found, setup)
 
 
-def falls_as_declared(subject: Subject) -> None:
+def check_gravity(subject: Subject) -> None:
     """A falling disc has the velocity g t."""
     end_like_pic(subject, scenes.build_fall(), "gravity")
 
 
-def slows_as_declared(subject: Subject) -> None:
+def check_damping(subject: Subject) -> None:
     """Velocity and spin of a damped disc decrease as exp(-c t), within the error of a first-order integrator."""
     setup = require_supported(subject, scenes.build_damped_disc(spins=subject.capabilities().spin))
     scene, end = setup.scene, subject.watch(setup).states[-1]
@@ -92,7 +92,7 @@ def slows_as_declared(subject: Subject) -> None:
     require(slowed, "a disc is not damped at the scene's rate", expected, format_vector(found), setup)
 
 
-def rolls_as_declared(subject: Subject) -> None:
+def check_rolling_resistance(subject: Subject) -> None:
     """A disc that rolls with rolling resistance c decelerates by c g/(1 + k), where k is its inertia factor."""
     setup = require_supported(subject, scenes.build_rolling_disc())
     scene, end = setup.scene, subject.watch(setup).states[-1]
@@ -105,7 +105,7 @@ def rolls_as_declared(subject: Subject) -> None:
     require(right, wrong, expected_text, f"{format_number(found, 6)} m/s", setup)
 
 
-def slows_on_a_table_as_declared(subject: Subject) -> None:
+def check_table_friction(subject: Subject) -> None:
     """A disc on a table slows down at the table's deceleration.
 
     The final speed may be wrong by the change in one step.
@@ -127,7 +127,7 @@ def _require_transfer_at(subject: Subject, speed: float) -> None:
     _require_velocity_transfer(subject, scene, f"at {speed:g} m/s", scenes.DT_S * 3.0 / speed)
 
 
-def fast_as_declared(subject: Subject) -> None:
+def check_greatest_speed(subject: Subject) -> None:
     """An impact of two discs is correct at the greatest declared speed.
 
     The step size is inversely proportional to the speed, so a fast disc moves as far in a step as a slow disc.
@@ -135,7 +135,7 @@ def fast_as_declared(subject: Subject) -> None:
     _require_transfer_at(subject, min(subject.capabilities().max_speed_m_s, FAST_M_S))
 
 
-def far_as_declared(subject: Subject) -> None:
+def check_greatest_coordinate(subject: Subject) -> None:
     """An impact of two discs is correct at the greatest declared distance from the origin."""
     capabilities = subject.capabilities()
     # Beyond this coordinate, the rounding of positions exceeds a thousandth of the disc's radius.
@@ -145,7 +145,7 @@ def far_as_declared(subject: Subject) -> None:
     _require_velocity_transfer(subject, scene, f"{coordinate:g} m from the origin")
 
 
-def moves_as_declared(subject: Subject) -> None:
+def check_greatest_move(subject: Subject) -> None:
     """A disc that moves by the greatest declared distance per step ends at the correct position."""
     capabilities = subject.capabilities()
     speed = min(capabilities.max_move_m / scenes.DT_S, capabilities.max_speed_m_s, FAST_M_S)
@@ -157,7 +157,7 @@ def moves_as_declared(subject: Subject) -> None:
     require(is_right, problem, f"{format_number(expected_m, 10)} m", f"{format_number(found, 10)} m", setup)
 
 
-def small_as_declared(subject: Subject) -> None:
+def check_least_radius(subject: Subject) -> None:
     """An impact of two discs with the smallest declared radius is correct."""
     radius = subject.capabilities().min_radius_m or SMALL_M
     # Lengths are multiplied by 2 r, and times and speeds by the square root of 2 r, so accelerations stay the same.
@@ -166,19 +166,19 @@ def small_as_declared(subject: Subject) -> None:
     _require_velocity_transfer(subject, scene, f"radius {radius:g} m", scenes.DT_S * root)
 
 
-def large_as_declared(subject: Subject) -> None:
+def check_greatest_radius(subject: Subject) -> None:
     """An impact of two discs with the greatest declared radius is correct."""
     capabilities = subject.capabilities()
     radius = min(capabilities.max_radius_m, FAR_M, capabilities.max_coordinate_m / 4)
     _require_velocity_transfer(subject, scenes.build_approach(radius_m=radius), f"radius {radius:g} m")
 
 
-def slow_as_declared(subject: Subject) -> None:
+def check_slowest_bounce(subject: Subject) -> None:
     """An impact is elastic if its speed is twice the declared `restitution_threshold_m_s`."""
     _require_transfer_at(subject, 2 * subject.capabilities().restitution_threshold_m_s or SLOW_M_S)
 
 
-def detects_continuously(subject: Subject) -> None:
+def check_continuous_detection(subject: Subject) -> None:
     """A disc never passes through another disc, even if it moves farther in a step than the other's diameter."""
     require_declared(subject, "continuous_detection")
     for k in range(PHASES):
@@ -281,7 +281,7 @@ REFUSALS: dict[str, tuple[str, Callable[[Capabilities], Scene | None]]] = {
 }
 
 
-def refuses(subject: Subject, refusal: str) -> None:
+def check_refuses(subject: Subject, refusal: str) -> None:
     """`prepare` raises an AdapterError if a scene needs a capability that the adapter does not declare."""
     field, needing_more = REFUSALS[refusal]
     capabilities, value = subject.capabilities(), getattr(subject.capabilities(), field)

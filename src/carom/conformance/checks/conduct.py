@@ -25,7 +25,7 @@ LEAK_BYTES = 1_800_000
 ROUNDS = 10
 
 
-def repeats_to_the_bit(subject: Subject, profile: str) -> None:
+def check_determinism(subject: Subject, profile: str) -> None:
     """If the adapter declares determinism, a repeated run is bit-identical, even after runs with other settings."""
     require_declared(subject, "deterministic")
     setup = Setup(build_crowd(), profile)
@@ -37,7 +37,7 @@ def repeats_to_the_bit(subject: Subject, profile: str) -> None:
     _require_same(setup, first, second, "two runs of one scene differ, although determinism is declared")
 
 
-def looking_changes_nothing(subject: Subject, profile: str) -> None:
+def check_observing(subject: Subject, profile: str) -> None:
     """A run does not depend on whether it is observed once or twice after each step."""
     require_declared(subject, "deterministic")
     setup = Setup(build_crowd(), profile)
@@ -45,7 +45,7 @@ def looking_changes_nothing(subject: Subject, profile: str) -> None:
     _require_same(setup, observed_once, observed_twice, "a second observe() changes the run")
 
 
-def steps_singly_or_together(subject: Subject, profile: str) -> None:
+def check_steps_together(subject: Subject, profile: str) -> None:
     """All steps in one call, as in timed runs, give exactly the same state as single steps with observations."""
     require_declared(subject, "deterministic")
     setup = Setup(build_crowd(), profile)
@@ -57,7 +57,7 @@ def steps_singly_or_together(subject: Subject, profile: str) -> None:
         require(is_same, problem, f"{field} {expected.tolist()}", found.tolist(), setup)
 
 
-def cutting_leaves_no_trace(subject: Subject, profile: str) -> None:
+def check_cutting(subject: Subject, profile: str) -> None:
     """A run does not change if a step is made and undone, or if the touching bodies are queried."""
     require_declared(subject, "deterministic")
     setup = Setup(build_approach(), profile)
@@ -75,7 +75,7 @@ def cutting_leaves_no_trace(subject: Subject, profile: str) -> None:
         require(plain.contacts == cut.contacts, problem, plain.contacts, cut.contacts, setup)
 
 
-def keeps_what_it_showed(subject: Subject, profile: str) -> None:
+def check_observations_stay(subject: Subject, profile: str) -> None:
     """Later steps do not change an observation, so its arrays must not be views of the engine's memory."""
     setup = Setup(build_crowd(), profile)
     altered = subject.watch_cached(setup).overwritten_state
@@ -83,7 +83,7 @@ def keeps_what_it_showed(subject: Subject, profile: str) -> None:
     require(altered is None, problem, "arrays that only the observation uses", found, setup)
 
 
-def is_silent_and_tidy(subject: Subject) -> None:
+def check_silent_and_tidy(subject: Subject) -> None:
     """The engine prints nothing and leaves no files when it runs a scene with each profile."""
     with subject.create_fresh_copy() as fresh:
         for profile in subject.adapter.profiles:
@@ -94,7 +94,7 @@ def is_silent_and_tidy(subject: Subject) -> None:
     require(not files, "the engine leaves files in the working folder", "none", ", ".join(files), setup)
 
 
-def closes_after_errors(subject: Subject) -> None:
+def check_closes_after_errors(subject: Subject) -> None:
     """A world that was closed before its first step, or a scene that was refused, does not change later runs."""
     setup = Setup(build_crowd())
     clean = subject.watch_cached(setup).states
@@ -105,7 +105,7 @@ def closes_after_errors(subject: Subject) -> None:
         _require_same(setup, clean, after, "a run differs after a world that was not completed")
 
 
-def lets_go_of_worlds(subject: Subject) -> None:
+def check_lets_go_of_worlds(subject: Subject) -> None:
     """Closing a world releases its memory."""
     setup, least_growth = Setup(build_approach()), math.inf
     for _ in range(ROUNDS):

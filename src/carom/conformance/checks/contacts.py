@@ -36,7 +36,7 @@ def _watch_steps(subject: Subject, setup: Setup) -> Iterator[tuple[int, Observat
         yield step, before, after
 
 
-def contacts_are_well_formed(subject: Subject, profile: str) -> None:
+def check_contacts(subject: Subject, profile: str) -> None:
     """Each contact is between a disc and a wall, or a disc and a disc of a higher number.
 
     The contact's normal has length 1 and points from the first body to the second. The contact's impulse is not
@@ -63,7 +63,7 @@ def contacts_are_well_formed(subject: Subject, profile: str) -> None:
             require(sound, problem, "0 or more, or None", contact.impulse_n_s, setup)
 
 
-def contacts_are_stamped(subject: Subject, profile: str) -> None:
+def check_contact_times(subject: Subject, profile: str) -> None:
     """A contact's time is within the step that reports the contact: at its start or end, if the adapter declares so."""
     if subject.capabilities(profile).contact_times is ContactTimes.NONE:
         raise NotApplicable(f"contact times are declared to be {ContactTimes.NONE.value}")
@@ -82,7 +82,7 @@ def contacts_are_stamped(subject: Subject, profile: str) -> None:
             require(sound, problem, f"{format_number(declared, 9)} s", found, setup)
 
 
-def contacts_account_for_velocities(subject: Subject, profile: str) -> None:
+def check_impulses(subject: Subject, profile: str) -> None:
     """Velocities change only in contacts, and the reported impulses equal the changes of momentum."""
     setup = _build_setup(subject, profile)
     allowed = subject.rounding * find_greatest_speed(setup.scene)

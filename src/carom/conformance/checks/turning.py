@@ -33,7 +33,7 @@ SMALL_INERTIA = 1e-6
 FAST_RAD_S = 1e5
 
 
-def friction_as_declared(subject: Subject, share: str, wall_share: str) -> None:
+def check_friction(subject: Subject, share: str, wall_share: str) -> None:
     """Velocities and spins after an impact are correct for all frictions of discs and walls in the declared range."""
     capabilities = _require_friction(subject)
     if not capabilities.walls and wall_share != share:
@@ -43,7 +43,7 @@ def friction_as_declared(subject: Subject, share: str, wall_share: str) -> None:
     _end_by_the_law(subject, scene, f"friction {friction:g}, walls {wall_friction:g}")
 
 
-def inertia_as_declared(subject: Subject, inertia: str) -> None:
+def check_inertia(subject: Subject, inertia: str) -> None:
     """Spins after an impact are correct for all declared inertia factors, and for a disc that can't turn."""
     capabilities = _require_friction(subject)
     factor = INERTIAS[inertia] or capabilities.min_inertia_factor or SMALL_INERTIA
@@ -54,7 +54,7 @@ def inertia_as_declared(subject: Subject, inertia: str) -> None:
     _end_by_the_law(subject, scene, f"inertia factor {factor:g}")
 
 
-def spins_as_declared(subject: Subject) -> None:
+def check_greatest_spin(subject: Subject) -> None:
     """The spin of a free disc stays constant, even at the greatest declared spin or rotation per step."""
     capabilities = require_declared(subject, "spin")
     spin = min(capabilities.max_spin_rad_s, capabilities.max_turn_rad / DT_S, FAST_RAD_S)
@@ -67,7 +67,7 @@ def spins_as_declared(subject: Subject) -> None:
         require(is_unchanged, problem, expected, found_text, setup)
 
 
-def friction_is_limited(subject: Subject, profile: str) -> None:
+def check_rubbing(subject: Subject, profile: str) -> None:
     """Friction is at most the coefficient times the normal impulse, and impulses explain all changes of motion.
 
     Friction may act at a disc's rim, or nearer to its centre by at most the overlap of the bodies.

@@ -9,17 +9,17 @@ from carom.conformance.violation import NotApplicable
 from carom.engines.api.checks import COMBINE_RULES
 
 
-def edges_as_declared(subject: Subject) -> None:
+def check_edges(subject: Subject) -> None:
     """A disc bounces off a single edge from either side."""
     end_like_pic(subject, scenes.build_two_sided_edge(require_declared(subject, "segments")), "an edge")
 
 
-def circles_as_declared(subject: Subject) -> None:
+def check_circles(subject: Subject) -> None:
     """A disc bounces off a circle from inside and from outside."""
     end_like_pic(subject, scenes.build_two_sided_circle(require_declared(subject, "arcs")), "a circle")
 
 
-def posts_as_declared(subject: Subject) -> None:
+def check_posts(subject: Subject) -> None:
     """A disc bounces off a circle from outside."""
     capabilities = subject.capabilities()
     if not (capabilities.posts or capabilities.arcs):
@@ -27,34 +27,34 @@ def posts_as_declared(subject: Subject) -> None:
     end_like_pic(subject, scenes.build_outside_circle(capabilities), "a circle")
 
 
-def paddles_as_declared(subject: Subject) -> None:
+def check_driven_walls(subject: Subject) -> None:
     """A disc separates from a driven wall at e times the closing speed."""
     capabilities = require_declared(subject, "driven_walls")
     for edge in (False, True) if capabilities.segments else (False,):
         end_like_pic(subject, scenes.build_paddle(capabilities, edge=edge), f"a driven {'edge' if edge else 'wall'}")
 
 
-def mallets_as_declared(subject: Subject) -> None:
+def check_driven_discs(subject: Subject) -> None:
     """A driven disc keeps its velocity in an impact, and separates from the other disc at e times the closing speed."""
     end_like_pic(subject, scenes.build_mallet(require_declared(subject, "driven_discs")), "a driven disc")
 
 
-def legs_as_declared(subject: Subject) -> None:
+def check_legs(subject: Subject) -> None:
     """A wall that starts to move during the run hits a disc with the wall's velocity at the time of the impact."""
     end_like_pic(subject, scenes.build_starting_paddle(require_declared(subject, "legs")), "a wall that starts")
 
 
-def belts_as_declared(subject: Subject) -> None:
+def check_belts(subject: Subject) -> None:
     """A disc that slips on a conveyor gains f (1 + e) times the closing speed (f: friction, e: restitution)."""
     end_like_pic(subject, scenes.build_belt(require_declared(subject, "belts")), "a belt")
 
 
-def edge_belts_as_declared(subject: Subject) -> None:
+def check_edge_belts(subject: Subject) -> None:
     """A disc that slips on a conveyor edge gains the same speed on either side, in opposite directions."""
     end_like_pic(subject, scenes.build_edge_belt(require_declared(subject, "edge_belts")), "a conveyor edge")
 
 
-def materials_as_declared(subject: Subject) -> None:
+def check_wall_materials(subject: Subject) -> None:
     """Impacts are correct in a scene with two walls, one with the least and one with the greatest restitution."""
     capabilities = require_declared(subject, "wall_materials")
     low, high = capabilities.restitution
