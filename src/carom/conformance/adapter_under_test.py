@@ -12,7 +12,6 @@ from carom.catalogue import all_scenes
 from carom.comparator import Score, compare
 from carom.comparator.thresholds import THRESHOLDS
 from carom.conformance.contact_margin import solve_thickened
-from carom.conformance.known_answers import build_known_trace
 from carom.conformance.probes import AdapterFailure, Make, ObservedRun, Watch
 from carom.conformance.violation import Setup, Violation
 from carom.engines.api import Adapter, Capabilities, unsupported_reason
@@ -26,6 +25,7 @@ from carom.execution.shared_options import LimitOptions
 from carom.execution.workers.worker_process import Worker
 from carom.model.scene import Scene
 from carom.model.trace import Setting, Trace
+from carom.solvers.pic import solve_pic
 
 T = TypeVar("T")
 
@@ -35,10 +35,10 @@ class CatalogueRun(NamedTuple):
 
     Attributes:
         setup: Scene, profile and step size of the run.
-        reference: The known answer of the scene, as a trace.
+        reference: PIC's trace.
         trace: Trace of the run.
-        score: Comparison of the run with the known answer.
-        pit: Comparison of a run of PIT with the known answer. PIT has the same step size.
+        score: Comparison of the run with PIC.
+        pit: Comparison of a run of PIT with PIC. PIT has the same step size.
         margin: Errors of PIC if bodies already collide at the profile's contact margin. The engine may also have these
             errors. None if the profile declares no margin.
     """
@@ -183,9 +183,9 @@ STEPS_A_FRAME = 4
 
 @cache
 def _compute_pit_score(name: str) -> tuple[Trace, Trace, Score]:
-    """Return three results for a catalogue scene: the known answer as a trace, PIT's trace, and PIT's score."""
+    """Return three results for a catalogue scene: PIC's trace, PIT's trace, and PIT's score."""
     setup = build_catalogue_setup(name, "tuned")
-    reference = build_known_trace(setup.scene, all_scenes()[name].known)
+    reference = solve_pic(setup.scene)
     pit = observe_run(load_adapter("pit"), setup.scene, setup.profile, setup.dt_s)
     return reference, pit, compare(reference, pit, sampling=pit)
 

@@ -22,7 +22,7 @@ from carom.conformance.checks import (
     turning,
     walls,
 )
-from carom.conformance.known_answers import CATALOGUE_SCENES, LOCATED_SCENES
+from carom.conformance.suite_scenes import CATALOGUE_SCENES, LOCATED_SCENES
 
 
 @dataclass(frozen=True)

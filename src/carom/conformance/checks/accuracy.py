@@ -1,4 +1,4 @@
-"""Checks of accuracy: impacts, times and velocities of scenes with known answers.
+"""Checks of accuracy: impacts, times and velocities of catalogue scenes, compared with PIC.
 
 PIT runs the same scene with the same step size. All of PIT's errors arise because it checks for overlap only once per
 step. An adapter's errors may be as large as PIT's errors plus the errors that the profile declares in `Accuracy`. The
