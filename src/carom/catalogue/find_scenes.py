@@ -83,9 +83,8 @@ def resolve_scenes(scenes: Iterable[Scene | CatalogueScene | str]) -> tuple[tupl
     """
     if isinstance(scenes, Scene | CatalogueScene | str) or not isinstance(scenes, Iterable):
         raise InputError(f"scenes must be a list, even for a single item, got {type(scenes).__name__}")
-    entries: list[Scene | CatalogueScene] = []
-    for scene in scenes:
-        entries += find_scenes([scene]) if isinstance(scene, str) else [scene]
+    found = [find_scenes([scene]) if isinstance(scene, str) else [scene] for scene in scenes]
+    entries = list(chain.from_iterable(found))
     for k, entry in enumerate(entries):
         if not isinstance(entry, Scene | CatalogueScene):
             raise InputError(f"scenes[{k}] must be a Scene, a catalogue scene or its name, got {format_value(entry)}")

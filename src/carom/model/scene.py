@@ -20,13 +20,12 @@ from carom.support.display import Drawn
 from carom.support.escaping import format_value
 from carom.support.fields import (
     Coefficient,
-    Friction,
     Inertia,
     Mass,
     Model,
+    NonNegative,
     Number,
     Positive,
-    Rate,
     SignedCoefficient,
     Vector,
 )
@@ -181,14 +180,14 @@ class Scene(Drawn, Model):
     walls: tuple[AnyWall, ...] = ()
     restitution: Coefficient = 1.0
     wall_restitution: Coefficient = 1.0
-    friction: Friction = 0.0
-    wall_friction: Friction = 0.0
+    friction: NonNegative = 0.0
+    wall_friction: NonNegative = 0.0
     tangential_restitution: SignedCoefficient = 0.0
     wall_tangential_restitution: SignedCoefficient = 0.0
     gravity_m_s2: Vector = (0.0, 0.0)
-    damping_per_s: Rate = 0.0
-    wall_rolling_resistance: Friction = 0.0
-    table_deceleration_m_s2: Rate = 0.0
+    damping_per_s: NonNegative = 0.0
+    wall_rolling_resistance: NonNegative = 0.0
+    table_deceleration_m_s2: NonNegative = 0.0
     duration_s: Positive
     frame_rate_hz: Positive = 60.0
 

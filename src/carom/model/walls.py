@@ -16,7 +16,7 @@ from carom.errors import Problem, SceneError
 from carom.model.chain_checks import find_crossings
 from carom.model.chain_geometry import Outline
 from carom.model.prescribed_motion import Drive
-from carom.support.fields import Direction, Friction, Model, Number, Since, Vector
+from carom.support.fields import Direction, Model, NonNegative, Number, Vector
 from carom.support.formatting import format_metres, format_number
 from carom.support.limits import LARGEST, MOST_LEGS, MOST_WALLS, SMALLEST
 
@@ -34,8 +34,6 @@ Point = tuple[float, float]
 WallRestitution = Annotated[
     Annotated[float, Strict(), Field(ge=0, le=1, allow_inf_nan=False)] | None, BeforeValidator(_refuse_bumper)
 ]
-Width = Friction  # a number, 0 or more
-Radius = Friction
 
 
 class Leg(Model):
@@ -46,7 +44,7 @@ class Leg(Model):
         velocity_m_s: Velocity of the body, in metres per second.
     """
 
-    from_s: Since
+    from_s: NonNegative
     velocity_m_s: Vector
 
 
@@ -77,7 +75,7 @@ class _Common(Model):
     left_out: ClassVar[tuple[str, ...]] = ("restitution", "friction", "velocity_m_s", "legs", "surface_speed_m_s")
 
     restitution: WallRestitution = None
-    friction: Friction | None = None
+    friction: NonNegative | None = None
     velocity_m_s: Vector = (0.0, 0.0)
     legs: tuple[Leg, ...] = ()
     surface_speed_m_s: Number = 0.0
@@ -162,7 +160,7 @@ class Chain(_Common):
     points_m: tuple[Vector, ...]
     bulges: tuple[Number, ...] = ()
     closed: Annotated[bool, Strict()] = False
-    half_width_m: Width = 0.0
+    half_width_m: NonNegative = 0.0
     solid: Annotated[bool, Strict()] = False
     pieces: Annotated[int, Strict(), Field(ge=1, le=MOST_WALLS)] = 1
 
@@ -210,8 +208,8 @@ class Ring(_Common):
     left_out = ("half_width_m", *_Common.left_out)
 
     centre_m: Vector
-    radius_m: Radius
-    half_width_m: Width = 0.0
+    radius_m: NonNegative
+    half_width_m: NonNegative = 0.0
 
     @property
     def outline(self) -> Outline:
