@@ -8,13 +8,7 @@ from functools import partial
 
 from carom.conformance import suite_scenes as scenes
 from carom.conformance.adapter_under_test import Subject
-from carom.conformance.checks.common import (
-    end_like_pic,
-    end_with_velocities,
-    format_vector,
-    require_declared,
-    require_supported,
-)
+from carom.conformance.checks.common import end_like_pic, format_vector, require_declared, require_supported
 from carom.conformance.probes import AdapterFailure
 from carom.conformance.violation import NotApplicable, Setup, Violation, require
 from carom.engines.api import Capabilities
@@ -53,11 +47,10 @@ def check_restitution(subject: Subject, share: float, wall_share: float) -> None
 def check_immovable_disc(subject: Subject, order: str) -> None:
     """A disc that hits an immovable disc head-on bounces straight back, no matter which disc has the lower number."""
     fixed = 0 if order == "first" else 1
-    setup = require_supported(subject, scenes.build_post(first=fixed == 0))
-    expected = [(0.0, 0.0), (-3.0, 0.0)] if fixed == 0 else [(-3.0, 0.0), (0.0, 0.0)]
-    end = end_with_velocities(subject, setup, expected, "an immovable disc")
-    found, start = tuple(end.position_m[fixed].tolist()), setup.scene.discs[fixed].position_m
-    require(math.dist(found, start) <= subject.rounding, "an immovable disc is moved", start, found, setup)
+    scene = scenes.build_post(first=fixed == 0)
+    end = end_like_pic(subject, scene, "an immovable disc")
+    found, start = tuple(end.position_m[fixed].tolist()), scene.discs[fixed].position_m
+    require(math.dist(found, start) <= subject.rounding, "an immovable disc is moved", start, found, Setup(scene))
 
 
 def check_immovable_discs_alone(subject: Subject) -> None:
@@ -110,21 +103,13 @@ def check_table_friction(subject: Subject) -> None:
 
     The final speed may be wrong by the change in one step.
     """
-    setup = require_supported(subject, scenes.build_sliding_disc())
-    rate, speeds = setup.scene.table_deceleration_m_s2, setup.scene.discs[0].velocity_m_s
-    expected = [[(1.0 - rate * setup.scene.duration_s) * speed for speed in speeds]]
-    end_with_velocities(subject, setup, expected, "a table", stepwise_m_s=rate * setup.dt_s)
-
-
-def _require_velocity_transfer(subject: Subject, scene: Scene, label: str, dt_s: float = scenes.DT_S) -> None:
-    """Check a head-on impact on an equal disc at rest: disc 0 must stop, and disc 1 must get the velocity of disc 0."""
-    speed = scene.discs[0].velocity_m_s[0]
-    end_with_velocities(subject, Setup(scene, dt_s=dt_s), [(0.0, 0.0), (speed, 0.0)], label)
+    scene = scenes.build_sliding_disc()
+    end_like_pic(subject, scene, "a table", stepwise_m_s=scene.table_deceleration_m_s2 * scenes.DT_S)
 
 
 def _require_transfer_at(subject: Subject, speed: float) -> None:
     scene = scenes.build_approach(speed_m_s=speed)
-    _require_velocity_transfer(subject, scene, f"at {speed:g} m/s", scenes.DT_S * 3.0 / speed)
+    end_like_pic(subject, scene, f"at {speed:g} m/s", dt_s=scenes.DT_S * 3.0 / speed)
 
 
 def check_greatest_speed(subject: Subject) -> None:
@@ -142,19 +127,19 @@ def check_greatest_coordinate(subject: Subject) -> None:
     finest = 0.5e-3 * 2.0 ** MANTISSA_BITS[capabilities.float_bits]
     coordinate = min(capabilities.max_coordinate_m, FAR_M, finest)
     scene = scenes.build_approach(x_m=coordinate - 4.0)
-    _require_velocity_transfer(subject, scene, f"{coordinate:g} m from the origin")
+    end_like_pic(subject, scene, f"{coordinate:g} m from the origin")
 
 
 def check_greatest_move(subject: Subject) -> None:
     """A disc that moves by the greatest declared distance per step ends at the correct position."""
     capabilities = subject.capabilities()
     speed = min(capabilities.max_move_m / scenes.DT_S, capabilities.max_speed_m_s, FAST_M_S)
-    setup = Setup(scenes.build_single_disc(speed_m_s=speed))
-    end = end_with_velocities(subject, setup, [(speed, 0.0)], f"at {speed * scenes.DT_S:g} m per step")
-    expected_m, found = speed * setup.scene.duration_s, float(end.position_m[0][0])
+    scene = scenes.build_single_disc(speed_m_s=speed)
+    end = end_like_pic(subject, scene, f"at {speed * scenes.DT_S:g} m per step")
+    expected_m, found = speed * scene.duration_s, float(end.position_m[0][0])
     problem = f"a disc that moves {speed * scenes.DT_S:g} m per step ends at a wrong position"
     is_right = abs(found - expected_m) <= subject.rounding * expected_m
-    require(is_right, problem, f"{format_number(expected_m, 10)} m", f"{format_number(found, 10)} m", setup)
+    require(is_right, problem, f"{format_number(expected_m, 10)} m", f"{format_number(found, 10)} m", Setup(scene))
 
 
 def check_least_radius(subject: Subject) -> None:
@@ -163,14 +148,14 @@ def check_least_radius(subject: Subject) -> None:
     # Lengths are multiplied by 2 r, and times and speeds by the square root of 2 r, so accelerations stay the same.
     root = math.sqrt(2 * radius)
     scene = scenes.build_approach(speed_m_s=3.0 * root, gap_m=2.02 * radius, radius_m=radius)
-    _require_velocity_transfer(subject, scene, f"radius {radius:g} m", scenes.DT_S * root)
+    end_like_pic(subject, scene, f"radius {radius:g} m", dt_s=scenes.DT_S * root)
 
 
 def check_greatest_radius(subject: Subject) -> None:
     """An impact of two discs with the greatest declared radius is correct."""
     capabilities = subject.capabilities()
     radius = min(capabilities.max_radius_m, FAR_M, capabilities.max_coordinate_m / 4)
-    _require_velocity_transfer(subject, scenes.build_approach(radius_m=radius), f"radius {radius:g} m")
+    end_like_pic(subject, scenes.build_approach(radius_m=radius), f"radius {radius:g} m")
 
 
 def check_slowest_bounce(subject: Subject) -> None:

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from carom.conformance.adapter_under_test import Subject, find_greatest_speed, list_masses
-from carom.conformance.checks.common import end_with_velocities, require_declared, require_supported
+from carom.conformance.checks.common import end_like_pic, require_declared, require_supported
 from carom.conformance.checks.contacts import list_acting_contacts, require_explained
 from carom.conformance.suite_scenes import DT_S, build_rubbing, build_rubbing_crowd, build_spinning_disc
 from carom.conformance.violation import NotApplicable, Setup, require
@@ -121,9 +121,8 @@ def _read_spins(observation: Observation, setup: Setup) -> list[float]:
 
 def _end_by_the_law(subject: Subject, scene: Scene, label: str) -> None:
     """Run a scene of `build_rubbing`, and compare the final state with PIC's."""
-    setup, exact = require_supported(subject, scene), solve_pic(scene)
-    end = end_with_velocities(subject, setup, exact.final_velocity_m_s.tolist(), label)
-    exact_spins = scene.arrays.spins if exact.final_spin_rad_s is None else exact.final_spin_rad_s
+    setup, end, spins = Setup(scene), end_like_pic(subject, scene, label), solve_pic(scene).final_spin_rad_s
+    exact_spins = scene.arrays.spins if spins is None else spins
     fastest = max(abs(disc.spin_rad_s) for disc in scene.discs)
     promise = subject.adapter.profiles[setup.profile].accuracy.velocity
     allowed = (subject.rounding + promise) * max(fastest, find_greatest_speed(scene) / scene.discs[0].radius_m)
