@@ -317,7 +317,7 @@ LIES_ABOUT_SPIN: list[tuple[dict[str, Any], str, str]] = [
     (
         {"seen": lambda seen, step: seen if step < 60 else replace(seen, contacts=())},
         "rubbing[tuned]",
-        "but no contact is reported",
+        "no contact is reported",
     ),
 ]
 
