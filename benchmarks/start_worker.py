@@ -60,11 +60,10 @@ def _prepared(what: str, columns: dict[str, Any]) -> Callable[[], object]:
     if what == "arrays":
         try:
             from carom import DiscArrays
+            from carom.model.overlap import require_apart
         except ImportError:  # an earlier version
             from carom.solvers.disc_arrays import DiscArrays  # type: ignore[import-not-found, no-redef]
-            from carom.solvers.overlap import require_apart  # type: ignore[import-not-found]
-        else:
-            require_apart = DiscArrays.require_apart
+            from carom.solvers.overlap import require_apart  # type: ignore[import-not-found, no-redef]
         velocity = np.zeros_like(columns["position_m"])
         return lambda: require_apart(
             DiscArrays(columns["position_m"], velocity, columns["radius_m"], columns["mass_kg"])

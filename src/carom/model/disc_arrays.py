@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from carom.errors import InputError
 from carom.model.chain_geometry import Outline
-from carom.model.overlap import Overlap, find_overlaps
 from carom.model.prescribed_motion import Drive
 from carom.support.escaping import format_value
 from carom.support.formatting import format_number
@@ -302,21 +301,6 @@ class DiscArrays:
             number, shape = next((k, wall) for k, wall in enumerate(self.walls) if not isinstance(wall, tuple))
             raise InputError(f"wall {number} is not a half-plane; the caller does not support {shape.description}")
         return planes
-
-    def overlaps(self, disc_name: str, wall_name: str) -> tuple[list[Overlap], bool]:
-        """Return the first overlaps, and whether there are more. `overlap.find_overlaps` describes the arguments."""
-        return find_overlaps(self.position_m, self.radius_m, self.movable, self.walls, disc_name, wall_name)
-
-    def require_apart(self) -> None:
-        """Refuse a state in which two discs, or a disc and a wall, overlap by more than rounding errors.
-
-        Raises:
-            InputError: Bodies overlap. The message names the first ten pairs of each kind.
-        """
-        overlaps, has_more = self.overlaps("disc {}", "wall {}")
-        if overlaps:
-            lines = [f"position_m[{overlap.disc}] {overlap.message}" for overlap in overlaps]
-            raise InputError("\n".join([*lines, "and more of them"] if has_more else lines))
 
 
 def _select(second: NDArray[np.int64], of_walls: list[float], of_discs: float) -> NDArray[np.float64]:

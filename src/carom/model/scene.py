@@ -12,6 +12,7 @@ from pydantic import AfterValidator, Field, Strict
 
 from carom.errors import InputError, Problem, SceneError
 from carom.model.disc_arrays import DiscArrays, Material
+from carom.model.overlap import find_overlaps
 from carom.model.prescribed_motion import Drive
 from carom.model.sizes import count_steps, find_span_problems
 from carom.model.walls import AnyWall, Chain, Leg, Ring, Wall, build_drive, find_leg_problems
@@ -202,7 +203,7 @@ class Scene(Drawn, Model):
         start = self.arrays
         problems = list(find_span_problems(start, self.gravity_m_s2, self.duration_s))
         problems += self._find_conflicting_laws()
-        found, has_more = start.overlaps("discs[{}]", "walls[{}]")
+        found, has_more = find_overlaps(start, "discs[{}]", "walls[{}]")
         problems += [Problem(("discs", overlap.disc, "position_m"), overlap.message) for overlap in found]
         if problems:
             raise SceneError(problems, more=has_more)
