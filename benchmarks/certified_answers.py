@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 
 from benchmarks.arguments import parser, run
 
-from carom.catalogue import Tag, catalogue
+from carom.catalogue import catalogue
+from carom.model.scene import Need
 from carom.solvers.certified.certify import certify
 from carom.solvers.certified.serialisation import enclosures
 from carom.studies.bench.gas import build_gas_scene
@@ -29,7 +30,8 @@ MOST_IMPACTS = 60
 def answer_scenes() -> Iterator[Scene]:
     """Yield the scenes: scenes of the catalogue with more than one impact, and a box with many discs."""
     for entry in catalogue().values():
-        if {Tag.CHAIN, Tag.CONVENTION, Tag.UNSTABLE} & entry.tags and Tag.GRAVITY not in entry.tags:
+        known, needs = entry.known, entry.scene.needs
+        if (known.count is None or known.count > 1 or known.convention) and Need.GRAVITY not in needs:
             yield entry.scene
     yield build_gas_scene(16, 0.4, duration_s=100.0).model_copy(update={"name": "bench/gas-16"})
 

@@ -58,13 +58,12 @@ def _discs(columns: dict[str, Any]) -> list[dict[str, Any]]:
 def _prepared(what: str, columns: dict[str, Any]) -> Callable[[], object]:
     """Return the measured function."""
     if what == "arrays":
+        from carom import DiscArrays
+
         try:
-            from carom import DiscArrays
-        except ImportError:  # Earlier versions have these functions in other modules.
-            from carom.solvers.disc_arrays import DiscArrays  # type: ignore[import-not-found, no-redef]
-            from carom.solvers.overlap import require_apart  # type: ignore[import-not-found]
-        else:
-            require_apart = DiscArrays.require_apart
+            from carom.model.overlap import require_apart
+        except ImportError:  # In earlier versions it is a method.
+            require_apart = DiscArrays.require_apart  # type: ignore[attr-defined]
         velocity = np.zeros_like(columns["position_m"])
         return lambda: require_apart(
             DiscArrays(columns["position_m"], velocity, columns["radius_m"], columns["mass_kg"])

@@ -88,7 +88,10 @@ def _of(*names: str) -> Callable[[str], bool]:
 
 
 def _fast(scene: str) -> bool:
-    return "fast" in all_scenes()[scene].tags and "no-impact" not in all_scenes()[scene].tags
+    entry = all_scenes()[scene]
+    frame_s = 1.0 / entry.scene.frame_rate_hz
+    moves_far = any(math.hypot(*disc.velocity_m_s) * frame_s > 2 * disc.radius_m for disc in entry.scene.discs)
+    return moves_far and entry.known.count != 0
 
 
 def _whole(row: Row) -> bool:

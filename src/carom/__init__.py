@@ -13,8 +13,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from carom.core.extension import require_extension
-from carom.model.scene_names import set_scene_finder
-from carom.support.display import set_view_finder
+from carom.support import hooks
 
 if TYPE_CHECKING:
     from carom.comparator import Score as Score
@@ -102,8 +101,7 @@ def __getattr__(name: str) -> Any:
         return value
     if f"carom.{name}" in _MOVED:
         return sys.modules[f"carom.{name}"]
-    message = f"module 'carom' has no attribute {name!r}"
-    raise AttributeError(message)
+    raise AttributeError(f"module 'carom' has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:
@@ -160,8 +158,7 @@ class _Moved(ModuleType):
         for module in map(importlib.import_module, _MOVED[self.__name__]):
             if hasattr(module, name):
                 return getattr(module, name)
-        message = f"module {self.__name__!r} has no attribute {name!r}"
-        raise AttributeError(message)
+        raise AttributeError(f"module {self.__name__!r} has no attribute {name!r}")
 
 
 class _Engines(ModuleType):
@@ -175,7 +172,6 @@ class _Engines(ModuleType):
 
 require_extension()
 sys.modules.update({name: _Moved(name) for name in _MOVED})
-set_view_finder(_find_view)
-set_scene_finder(_find_scene)
+hooks.find_view, hooks.find_scene = _find_view, _find_scene
 # the import binds `carom.engines` to the package, so the package must be callable
 importlib.import_module("carom.engines").__class__ = _Engines

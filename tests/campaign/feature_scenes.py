@@ -11,12 +11,10 @@ import math
 import random
 from collections.abc import Sequence
 from enum import StrEnum
-from functools import partial
-from operator import mul
 from typing import Any, NamedTuple
 
 from carom import Chain, Disc, Ring, Scene, SceneError, Wall
-from carom.engines.api.units import convert_bodies
+from carom.model.units import convert_units
 from carom.model.walls import AnyWall, Leg, move_wall
 
 Point = tuple[float, float]
@@ -346,21 +344,11 @@ def _gap(wall: AnyWall, x: float, y: float, radius_m: float) -> float:
 
 def _in_units(scene: Scene, units: Units) -> Scene:
     """Return a scene in other units, and moved; its bodies are checked again."""
-    speed, (ox, oy) = units.length / units.time, units.offset_m
-    bodies = convert_bodies(scene, partial(mul, units.length), partial(mul, speed), partial(mul, units.time))
-    moved_walls = [move_wall(wall, ox, oy) for wall in bodies["walls"]]
+    ox, oy = units.offset_m
+    converted = convert_units(scene, 1.0 / units.length, 1.0 / units.time)
     discs = []
-    for disc in bodies["discs"]:
+    for disc in converted.discs:
         x, y = disc.position_m
         discs.append(Disc(**{**dict(disc), "position_m": (x + ox, y + oy), "mass_kg": disc.mass_kg * units.mass}))
-    gravity_x, gravity_y = scene.gravity_m_s2
-    fields = {
-        "discs": discs,
-        "walls": [type(wall)(**dict(wall)) for wall in moved_walls],
-        "gravity_m_s2": (gravity_x * (speed / units.time), gravity_y * (speed / units.time)),
-        "damping_per_s": scene.damping_per_s / units.time,
-        "table_deceleration_m_s2": scene.table_deceleration_m_s2 * speed / units.time,
-        "duration_s": scene.duration_s * units.time,
-        "frame_rate_hz": 60.0 / units.time,
-    }
-    return Scene(**{**dict(scene), **fields})
+    walls = [type(wall)(**dict(move_wall(wall, ox, oy))) for wall in converted.walls]
+    return Scene(**{**dict(converted), "discs": discs, "walls": walls})

@@ -13,8 +13,9 @@ from tests.cases import by_group, each, release_after
 from tests.scene_builders import disc_at, staged
 
 from carom import Outcome, solve_pic, solve_pic_framewise
-from carom.catalogue import CatalogueScene, Tag, catalogue, deviation
+from carom.catalogue import CatalogueScene, catalogue, deviation
 from carom.model.energy import kinetic_energy
+from carom.model.scene import Need
 
 #: Some ten thousand roundings: a chain of tens of impacts, each of tens of operations, on well-conditioned scenes.
 ROUNDING = 1e-12
@@ -22,8 +23,8 @@ ROUNDING = 1e-12
 BOUNDS = {"contact": 1e-14, "driven": 1e-14}
 #: Where no answer goes on.
 ENDS = {"driven/crush": Outcome.CRUSHED, "contact/pressed": Outcome.PRESSED, "contact/corner": Outcome.CORNER}
-#: What changes the kinetic energy, and what has nothing to change it; a fall turns height into speed, see test_gravity.
-NOT_KEPT = {Tag.INELASTIC, Tag.GRAVITY, Tag.NO_IMPACT}
+#: What changes the kinetic energy; a fall turns height into speed, see test_gravity.
+NOT_KEPT = {Need.RESTITUTION, Need.GRAVITY}
 
 
 @each("entries", by_group())
@@ -38,7 +39,7 @@ def test_pic_reproduces_known_answers_of_the_catalogue(entries: list[CatalogueSc
         crushed = trace.outcome is Outcome.CRUSHED
         flown = np.spacing(trace.end_time_s) * float(np.hypot(*trace.final_velocity_m_s.T).max()) if crushed else 0.0
         assert deviation(trace, entry.known, scene) <= BOUNDS.get(entry.group, ROUNDING) + flown, entry.name
-        if entry.name in catalogue() and not entry.tags & NOT_KEPT:
+        if entry.name in catalogue() and entry.known.count != 0 and not scene.needs & NOT_KEPT:
             begun = kinetic_energy(scene, scene.arrays.velocity_m_s)
             assert len(trace.impacts), entry.name  # or nothing could change it
             assert kinetic_energy(scene, trace.final_velocity_m_s) == pytest.approx(begun, rel=ROUNDING), entry.name

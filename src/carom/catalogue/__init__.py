@@ -1,7 +1,7 @@
 """The catalogue: scenes with known answers, which come from mathematics or a cited source, not from Carom's code."""
 
 from carom.catalogue.bug_reports.bug_report import BugReport, Symptom
-from carom.catalogue.entry import CatalogueScene, KnownAnswer, KnownImpact, Staged, Tag, deviation
+from carom.catalogue.entry import CatalogueScene, KnownAnswer, KnownImpact, Staged, deviation
 from carom.catalogue.find_scenes import all_scenes, catalogue, find_scenes, resolve_scenes, scene_named
 
 __all__ = [
@@ -11,7 +11,6 @@ __all__ = [
     "KnownImpact",
     "Staged",
     "Symptom",
-    "Tag",
     "all_scenes",
     "catalogue",
     "deviation",

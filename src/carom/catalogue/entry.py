@@ -1,11 +1,10 @@
-"""Types of the catalogue: scenes, known answers and tags. Also computes how much a trace deviates from an answer."""
+"""Types of the catalogue: scenes and known answers. Also computes how much a trace deviates from an answer."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from enum import StrEnum
 from functools import cached_property
 from types import ModuleType
 from typing import NamedTuple
@@ -14,28 +13,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from carom.model.energy import kinetic_energy
-from carom.model.scene import Need, Scene, Wall
+from carom.model.scene import Scene, Wall
 from carom.model.trace import Trace, Vector
 from carom.model.walls import move_wall
-
-
-class Tag(StrEnum):
-    """A property by which users select scenes, as in ``find_scenes(["tag:walls"])``."""
-
-    WALLS = "walls"
-    IMMOVABLE = "immovable"
-    INELASTIC = "inelastic"
-    TWO_BODIES = "two-bodies"  # the scene has only one pair of bodies, so one formula is the whole answer
-    IN_LINE = "in-line"  # all motion is along one line
-    CHAIN = "chain"  # the scene has several impacts, so an error in an impact affects the next impact
-    UNSTABLE = "unstable"  # each impact multiplies small errors of positions
-    GRAZING = "grazing"
-    FAST = "fast"  # a disc moves more than its own diameter between two frames
-    MASS_RATIO = "mass-ratio"  # the ratio of two masses is 100 or more
-    NO_IMPACT = "no-impact"
-    GRAVITY = "gravity"
-    CONVENTION = "convention"  # simultaneous contact: physics gives no unique answer
-    CONSERVED = "conserved"  # only conserved quantities are known, not each impact
 
 
 @dataclass(frozen=True)
@@ -114,13 +94,11 @@ class CatalogueScene:
         name: Full name of the entry and of its scene, ``group/name``.
         shows: The scene's description, in one sentence.
         build: Function that builds the scene and its answer.
-        marks: Tags that the author of the scene has set.
     """
 
     name: str
     shows: str
     build: Builder
-    marks: tuple[Tag, ...] = ()
 
     @cached_property
     def _staged(self) -> Staged:
@@ -142,43 +120,6 @@ class CatalogueScene:
         """The group of the scene: the part of its name before the slash."""
         return self.name.partition("/")[0]
 
-    @cached_property
-    def tags(self) -> frozenset[Tag]:
-        """Tags that select the scene."""
-        scene, known = self._staged
-        masses = [disc.mass_kg for disc in scene.discs if not disc.immovable]
-        frame_s = 1.0 / scene.frame_rate_hz
-        off_line = any(y for disc in scene.discs for y in (disc.position_m[1], disc.velocity_m_s[1]))
-        values = {
-            Tag.WALLS: Need.WALLS in scene.needs,
-            Tag.IMMOVABLE: Need.IMMOVABLE in scene.needs,
-            Tag.INELASTIC: Need.RESTITUTION in scene.needs,
-            Tag.GRAVITY: Need.GRAVITY in scene.needs,
-            Tag.TWO_BODIES: len(scene.discs) + len(scene.walls) == 2,
-            # Friction and gravity can move a disc away from the line.
-            Tag.IN_LINE: not off_line and not scene.needs & {Need.FRICTION, Need.GRAVITY},
-            Tag.CHAIN: known.count is None or known.count > 1,
-            Tag.FAST: any(math.hypot(*disc.velocity_m_s) * frame_s > 2 * disc.radius_m for disc in scene.discs),
-            Tag.MASS_RATIO: max(masses) >= 100 * min(masses),
-            Tag.NO_IMPACT: known.count == 0,
-            Tag.CONVENTION: bool(known.convention),
-            Tag.CONSERVED: known.final_kinetic_energy_j is not None and known.count is None,
-        }
-        return frozenset(tag for tag, is_so in values.items() if is_so).union(self.marks)
-
-
-_MARKS: dict[Builder, tuple[Tag, ...]] = {}
-
-
-def add_tags(*marks: Tag) -> Callable[[Builder], Builder]:
-    """Return a decorator that adds tags to a scene. Other tags are computed from the scene and its answer."""
-
-    def mark(build: Builder) -> Builder:
-        _MARKS[build] = marks
-        return build
-
-    return mark
-
 
 def list_scenes(module: ModuleType) -> Iterator[CatalogueScene]:
     """Yield the scenes of a module in the order of their definition. Reports use the same order.
@@ -191,7 +132,7 @@ def list_scenes(module: ModuleType) -> Iterator[CatalogueScene]:
         hints = getattr(build, "__annotations__", None)
         if name.startswith("_") and hints in ({"return": "Staged"}, {"return": Staged}):
             description = " ".join((build.__doc__ or "").split())
-            yield CatalogueScene(f"{group}/{name[1:].replace('_', '-')}", description, build, _MARKS.get(build, ()))
+            yield CatalogueScene(f"{group}/{name[1:].replace('_', '-')}", description, build)
 
 
 def deviation(trace: Trace, known: KnownAnswer, scene: Scene) -> float:

@@ -10,7 +10,7 @@ from itertools import chain
 from types import MappingProxyType, ModuleType
 
 from carom.catalogue.bug_reports.bug_report import load_bug_reports
-from carom.catalogue.entry import CatalogueScene, KnownAnswer, Tag, list_scenes
+from carom.catalogue.entry import CatalogueScene, KnownAnswer, list_scenes
 from carom.catalogue.groups import (
     classics_collinear,
     classics_many_discs,
@@ -28,8 +28,6 @@ from carom.catalogue.groups import (
 from carom.errors import InputError, UnknownNameError
 from carom.model.scene import Scene
 from carom.support.escaping import format_value
-
-_TAG_PREFIX = "tag:"
 
 #: Modules whose scenes run by default, and modules whose scenes run only if the user names them. Reports list the
 #: scenes in this order.
@@ -58,7 +56,7 @@ def find_scenes(patterns: Iterable[str]) -> list[CatalogueScene]:
     """Return each scene that matches one of the patterns, in the order of the patterns.
 
     Args:
-        patterns: Full names, groups, shell patterns such as ``paper/*``, or tags such as ``tag:walls``.
+        patterns: Full names, groups, or shell patterns such as ``paper/*``.
 
     Raises:
         UnknownNameError: A pattern matches no scene; the message contains the nearest name.
@@ -85,9 +83,8 @@ def resolve_scenes(scenes: Iterable[Scene | CatalogueScene | str]) -> tuple[tupl
     """
     if isinstance(scenes, Scene | CatalogueScene | str) or not isinstance(scenes, Iterable):
         raise InputError(f"scenes must be a list, even for a single item, got {type(scenes).__name__}")
-    entries: list[Scene | CatalogueScene] = []
-    for scene in scenes:
-        entries += find_scenes([scene]) if isinstance(scene, str) else [scene]
+    found = [find_scenes([scene]) if isinstance(scene, str) else [scene] for scene in scenes]
+    entries = list(chain.from_iterable(found))
     for k, entry in enumerate(entries):
         if not isinstance(entry, Scene | CatalogueScene):
             raise InputError(f"scenes[{k}] must be a Scene, a catalogue scene or its name, got {format_value(entry)}")
@@ -120,9 +117,7 @@ def _list_matches(scenes: Mapping[str, CatalogueScene], pattern: str) -> list[Ca
 
 def _is_match(entry: CatalogueScene, pattern: str) -> bool:
     if entry.name not in catalogue() and not pattern.startswith(entry.group):
-        return False  # tags, and patterns such as `*`, select only scenes that run by default
-    if pattern.startswith(_TAG_PREFIX):
-        return pattern.removeprefix(_TAG_PREFIX) in entry.tags
+        return False  # patterns such as `*` select only scenes that run by default
     return fnmatchcase(entry.name, pattern) or entry.group == pattern
 
 
@@ -133,6 +128,5 @@ def _format_hint(pattern: str) -> str:
         candidate: entry.name for entry in entries for candidate in (entry.name, entry.name.partition("/")[2])
     }
     suggestions |= {group: group for group in {entry.group for entry in entries}}
-    suggestions |= {f"{_TAG_PREFIX}{tag}": f"{_TAG_PREFIX}{tag}" for tag in Tag}
     near = difflib.get_close_matches(pattern, suggestions, n=1, cutoff=0.6)
     return f"did you mean {suggestions[near[0]]!r}?" if near else "`carom scenes` lists them"

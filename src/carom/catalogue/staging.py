@@ -114,6 +114,13 @@ def stage_struck_row(
     return build_staged(scene, impacts, source, convention)
 
 
+def stage(
+    discs: Sequence[Disc], impacts: Sequence[KnownImpact], source: str, convention: str = "", **fields: Any
+) -> Staged:
+    """Build a scene in which discs move straight between impacts, and return it with its answer."""
+    return build_staged(build_scene(discs, **fields), impacts, source, convention)
+
+
 def build_staged(
     scene: Scene,
     impacts: Sequence[KnownImpact],

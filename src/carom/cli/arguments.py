@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from carom.errors import AdapterError, InputError
+from carom.errors import InputError
 from carom.support.options import build_step_kind
 
 if TYPE_CHECKING:
@@ -32,10 +32,7 @@ def parse_engine(name: str) -> str:
     """Return the name of an engine. If `name` is the path of a manifest (engine.toml), register its engine."""
     from carom.engines import registry
 
-    try:
-        return registry.resolve_engine(name)
-    except AdapterError as error:
-        raise typer.BadParameter(str(error)) from None
+    return registry.resolve_engine(name)
 
 
 Resume = Annotated[

@@ -1,4 +1,4 @@
-"""Records the command line for results, and formats types and defaults of options for ``--help``."""
+"""Runs commands: records the command line for results, and formats types and defaults of options for ``--help``."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ from typing import Any
 
 import typer
 from typer.core import TyperCommand
+
+from carom.cli.error_handling import handle_errors
 
 #: Options that are not recorded, because they only continue a run or print more.
 _NO_PART = {"resume", "retry", "verbose"}
@@ -61,7 +63,7 @@ class Command(TyperCommand):
             raise
 
     def invoke(self, ctx: Any) -> Any:
-        """Run the command."""
+        """Run the command, and handle its errors."""
         words = ["carom", ctx.info_name or ""]
         for parameter in self.params:
             name, source = parameter.name or "", ctx.get_parameter_source(parameter.name or "")
@@ -77,6 +79,7 @@ class Command(TyperCommand):
                     words += [parameter.opts[0], str(item)]
         token = _COMMAND_LINE.set(shlex.join(words))
         try:
-            return super().invoke(ctx)
+            with handle_errors():
+                return super().invoke(ctx)
         finally:
             _COMMAND_LINE.reset(token)

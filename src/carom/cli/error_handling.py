@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import functools
 import signal
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, ParamSpec
+from typing import TYPE_CHECKING
 
 import typer
 
@@ -20,37 +19,29 @@ if TYPE_CHECKING:
     from carom.execution.job import Progress
 
 
-Parameters = ParamSpec("Parameters")
+@contextmanager
+def handle_errors() -> Iterator[None]:
+    """Context of a command: if an error or a signal ends the command, print a message and exit with an exit code."""
+    try:
+        yield
+    except CaromError as error:
+        from carom.execution.job import UnavailableError
 
-
-def handle_errors(command: Callable[Parameters, None]) -> Callable[Parameters, None]:
-    """Decorate a command: if an error or a signal ends the command, print a message and exit with an exit code."""
-
-    @functools.wraps(command)
-    def run_guarded(*args: Parameters.args, **kwargs: Parameters.kwargs) -> None:
-        try:
-            command(*args, **kwargs)
-        except CaromError as error:
-            from carom.execution.job import UnavailableError
-
-            print_error(error)
-            code = ExitCode.UNAVAILABLE if isinstance(error, UnavailableError) else ExitCode.BAD_INPUT
-            raise typer.Exit(code) from None
-        except KeyboardInterrupt as error:
-            word, signal_code = _describe_signal(error)
-            print_text(f"carom: {word}; no report was written", to_stderr=True)
-            raise typer.Exit(signal_code) from None
-        except BrokenPipeError:  # the program that reads the output, such as `head`, has closed the pipe
-            drop_unwritten(sys.stdout, sys.stderr)
-            raise typer.Exit from None
-        except OSError as error:  # for example, the disk is full or a file is not writable
-            print_text(f"carom: {error.filename or 'output'}: {error.strerror or error}", to_stderr=True)
-            raise typer.Exit(ExitCode.BAD_INPUT) from None
-        except MemoryError:
-            print_text("carom: not enough memory", to_stderr=True)
-            raise typer.Exit(ExitCode.BAD_INPUT) from None
-
-    return run_guarded
+        print_error(error)
+        raise typer.Exit(ExitCode.UNAVAILABLE if isinstance(error, UnavailableError) else ExitCode.BAD_INPUT) from None
+    except KeyboardInterrupt as error:
+        word, signal_code = _describe_signal(error)
+        print_text(f"carom: {word}; no report was written", to_stderr=True)
+        raise typer.Exit(signal_code) from None
+    except BrokenPipeError:  # the program that reads the output, such as `head`, has closed the pipe
+        drop_unwritten(sys.stdout, sys.stderr)
+        raise typer.Exit from None
+    except OSError as error:  # for example, the disk is full or a file is not writable
+        print_text(f"carom: {error.filename or 'output'}: {error.strerror or error}", to_stderr=True)
+        raise typer.Exit(ExitCode.BAD_INPUT) from None
+    except MemoryError:
+        print_text("carom: not enough memory", to_stderr=True)
+        raise typer.Exit(ExitCode.BAD_INPUT) from None
 
 
 def _describe_signal(error: KeyboardInterrupt) -> tuple[str, int]:

@@ -11,7 +11,6 @@ from typing import Annotated, Any, Concatenate, ParamSpec, TypeVar, get_type_hin
 import typer
 
 from carom.cli.command_line import insert_default
-from carom.cli.error_handling import handle_errors
 from carom.support.options import DeclaredOptions, Option, format_bound, list_declared_options
 
 Kind = TypeVar("Kind", bound=DeclaredOptions)
@@ -46,7 +45,7 @@ def add_options(kind: type[Kind]) -> Callable[[Callable[Concatenate[Kind, Parame
         ]
         run_command.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined] # Typer reads it
         run_command.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
-        return handle_errors(run_command)
+        return run_command
 
     return decorate
 

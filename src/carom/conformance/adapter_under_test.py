@@ -8,11 +8,10 @@ from functools import cache, cached_property
 from types import MappingProxyType
 from typing import NamedTuple, TypeVar
 
-from carom.catalogue import KnownAnswer, all_scenes
+from carom.catalogue import all_scenes
 from carom.comparator import Score, compare
 from carom.comparator.thresholds import THRESHOLDS
 from carom.conformance.contact_margin import solve_thickened
-from carom.conformance.known_answers import build_known_trace
 from carom.conformance.probes import AdapterFailure, Make, ObservedRun, Watch
 from carom.conformance.violation import Setup, Violation
 from carom.engines.api import Adapter, Capabilities, unsupported_reason
@@ -26,6 +25,7 @@ from carom.execution.shared_options import LimitOptions
 from carom.execution.workers.worker_process import Worker
 from carom.model.scene import Scene
 from carom.model.trace import Setting, Trace
+from carom.solvers.pic import solve_pic
 
 T = TypeVar("T")
 
@@ -35,17 +35,15 @@ class CatalogueRun(NamedTuple):
 
     Attributes:
         setup: Scene, profile and step size of the run.
-        known: The known answer of the scene.
-        reference: The known answer as a trace.
+        reference: PIC's trace.
         trace: Trace of the run.
-        score: Comparison of the run with the known answer.
-        pit: Comparison of a run of PIT with the known answer. PIT has the same step size.
+        score: Comparison of the run with PIC.
+        pit: Comparison of a run of PIT with PIC. PIT has the same step size.
         margin: Errors of PIC if bodies already collide at the profile's contact margin. The engine may also have these
             errors. None if the profile declares no margin.
     """
 
     setup: Setup
-    known: KnownAnswer
     reference: Trace
     trace: Trace
     score: Score
@@ -145,13 +143,13 @@ class Subject(Closeable):
         cut_s = setup.dt_s if cut else None
         return self._ask(Watch(self.name, setup.scene, settings, steps, observations, cut_s, disturbed), setup)
 
-    def measure_growth(self, setup: Setup, worlds: int, *, step: bool = True) -> int | None:
-        """Create and close worlds one after another. Return the growth of memory in bytes, or None if unknown."""
+    def measure_growth(self, setup: Setup, worlds: int, *, step: bool = True) -> float:
+        """Create and close worlds one after another. Return the growth of memory in bytes; NaN if unknown."""
         settings = self.settings(setup.profile, setup.dt_s)
         answer = self._ask(Make(self.name, setup.scene, settings, worlds, step), setup)
         if isinstance(answer, AdapterFailure):
             raise Violation(f"a world can't be created and closed {worlds} times", "no error", answer, setup)
-        return answer.bytes
+        return answer
 
     def score(self, profile: str, name: str) -> CatalogueRun:
         """Run a catalogue scene, and return the run with all comparisons that the checks need."""
@@ -161,8 +159,7 @@ class Subject(Closeable):
             reference, pit, pit_score = _compute_pit_score(name)
             score, margin_m = compare(reference, trace, sampling=pit), self.adapter.profiles[profile].accuracy.margin_m
             margin = _compute_margin_score(name, margin_m) if margin_m else None
-            known = all_scenes()[name].known
-            self._scores[profile, name] = CatalogueRun(setup, known, reference, trace, score, pit_score, margin)
+            self._scores[profile, name] = CatalogueRun(setup, reference, trace, score, pit_score, margin)
         return self._scores[profile, name]
 
     @property
@@ -186,9 +183,9 @@ STEPS_A_FRAME = 4
 
 @cache
 def _compute_pit_score(name: str) -> tuple[Trace, Trace, Score]:
-    """Return three results for a catalogue scene: the known answer as a trace, PIT's trace, and PIT's score."""
+    """Return three results for a catalogue scene: PIC's trace, PIT's trace, and PIT's score."""
     setup = build_catalogue_setup(name, "tuned")
-    reference = build_known_trace(setup.scene, all_scenes()[name].known)
+    reference = solve_pic(setup.scene)
     pit = observe_run(load_adapter("pit"), setup.scene, setup.profile, setup.dt_s)
     return reference, pit, compare(reference, pit, sampling=pit)
 

@@ -17,8 +17,9 @@ import platform
 import re
 import sys
 import tomllib
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 
 import tomli_w
@@ -142,69 +143,6 @@ def _parse_platform(value: object, location: str) -> str:
     return f"{system}{dash}{machine}"
 
 
-def list_known_reasons(
-    entries: Iterable[KnownFailure], versions: Mapping[str, str], platform_: str, path: Path | None
-) -> dict[str, str]:
-    """Return the known failures of the tested engines on this platform: names of cases, each with its reason.
-
-    Args:
-        entries: Entries of the file.
-        versions: Version of each tested engine, by adapter name. Entries of other engines are ignored.
-        platform_: The platform, as returned by `find_platform_name`.
-        path: The file.
-
-    Raises:
-        InputError: The same case is in two entries that apply, or an entry depends on an unknown version.
-    """
-    found: dict[str, str] = {}
-    for number, entry in enumerate(entries, start=1):
-        for name in entry.cases:
-            engine = name.partition("::")[0]
-            try:
-                if engine not in versions or not entry.is_valid_for(versions[engine], platform_):
-                    continue
-            except InputError as error:
-                raise InputError(f"{path}: known_failure {number}: {error}") from None
-            if name in found:
-                scope = f"for release {versions[engine]} on {platform_}"
-                raise InputError(f"{path}: known_failure {number}: {format_value(name)} is listed twice {scope}")
-            found[name] = entry.reason
-    return found
-
-
-def check_names(
-    entries: Iterable[KnownFailure],
-    known: Collection[str],
-    names: Mapping[str, str],
-    installed: Collection[str],
-    path: Path | None,
-) -> None:
-    """Check that all names in a file are names of cases.
-
-    Args:
-        entries: Entries of the file.
-        known: Names of the cases whose entries apply to the tested releases and this platform.
-        names: For each case of the tested engines, by its full name: the reason why the declared capabilities exclude
-            the case. The reason is empty if they allow the case.
-        installed: Names of all installed engines. Cases of engines that are not tested are ignored.
-        path: The file.
-
-    Raises:
-        InputError: A name is not the name of a case, or the case is skipped and so can't fail.
-    """
-    run = {name.partition("::")[0] for name in names}
-    for name in (name for entry in entries for name in entry.cases):
-        engine = name.partition("::")[0]
-        if engine in installed and engine not in run:
-            continue
-        if name not in names:
-            hint = suggest_name(name, names) or "`pytest --carom-engine NAME --collect-only -q` lists them"
-            raise InputError(f"{path}: there is no case {format_value(name)}", hints=[hint])
-        if names[name] and name in known:
-            problem = f"{name!r} can't fail, because it is skipped"
-            raise InputError(f"{path}: {problem}: {names[name]}", hints=["remove it"])
-
-
 #: Beginning of the reason in a new entry. The user must replace it by the actual reason.
 TO_BE_WRITTEN = "reason: to be written"
 
@@ -213,52 +151,132 @@ _HEAD = re.compile(r"(?:^#.*\n)*^[ \t]*\[\[[ \t]*known_failure[ \t]*\]\]", re.MU
 _NUMBER = re.compile(r"[-+]?\d+(\.\d+)?(e[-+]?\d+)?")
 
 
-def write_known_failures(
-    path: Path,
-    entries: Sequence[KnownFailure],
-    failed: Mapping[str, str],
-    passed: Collection[str],
-    versions: Mapping[str, str],
-    platform: str,
-) -> list[str]:
-    """Update the file of known failures, and return the cases that still need a reason from the user.
+@dataclass(frozen=True)
+class KnownFailuresFile:
+    """The file of known failures in a run of the suite.
 
-    Unchanged entries keep their text and the comments directly above them. New failures are added at the end of the
-    file, with one entry for each kind of failure. If the file already lists the case for another release or platform,
-    the new entry is limited to this release and platform.
-
-    Args:
-        path: The file, which may not exist yet.
+    Attributes:
+        path: The file; None if there is none.
         entries: Entries of the file.
-        failed: Messages of failed cases that the file does not list for this release and platform, by the case's name.
-        passed: Names of the listed cases that passed.
-        versions: Version of each tested engine, by adapter name.
-        platform: This platform.
-
-    Raises:
-        InputError: The file can't be read or written.
+        versions: Version of each tested engine, by adapter name. Entries of other engines are ignored.
+        platform: The platform, as returned by `find_platform_name`.
     """
-    try:
-        text = path.read_text(encoding="utf-8") if path.is_file() else ""
-    except OSError as error:
-        raise InputError(f"{path}: can't be read: {error.strerror}") from None
-    before, chunks = _split_entries(text, entries)
-    updated = [_drop_passing_cases(entry, passed, versions, platform) for entry in entries]
-    stay = [
-        (entry, chunk if entry == old else f"{_extract_comments(chunk)}{_render_entry(entry)}")
-        for old, entry, chunk in zip(entries, updated, chunks, strict=True)
-        if entry.cases
-    ]
-    joined = list(_build_new_entries(failed, entries, versions, platform))
-    all_entries = [*(entry for entry, _ in stay), *joined]
-    parts = [before, *(chunk for _, chunk in stay), *map(_render_entry, joined)]
-    new = "\n\n".join(part.strip() for part in parts if part.strip()) + "\n"
-    if _parse_entries(new) != [_build_table(entry) for entry in all_entries]:
-        # The whole file is rewritten without comments if the text of single entries can't be found.
-        new = "\n".join(map(_render_entry, all_entries))
-    if failed or passed:
-        write_file(path, new)
-    return [name for entry in all_entries if entry.reason.startswith(TO_BE_WRITTEN) for name in entry.cases]
+
+    path: Path | None
+    entries: tuple[KnownFailure, ...]
+    versions: Mapping[str, str]
+    platform: str = field(default_factory=find_platform_name)
+
+    @cached_property
+    def reasons(self) -> dict[str, str]:
+        """Known failures of the tested engines on this platform: names of cases, each with its reason.
+
+        Raises:
+            InputError: The same case is in two entries that apply, or an entry depends on an unknown version.
+        """
+        found: dict[str, str] = {}
+        for number, entry in enumerate(self.entries, start=1):
+            for name in entry.cases:
+                try:
+                    if not self._is_valid(entry, name):
+                        continue
+                except InputError as error:
+                    raise InputError(f"{self.path}: known_failure {number}: {error}") from None
+                if name in found:
+                    scope = f"for release {self._find_version(name)} on {self.platform}"
+                    problem = f"{format_value(name)} is listed twice {scope}"
+                    raise InputError(f"{self.path}: known_failure {number}: {problem}")
+                found[name] = entry.reason
+        return found
+
+    def check_names(self, names: Mapping[str, str], installed: Collection[str]) -> None:
+        """Check that all names in the file are names of cases.
+
+        Args:
+            names: For each case of the tested engines, by its full name: the reason why the declared capabilities
+                exclude the case. The reason is empty if they allow the case.
+            installed: Names of all installed engines. Cases of engines that are not tested are ignored.
+
+        Raises:
+            InputError: A name is not the name of a case, or the case is skipped and so can't fail. Or `reasons` raises
+                this error.
+        """
+        reasons, run = self.reasons, {name.partition("::")[0] for name in names}
+        for name in (name for entry in self.entries for name in entry.cases):
+            engine = name.partition("::")[0]
+            if engine in installed and engine not in run:
+                continue
+            if name not in names:
+                hint = suggest_name(name, names) or "`pytest --carom-engine NAME --collect-only -q` lists them"
+                raise InputError(f"{self.path}: there is no case {format_value(name)}", hints=[hint])
+            if names[name] and name in reasons:
+                problem = f"{name!r} can't fail, because it is skipped"
+                raise InputError(f"{self.path}: {problem}: {names[name]}", hints=["remove it"])
+
+    def write(self, path: Path, failed: Mapping[str, str], passed: Collection[str]) -> list[str]:
+        """Update a file of known failures, and return the cases that still need a reason from the user.
+
+        Unchanged entries keep their text and the comments directly above them. New failures are added at the end of the
+        file, with one entry for each kind of failure. If the file already lists the case for another release or
+        platform, the new entry is limited to this release and platform.
+
+        Args:
+            path: The file, which may not exist yet.
+            failed: Messages of failed cases that the file does not list for this release and platform, by the case's
+                name.
+            passed: Names of the listed cases that passed.
+
+        Raises:
+            InputError: The file can't be read or written.
+        """
+        try:
+            text = path.read_text(encoding="utf-8") if path.is_file() else ""
+        except OSError as error:
+            raise InputError(f"{path}: can't be read: {error.strerror}") from None
+        before, chunks = _split_entries(text, self.entries)
+        updated = [self._drop_passing_cases(entry, passed) for entry in self.entries]
+        stay = [
+            (entry, chunk if entry == old else f"{_extract_comments(chunk)}{_render_entry(entry)}")
+            for old, entry, chunk in zip(self.entries, updated, chunks, strict=True)
+            if entry.cases
+        ]
+        joined = list(self._build_new_entries(failed))
+        all_entries = [*(entry for entry, _ in stay), *joined]
+        parts = [before, *(chunk for _, chunk in stay), *map(_render_entry, joined)]
+        new = "\n\n".join(part.strip() for part in parts if part.strip()) + "\n"
+        if _parse_entries(new) != [_build_table(entry) for entry in all_entries]:
+            # The whole file is rewritten without comments if the text of single entries can't be found.
+            new = "\n".join(map(_render_entry, all_entries))
+        if failed or passed:
+            write_file(path, new)
+        return [name for entry in all_entries if entry.reason.startswith(TO_BE_WRITTEN) for name in entry.cases]
+
+    def _find_version(self, name: str) -> str | None:
+        """Return the version of the engine of a case; None if the engine is not tested."""
+        return self.versions.get(name.partition("::")[0])
+
+    def _is_valid(self, entry: KnownFailure, name: str) -> bool:
+        version = self._find_version(name)
+        return version is not None and entry.is_valid_for(version, self.platform)
+
+    def _drop_passing_cases(self, entry: KnownFailure, passed: Collection[str]) -> KnownFailure:
+        """Return an entry without the cases that passed. Don't change an entry for another release or platform."""
+        cases = tuple(name for name in entry.cases if name not in passed or not self._is_valid(entry, name))
+        return replace(entry, cases=cases)
+
+    def _build_new_entries(self, failed: Mapping[str, str]) -> Iterator[KnownFailure]:
+        """Yield an entry for each kind of failure, with all cases that fail in this way.
+
+        Two failures are of the same kind if their messages differ only in numbers.
+        """
+        elsewhere = {name for entry in self.entries for name in entry.cases}
+        groups: dict[tuple[str, str, bool], list[str]] = {}
+        for name, message in failed.items():
+            engine = name.partition("::")[0]
+            groups.setdefault((engine, _NUMBER.sub("#", message), name in elsewhere), []).append(name)
+        for (engine, _, scoped), names in groups.items():
+            entry = KnownFailure(f"{TO_BE_WRITTEN}; {escape_controls(failed[names[0]])}", tuple(names))
+            yield replace(entry, versions=self.versions[engine], platform=self.platform) if scoped else entry
 
 
 def _split_entries(text: str, entries: Sequence[KnownFailure]) -> tuple[str, list[str]]:
@@ -274,34 +292,6 @@ def _split_entries(text: str, entries: Sequence[KnownFailure]) -> tuple[str, lis
 
 def _extract_comments(chunk: str) -> str:
     return "".join(line for line in chunk[: chunk.index("[[")].splitlines(keepends=True) if line.startswith("#"))
-
-
-def _drop_passing_cases(
-    entry: KnownFailure, passed: Collection[str], versions: Mapping[str, str], platform: str
-) -> KnownFailure:
-    """Return an entry without the cases that passed. Don't change an entry for another release or platform."""
-
-    def is_fixed(name: str) -> bool:
-        return name in passed and entry.is_valid_for(versions[name.partition("::")[0]], platform)
-
-    return replace(entry, cases=tuple(name for name in entry.cases if not is_fixed(name)))
-
-
-def _build_new_entries(
-    failed: Mapping[str, str], entries: Sequence[KnownFailure], versions: Mapping[str, str], platform: str
-) -> Iterator[KnownFailure]:
-    """Yield an entry for each kind of failure, with all cases that fail in this way.
-
-    Two failures are of the same kind if their messages differ only in numbers.
-    """
-    elsewhere = {name for entry in entries for name in entry.cases}
-    groups: dict[tuple[str, str, bool], list[str]] = {}
-    for name, message in failed.items():
-        engine = name.partition("::")[0]
-        groups.setdefault((engine, _NUMBER.sub("#", message), name in elsewhere), []).append(name)
-    for (engine, _, scoped), names in groups.items():
-        entry = KnownFailure(f"{TO_BE_WRITTEN}; {escape_controls(failed[names[0]])}", tuple(names))
-        yield replace(entry, versions=versions[engine], platform=platform) if scoped else entry
 
 
 def _build_table(entry: KnownFailure) -> dict[str, object]:

@@ -81,5 +81,5 @@ def pytest_configure(config: pytest.Config) -> None:
         raise pytest.UsageError(f"--carom-engine: {error}") from error
     from carom.conformance.pytest_items import ConformanceRun
 
-    write_to = (file or suite.known_file or config.rootpath / FILE_NAME) if writes else None
+    write_to = (file or suite.known_failures.path or config.rootpath / FILE_NAME) if writes else None
     config.pluginmanager.register(ConformanceRun(suite, write_to), "carom-conformance")

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ctypes
 import gc
+import math
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -45,13 +46,6 @@ class ObservedRun:
     settings: Mapping[str, Setting]
     states: tuple[CarriedObservation, ...]
     overwritten_state: int | None
-
-
-@dataclass(frozen=True)
-class MemoryGrowth:
-    """Growth of the process's resident memory, in bytes; None if the system does not report it."""
-
-    bytes: int | None
 
 
 @dataclass(frozen=True)
@@ -208,15 +202,15 @@ class Make(_Probe):
     worlds: int
     step: bool = True
 
-    def carry_out(self) -> MemoryGrowth | AdapterFailure:
-        """Return the growth of the memory."""
+    def carry_out(self) -> float | AdapterFailure:
+        """Return the growth of resident memory, in bytes; NaN if the system does not report it."""
         try:
             return self._make_worlds()
         except _AdapterFailed as error:
             return error.raised
 
-    def _make_worlds(self) -> MemoryGrowth:
-        before = None
+    def _make_worlds(self) -> float:
+        before = math.nan
         for k in range(self.worlds):
             if k == min(WARM_UP_WORLDS, self.worlds - 1):
                 gc.collect()
@@ -227,12 +221,11 @@ class Make(_Probe):
                         world.advance(1)
                     _observe(world)
         gc.collect()
-        after = _measure_memory()
-        return MemoryGrowth(None if before is None or after is None else after - before)
+        return _measure_memory() - before
 
 
-def _measure_memory() -> int | None:
-    """Return the resident memory of this process and its children; None if the system does not report this memory.
+def _measure_memory() -> float:
+    """Return the resident memory of this process and its children; NaN if the system does not report this memory.
 
     Before the measurement, the C library returns unused memory, such as 20 MB, to the system.
     """
@@ -241,4 +234,4 @@ def _measure_memory() -> int | None:
         give_back(0)
     started = [pid for file in Path("/proc/self/task").glob("*/children") for pid in file.read_text().split()]
     sizes = [measure_resident_bytes(process=pid) for pid in ("self", *started)]
-    return None if sizes[0] is None else sum(filter(None, sizes))
+    return math.nan if sizes[0] is None else sum(filter(None, sizes))

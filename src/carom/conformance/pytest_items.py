@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 import pytest
 
 from carom.conformance.cases import Case
-from carom.conformance.known_failures import find_platform_name, write_known_failures
 from carom.conformance.suite import EnginePlan, Suite
 from carom.conformance.violation import NotApplicable, Setup, Violation
 from carom.engines.registry import format_engine_argument
@@ -107,7 +106,7 @@ class ConformanceRun:
             plan: Plan of the suite.
             write_to: The file of known failures to update; None for no update.
         """
-        self._plan, self._write_to = plan, write_to
+        self._plan, self._file, self._write_to = plan, plan.known_failures, write_to
         self._failed: dict[str, str] = {}
         self._passed: set[str] = set()
 
@@ -117,7 +116,7 @@ class ConformanceRun:
         for engine in self._plan.engines:
             name = engine.info.name
             collector = EngineCollector.from_parent(session, name=name, nodeid=f"{PREFIX}::{name}")
-            collector.engine, collector.known = engine, self._plan.known
+            collector.engine, collector.known = engine, self._file.reasons
             items.extend(session.genitems(collector))  # this call also reports the items to pytest
 
     @pytest.hookimpl(wrapper=True)
@@ -129,7 +128,7 @@ class ConformanceRun:
         if not isinstance(item, CaseItem) or report.when != "call":
             return report
         name = f"{item.engine.info.name}::{item.case.name}"
-        reason = self._plan.known.get(name)
+        reason = self._file.reasons.get(name)
         # The controller of pytest-xdist writes the file of known failures. So the message is stored in an attribute
         # that pytest-xdist sends to the controller.
         if reason is None and report.failed and call.excinfo and isinstance(call.excinfo.value, CaromError):
@@ -139,7 +138,7 @@ class ConformanceRun:
         if reason is not None and not hasattr(report, "wasxfail") and not item.config.option.runxfail:
             how = "passes" if report.failed else "does not apply"
             report.outcome = "failed"
-            report.longrepr = f"XPASS(strict): {name} {how}, but {self._plan.known_file} lists it ({reason}): remove it"
+            report.longrepr = f"XPASS(strict): {name} {how}, but {self._file.path} lists it ({reason}): remove it"
         return report
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
@@ -153,8 +152,8 @@ class ConformanceRun:
     def pytest_report_header(self) -> list[str]:
         """Return the header: versions, engines and known failures."""
         lines = [f"carom {version('carom')}: conformance of {', '.join(p.info.name for p in self._plan.engines)}"]
-        if self._plan.known_file is not None:
-            lines.append(f"known failures: {self._plan.known_file} ({len(self._plan.known)})")
+        if self._file.path is not None:
+            lines.append(f"known failures: {self._file.path} ({len(self._file.reasons)})")
         return lines
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
@@ -180,9 +179,7 @@ class ConformanceRun:
     def _update_known_failures(self, path: Path) -> str:
         """Update the file of known failures, and return a line that describes the changes."""
         try:
-            without_reason = write_known_failures(
-                path, self._plan.entries, self._failed, self._passed, self._plan.versions, find_platform_name()
-            )
+            without_reason = self._file.write(path, self._failed, self._passed)
         except CaromError as error:
             return f"known failures were not written: {error}"
         summary = f"{path}: {len(self._failed)} known failures added, {len(self._passed)} dropped"

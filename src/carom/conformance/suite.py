@@ -3,21 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 
 from carom.conformance.adapter_under_test import Subject
 from carom.conformance.cases import Case, list_cases
-from carom.conformance.known_failures import (
-    FILE_NAME,
-    KnownFailure,
-    check_names,
-    find_platform_name,
-    list_known_reasons,
-    load_known_failures,
-)
+from carom.conformance.known_failures import FILE_NAME, KnownFailuresFile, load_known_failures
 from carom.engines.registry import ENTRY_POINT_GROUP, EngineInfo, distribution_of, list_adapter_points, resolve_engine
 from carom.errors import InputError, UnknownNameError
 from carom.execution.describe_engines import describe_engines
@@ -49,23 +41,11 @@ class Suite:
 
     Attributes:
         engines: The adapters.
-        known_file: The file of known failures; None if there is none.
-        entries: All entries of the file.
+        known_failures: The file of known failures.
     """
 
     engines: tuple[EnginePlan, ...]
-    known_file: Path | None
-    entries: tuple[KnownFailure, ...] = ()
-
-    @cached_property
-    def known(self) -> Mapping[str, str]:
-        """Known failures of the tested releases on this platform: names of cases, each with its reason."""
-        return list_known_reasons(self.entries, self.versions, find_platform_name(), self.known_file)
-
-    @property
-    def versions(self) -> dict[str, str]:
-        """Version of each tested engine, by adapter name."""
-        return {plan.info.name: plan.info.version for plan in self.engines if plan.subject is not None}
+    known_failures: KnownFailuresFile
 
 
 def make_suite(
@@ -109,9 +89,10 @@ def make_suite(
             raise InputError(f"--carom-profile: no profile {name!r}; there are: {', '.join(there_are)}, or {ALL!r}")
     if known_file is None:
         known_file = next((path for folder in folders if (path := folder / FILE_NAME).is_file()), None)
-    suite = Suite(tuple(planned), known_file, load_known_failures(known_file) if known_file else ())
-    check_names(suite.entries, suite.known, everything, list_adapter_points(), known_file)
-    return suite
+    versions = {plan.info.name: plan.info.version for plan in planned if plan.subject is not None}
+    file = KnownFailuresFile(known_file, load_known_failures(known_file) if known_file else (), versions)
+    file.check_names(everything, list_adapter_points())
+    return Suite(tuple(planned), file)
 
 
 def select_engines(engine_names: Sequence[str], pool: Pool) -> list[EngineInfo]:

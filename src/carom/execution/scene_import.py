@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from carom.engines.api import Imported, ReadingAdapter
-from carom.engines.api.units import convert_bodies
 from carom.engines.importers.planck_dump import parse_dump
 from carom.engines.registry import explain_unavailable_adapter, load_adapter
 from carom.errors import AdapterError, InputError, SceneError
@@ -14,6 +13,7 @@ from carom.execution.job import AdapterTask, Status, UnavailableError
 from carom.execution.pool import LocalPool
 from carom.execution.validate_adapter import to_plain_text
 from carom.model.scene import Scene
+from carom.model.units import convert_units
 from carom.support.checks import check_number
 
 #: Name of the adapter that reads a file, by the file's ending.
@@ -98,13 +98,4 @@ def import_scene(
 
 def _convert_to_metres(scene: Scene, unit: float) -> Scene:
     """Convert a scene to metres. `unit` is the length of one metre in the scene's unit of length."""
-    if unit == 1.0:
-        return scene
-
-    def to_metres(length: float) -> float:
-        return length / unit
-
-    bodies = convert_bodies(scene, to_metres, to_metres, float)
-    discs = [dict(disc) for disc in bodies["discs"]]  # as dictionaries, so that the discs are checked again
-    gravity = tuple(map(to_metres, scene.gravity_m_s2))
-    return Scene(**{**dict(scene), "discs": discs, "walls": bodies["walls"], "gravity_m_s2": gravity})
+    return scene if unit == 1.0 else Scene(**convert_units(scene.model_dump(), unit))  # the scene is checked again

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from carom.errors import InputError
 from carom.model.chain_geometry import Outline
-from carom.model.overlap import Overlap, find_overlaps
 from carom.model.prescribed_motion import Drive
 from carom.support.escaping import format_value
 from carom.support.formatting import format_number
@@ -127,8 +126,6 @@ class DiscArrays:
         self.require_ordinary()
         if np.any(self.velocity_m_s[self._is_stationary]):
             raise InputError("velocity_m_s must be (0, 0) for an immovable disc (mass_kg = inf)")
-        if not (0 <= self.restitution <= 1 and 0 <= self.wall_restitution <= 1):
-            raise InputError("restitution and wall_restitution must be from 0 to 1")
 
     def _require_walls(self) -> None:
         for k, wall in enumerate(self.walls):
@@ -143,14 +140,10 @@ class DiscArrays:
                 raise InputError(f"walls[{k}] must have a normal of length 1, got {wall[2:]}")
 
     def _require_sound_turning(self) -> None:
-        for name in ("friction", "wall_friction"):
-            if not 0 <= getattr(self, name) <= LARGEST:
-                raise InputError(
-                    f"{name} must be a number from 0 to {format_number(LARGEST, 3)}, got {getattr(self, name)}"
-                )
-        for name in ("tangential_restitution", "wall_tangential_restitution"):
-            if not -1 <= getattr(self, name) <= 1:
-                raise InputError(f"{name} must be from -1 to 1, got {getattr(self, name)}")
+        for law, least, most in (("restitution", 0, 1), ("friction", 0, LARGEST), ("tangential_restitution", -1, 1)):
+            for name in (law, f"wall_{law}"):
+                if not least <= (value := getattr(self, name)) <= most:
+                    raise InputError(f"{name} must be from {least} to {format_number(most, 3)}, got {value}")
         spin, inertia = self.spins, self.inertia
         if not np.all(((inertia >= 1.0 / ORDINARY) & (inertia <= 1)) | (inertia == math.inf)):
             raise InputError(
@@ -308,21 +301,6 @@ class DiscArrays:
             number, shape = next((k, wall) for k, wall in enumerate(self.walls) if not isinstance(wall, tuple))
             raise InputError(f"wall {number} is not a half-plane; the caller does not support {shape.description}")
         return planes
-
-    def overlaps(self, disc_name: str, wall_name: str) -> tuple[list[Overlap], bool]:
-        """Return the first overlaps, and whether there are more. `overlap.find_overlaps` describes the arguments."""
-        return find_overlaps(self.position_m, self.radius_m, self.movable, self.walls, disc_name, wall_name)
-
-    def require_apart(self) -> None:
-        """Refuse a state in which two discs, or a disc and a wall, overlap by more than rounding errors.
-
-        Raises:
-            InputError: Bodies overlap. The message names the first ten pairs of each kind.
-        """
-        overlaps, has_more = self.overlaps("disc {}", "wall {}")
-        if overlaps:
-            lines = [f"position_m[{overlap.disc}] {overlap.message}" for overlap in overlaps]
-            raise InputError("\n".join([*lines, "and more of them"] if has_more else lines))
 
 
 def _select(second: NDArray[np.int64], of_walls: list[float], of_discs: float) -> NDArray[np.float64]:

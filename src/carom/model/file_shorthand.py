@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 from carom.errors import InputError, Problem, SceneError
+from carom.model.units import convert_units
 from carom.support.checks import check_number
 from carom.support.escaping import format_value
 
@@ -15,12 +16,6 @@ from carom.support.escaping import format_value
 SHAPES = {"disc": 0.5, "sphere": 0.4}
 
 UNITS = ("m", "px")
-#: Fields whose unit contains metres, for a scene, its discs and its walls.
-_LENGTHS = {
-    "": ("gravity_m_s2",),
-    "discs": ("position_m", "velocity_m_s", "radius_m"),
-    "walls": ("point_m", "points_m", "centre_m", "radius_m", "half_width_m", "velocity_m_s", "surface_speed_m_s"),
-}
 
 
 def expand_shorthand(content: dict[str, Any]) -> dict[str, Any]:
@@ -40,46 +35,17 @@ def expand_shorthand(content: dict[str, Any]) -> dict[str, Any]:
         raise SceneError([Problem(("pixels_per_metre",), problem)])
     if unit == "px":
         try:
-            per_metre = check_number("pixels_per_metre", pixels, positive=True)
+            content = convert_units(content, check_number("pixels_per_metre", pixels, positive=True))
         except InputError as error:
             raise SceneError([Problem((), str(error))]) from None
-        content = _convert_to_metres(content, per_metre)
+        except RecursionError:
+            raise SceneError([Problem((), "its lists are nested too deeply")]) from None
     if "shape" in content:
         raise SceneError([Problem(("shape",), "is not a field of a scene", ("set it in each entry of [[discs]]",))])
     discs = content.get("discs")
     if isinstance(discs, list):
         content["discs"] = [_add_inertia(disc, k) for k, disc in enumerate(discs)]
     return content
-
-
-def _convert_to_metres(content: dict[str, Any], per_metre: float) -> dict[str, Any]:
-    converted: dict[str, Any] = _divide_fields(content, _LENGTHS[""], per_metre)
-    for name in ("discs", "walls"):
-        if isinstance(bodies := converted.get(name), list):
-            converted[name] = [_divide_fields(body, _LENGTHS[name], per_metre) for body in bodies]
-    return converted
-
-
-def _divide_fields(fields: Any, names: tuple[str, ...], divisor: float) -> Any:
-    if not isinstance(fields, dict):
-        return fields
-    divided = {name: _divide_value(value, divisor) if name in names else value for name, value in fields.items()}
-    if isinstance(legs := divided.get("legs"), list):
-        divided["legs"] = [_divide_fields(leg, ("velocity_m_s",), divisor) for leg in legs]
-    return divided
-
-
-def _divide_value(value: Any, divisor: float) -> Any:
-    if isinstance(value, list):
-        points = bool(value) and isinstance(value[0], list)
-        # A list of two numbers is a vector. A longer list contains lengths only if it is a list of points.
-        return [_divide_value(item, divisor) for item in value] if points or len(value) <= 2 else value
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return value
-    try:
-        return value / divisor
-    except OverflowError:  # the integer is too large for a float
-        return value
 
 
 def _add_inertia(disc: Any, k: int) -> Any:

@@ -6,15 +6,17 @@ bodies move. Two immovable bodies may overlap, since this has no effect.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from carom.errors import InputError
 from carom.model.broad_phase import find_near_pairs, find_near_walls
 from carom.model.chain_geometry import Outline
+from carom.model.disc_arrays import DiscArrays, HalfPlane
 from carom.support.formatting import format_metres
 
 Floats = NDArray[np.float64]
@@ -56,30 +58,11 @@ def compute_input_rounding(size: Floats) -> Floats:
     return rounding
 
 
-class _Discs(NamedTuple):
-    """Positions, radii and mobility of all discs, and the magnitude of each disc's largest number."""
-
-    position: Floats
-    radius: Floats
-    movable: NDArray[np.bool_]
-    size: Floats
-
-
-def find_overlaps(
-    position_m: Floats,
-    radius_m: Floats,
-    movable: NDArray[np.bool_],
-    walls: Sequence[tuple[float, float, float, float] | Outline],
-    disc_name: str,
-    wall_name: str,
-) -> tuple[list[Overlap], bool]:
+def find_overlaps(start: DiscArrays, disc_name: str, wall_name: str) -> tuple[list[Overlap], bool]:
     """Return overlaps larger than rounding errors: at most ten each with discs, half-planes and other walls.
 
     Args:
-        position_m: Centres, in metres, shape ``(n, 2)``.
-        radius_m: Radii, in metres, shape ``(n,)``.
-        movable: Whether impacts move each disc, shape ``(n,)``.
-        walls: Point and unit normal of each half-plane, and the outline of each other wall.
+        start: The discs and walls.
         disc_name: Text that names the other disc in a message, with ``{}`` for its number.
         wall_name: Text that names the wall in a message, with ``{}`` for its number.
 
@@ -87,15 +70,15 @@ def find_overlaps(
         A list of overlaps, and whether there are more. The list has three parts: overlaps with discs, with half-planes,
         and with other walls. Each part is sorted by disc and then by the other body.
     """
-    discs = _Discs(position_m, radius_m, movable, np.maximum(np.abs(position_m).max(axis=1), radius_m))
+    walls, size = start.walls, np.maximum(np.abs(start.position_m).max(axis=1), start.radius_m)
     planes = {k: wall for k, wall in enumerate(walls) if isinstance(wall, tuple)}
     outlines = {k: wall for k, wall in enumerate(walls) if not isinstance(wall, tuple)}
     overlaps: list[Overlap] = []
     has_more = False
     with np.errstate(over="ignore", invalid="ignore"):  # distances beyond the largest float are infinite
-        kinds = [_find_disc_overlaps(discs, disc_name)]
-        kinds += [_find_half_plane_overlaps(discs, planes, wall_name)] if planes else []
-        kinds += [_find_outline_overlaps(discs, outlines, wall_name)] if outlines else []
+        kinds = [_find_disc_overlaps(start, size, disc_name)]
+        kinds += [_find_half_plane_overlaps(start, size, planes, wall_name)] if planes else []
+        kinds += [_find_outline_overlaps(start, size, outlines, wall_name)] if outlines else []
         for kind in kinds:
             first_overlaps = list(islice(kind, NAMED + 1))
             overlaps += first_overlaps[:NAMED]
@@ -103,12 +86,24 @@ def find_overlaps(
     return overlaps, has_more
 
 
-def _find_disc_overlaps(discs: _Discs, name: str) -> Iterator[Overlap]:
-    position, radius, movable, size = discs
+def require_apart(start: DiscArrays) -> None:
+    """Refuse a state in which two discs, or a disc and a wall, overlap by more than rounding errors.
+
+    Raises:
+        InputError: Bodies overlap. The message names the first ten pairs of each kind.
+    """
+    overlaps, has_more = find_overlaps(start, "disc {}", "wall {}")
+    if overlaps:
+        lines = [f"position_m[{overlap.disc}] {overlap.message}" for overlap in overlaps]
+        raise InputError("\n".join([*lines, "and more of them"] if has_more else lines))
+
+
+def _find_disc_overlaps(start: DiscArrays, size: Floats, name: str) -> Iterator[Overlap]:
+    position, radius = start.position_m, start.radius_m
     # The tolerance of a pair is at least the mean of both discs' `compute_input_rounding(size)`. So the search may
     # reduce the radius of each disc by half of this value.
     reach = radius * _ROUNDED_UP - compute_input_rounding(size) / 2.0
-    for first, second in find_near_pairs(position, reach, movable):
+    for first, second in find_near_pairs(position, reach, start.movable):
         if not len(first):  # usually no pair is near, and the next lines take longer than the search
             continue
         offset = position[second] - position[first]
@@ -125,11 +120,11 @@ def _find_disc_overlaps(discs: _Discs, name: str) -> Iterator[Overlap]:
 
 
 def _find_half_plane_overlaps(
-    discs: _Discs, walls: Mapping[int, tuple[float, float, float, float]], name: str
+    start: DiscArrays, size: Floats, walls: Mapping[int, HalfPlane], name: str
 ) -> Iterator[Overlap]:
-    position, radius, movable, size = discs
+    position, radius = start.position_m, start.radius_m
     numbers, planes = list(walls), np.array([*walls.values()])
-    for disc, wall in find_near_walls(position, radius, movable, planes):
+    for disc, wall in find_near_walls(position, radius, start.movable, planes):
         x, y, nx, ny = planes[wall].T
         gap = (position[disc, 0] - x) * nx + (position[disc, 1] - y) * ny - radius[disc]
         largest = np.maximum(size[disc], np.abs(planes[wall, :2]).max(axis=1))
@@ -143,8 +138,10 @@ def _find_half_plane_overlaps(
             )
 
 
-def _find_outline_overlaps(discs: _Discs, walls: Mapping[int, Outline], name: str) -> Iterator[Overlap]:
-    position, radius, movable, size = discs
+def _find_outline_overlaps(
+    start: DiscArrays, size: Floats, walls: Mapping[int, Outline], name: str
+) -> Iterator[Overlap]:
+    position, radius, movable = start.position_m, start.radius_m, start.movable
     near: list[tuple[int, int]] = []  # disc and wall numbers of pairs whose bounding boxes are near each other
     for k, wall in walls.items():
         low, high = wall.box

@@ -12,21 +12,21 @@ from pydantic import AfterValidator, Field, Strict
 
 from carom.errors import InputError, Problem, SceneError
 from carom.model.disc_arrays import DiscArrays, Material
+from carom.model.overlap import find_overlaps
 from carom.model.prescribed_motion import Drive
-from carom.model.scene_names import find_scene
 from carom.model.sizes import count_steps, find_span_problems
 from carom.model.walls import AnyWall, Chain, Leg, Ring, Wall, build_drive, find_leg_problems
+from carom.support import hooks
 from carom.support.display import Drawn
 from carom.support.escaping import format_value
 from carom.support.fields import (
     Coefficient,
-    Friction,
     Inertia,
     Mass,
     Model,
+    NonNegative,
     Number,
     Positive,
-    Rate,
     SignedCoefficient,
     Vector,
 )
@@ -181,14 +181,14 @@ class Scene(Drawn, Model):
     walls: tuple[AnyWall, ...] = ()
     restitution: Coefficient = 1.0
     wall_restitution: Coefficient = 1.0
-    friction: Friction = 0.0
-    wall_friction: Friction = 0.0
+    friction: NonNegative = 0.0
+    wall_friction: NonNegative = 0.0
     tangential_restitution: SignedCoefficient = 0.0
     wall_tangential_restitution: SignedCoefficient = 0.0
     gravity_m_s2: Vector = (0.0, 0.0)
-    damping_per_s: Rate = 0.0
-    wall_rolling_resistance: Friction = 0.0
-    table_deceleration_m_s2: Rate = 0.0
+    damping_per_s: NonNegative = 0.0
+    wall_rolling_resistance: NonNegative = 0.0
+    table_deceleration_m_s2: NonNegative = 0.0
     duration_s: Positive
     frame_rate_hz: Positive = 60.0
 
@@ -203,7 +203,7 @@ class Scene(Drawn, Model):
         start = self.arrays
         problems = list(find_span_problems(start, self.gravity_m_s2, self.duration_s))
         problems += self._find_conflicting_laws()
-        found, has_more = start.overlaps("discs[{}]", "walls[{}]")
+        found, has_more = find_overlaps(start, "discs[{}]", "walls[{}]")
         problems += [Problem(("discs", overlap.disc, "position_m"), overlap.message) for overlap in found]
         if problems:
             raise SceneError(problems, more=has_more)
@@ -355,7 +355,7 @@ def to_scene(scene: Scene | str) -> Scene:
     if isinstance(scene, Scene):
         return scene
     if isinstance(scene, str):
-        found: Scene = find_scene(scene)
+        found: Scene = hooks.find_scene(scene)
         return found
     raise InputError(
         f"scene must be a Scene or the name of one in the catalogue, got {format_value(scene)}",

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from itertools import islice, pairwise
 from typing import Annotated, Any, ClassVar, Union
 
@@ -16,7 +16,7 @@ from carom.errors import Problem, SceneError
 from carom.model.chain_checks import find_crossings
 from carom.model.chain_geometry import Outline
 from carom.model.prescribed_motion import Drive
-from carom.support.fields import Direction, Friction, Model, Number, Since, Vector
+from carom.support.fields import Direction, Model, NonNegative, Number, Vector
 from carom.support.formatting import format_metres, format_number
 from carom.support.limits import LARGEST, MOST_LEGS, MOST_WALLS, SMALLEST
 
@@ -34,8 +34,6 @@ Point = tuple[float, float]
 WallRestitution = Annotated[
     Annotated[float, Strict(), Field(ge=0, le=1, allow_inf_nan=False)] | None, BeforeValidator(_refuse_bumper)
 ]
-Width = Friction  # a number, 0 or more
-Radius = Friction
 
 
 class Leg(Model):
@@ -46,7 +44,7 @@ class Leg(Model):
         velocity_m_s: Velocity of the body, in metres per second.
     """
 
-    from_s: Since
+    from_s: NonNegative
     velocity_m_s: Vector
 
 
@@ -77,7 +75,7 @@ class _Common(Model):
     left_out: ClassVar[tuple[str, ...]] = ("restitution", "friction", "velocity_m_s", "legs", "surface_speed_m_s")
 
     restitution: WallRestitution = None
-    friction: Friction | None = None
+    friction: NonNegative | None = None
     velocity_m_s: Vector = (0.0, 0.0)
     legs: tuple[Leg, ...] = ()
     surface_speed_m_s: Number = 0.0
@@ -162,7 +160,7 @@ class Chain(_Common):
     points_m: tuple[Vector, ...]
     bulges: tuple[Number, ...] = ()
     closed: Annotated[bool, Strict()] = False
-    half_width_m: Width = 0.0
+    half_width_m: NonNegative = 0.0
     solid: Annotated[bool, Strict()] = False
     pieces: Annotated[int, Strict(), Field(ge=1, le=MOST_WALLS)] = 1
 
@@ -210,8 +208,8 @@ class Ring(_Common):
     left_out = ("half_width_m", *_Common.left_out)
 
     centre_m: Vector
-    radius_m: Radius
-    half_width_m: Width = 0.0
+    radius_m: NonNegative
+    half_width_m: NonNegative = 0.0
 
     @property
     def outline(self) -> Outline:
@@ -292,34 +290,6 @@ def count_edges(wall: object) -> int:
     return max(1, len(points)) if isinstance(points, list) else 1
 
 
-Unit = Callable[[float], float]
-
-
-def convert_lengths(wall: AnyWall, length: Unit, speed: Unit, time: Unit) -> AnyWall:
-    """Return a wall in other units. Each of the functions `length`, `speed` and `time` converts one number.
-
-    The shape is not checked again.
-    """
-    changed: dict[str, Any] = {
-        "velocity_m_s": _map_point(wall.velocity_m_s, speed),
-        "legs": convert_speeds(wall.legs, speed, time),
-        "surface_speed_m_s": speed(wall.surface_speed_m_s),
-    }
-    if not isinstance(wall, Wall):
-        changed["half_width_m"] = length(wall.half_width_m)
-    if isinstance(wall, Ring):
-        changed["radius_m"] = length(wall.radius_m)
-    return _map_points(wall, lambda point: _map_point(point, length)).model_copy(update=changed)
-
-
-def convert_speeds(legs: tuple[Leg, ...], speed: Unit, time: Unit) -> tuple[Leg, ...]:
-    """Return legs in other units. Each of the functions `speed` and `time` converts one number."""
-    return tuple(
-        leg.model_copy(update={"from_s": time(leg.from_s), "velocity_m_s": _map_point(leg.velocity_m_s, speed)})
-        for leg in legs
-    )
-
-
 def shift_legs(body: Any, time_s: float) -> Any:
     """Return a wall or driven disc with the times of its legs counted from `time_s` instead of the start."""
     if not body.legs:
@@ -339,17 +309,8 @@ def reverse_motion(wall: AnyWall) -> AnyWall:
 
 def move_wall(wall: AnyWall, x: float, y: float) -> AnyWall:
     """Return the wall displaced by the vector ``(x, y)``, without checking its shape again."""
-    return _map_points(wall, lambda point: (point[0] + x, point[1] + y))
-
-
-def _map_point(point: Point, function: Unit) -> Point:
-    return function(point[0]), function(point[1])
-
-
-def _map_points(wall: AnyWall, function: Callable[[Point], Point]) -> AnyWall:
-    """Return a wall whose points are replaced by the results of a function."""
-    if isinstance(wall, Wall):
-        return wall.model_copy(update={"point_m": function(wall.point_m)})
     if isinstance(wall, Chain):
-        return wall.model_copy(update={"points_m": tuple(map(function, wall.points_m))})
-    return wall.model_copy(update={"centre_m": function(wall.centre_m)})
+        return wall.model_copy(update={"points_m": tuple((px + x, py + y) for px, py in wall.points_m)})
+    field = "point_m" if isinstance(wall, Wall) else "centre_m"
+    px, py = getattr(wall, field)
+    return wall.model_copy(update={field: (px + x, py + y)})

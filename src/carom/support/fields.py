@@ -97,9 +97,7 @@ Number = Annotated[float, CoreSchema(_build_number_schema(-LARGEST, LARGEST))]
 Vector = Annotated[tuple[float, float], CoreSchema(_build_vector_schema(_build_number_schema(-LARGEST, LARGEST)))]
 Positive = Annotated[float, CoreSchema(_build_number_schema(SMALLEST, LARGEST))]
 Coefficient = Annotated[float, CoreSchema(_build_number_schema(0, 1))]
-Friction = Annotated[float, CoreSchema(_build_number_schema(0, LARGEST))]
-Rate = Friction
-Since = Friction
+NonNegative = Annotated[float, CoreSchema(_build_number_schema(0, LARGEST))]
 SignedCoefficient = Annotated[float, CoreSchema(_build_number_schema(-1, 1))]
 Mass = Annotated[
     float,

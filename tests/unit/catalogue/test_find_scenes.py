@@ -8,7 +8,7 @@ from tests.cases import each
 from tests.scene_builders import run_cross_check
 
 import carom
-from carom.catalogue import BugReport, Tag, all_scenes, catalogue, find_scenes
+from carom.catalogue import BugReport, all_scenes, catalogue, find_scenes
 from carom.errors import UnknownNameError
 
 ENTRIES = list(catalogue().values())
@@ -22,12 +22,11 @@ PAPER = ["paper/missed", "paper/late", "paper/wrong-direction", "paper/multiple"
     [
         (["paper"], PAPER),
         (["*/cradle-*"], ["classics/cradle-gaps", "classics/cradle-touching"]),
-        (["tag:no-impact"], ["classics/miss", "classics/touching-apart", "gravity/free-fall"]),
         (["paper/multiple", "paper", "paper/late"], [PAPER[-1], *PAPER[:-1]]),
     ],
 )
-def test_names_groups_patterns_and_tags_find_scenes(patterns: list[str], found: list[str]) -> None:
-    """A name, group, pattern or tag finds its scenes once, by pattern and then in the catalogue's order."""
+def test_names_groups_and_patterns_find_scenes(patterns: list[str], found: list[str]) -> None:
+    """A name, group or pattern finds its scenes once, by pattern and then in the catalogue's order."""
     assert [entry.name for entry in find_scenes(patterns)] == found
 
 
@@ -37,7 +36,6 @@ def test_names_groups_patterns_and_tags_find_scenes(patterns: list[str], found: 
         ("paper/mised", "paper/missed"),
         ("galperin", "classics/galperin-100"),
         ("classic", "classics"),
-        ("tag:wall", "tag:walls"),
     ],
 )
 def test_unknown_scene_name_is_refused_with_suggestion(wrong: str, meant: str) -> None:
@@ -57,27 +55,6 @@ def test_every_scene_is_complete() -> None:
         assert len(entry.known.source) > 20, entry.name
         last_s = max((impact.time_s for impact in entry.known.impacts), default=0.0)
         assert last_s < scene.duration_s - 5 / scene.frame_rate_hz, entry.name
-
-
-#: Tags that were assigned by hand: every tag is here, and no scene has all tags.
-TAGS = {
-    "classics/head-on": "in-line inelastic two-bodies",
-    "classics/miss": "grazing no-impact two-bodies",
-    "classics/bullet": "fast two-bodies",
-    "classics/galperin-100": "chain in-line mass-ratio unstable walls",
-    "classics/between-fixed": "chain immovable in-line unstable",
-    "classics/one-into-two": "chain convention",
-    "engines/gas-of-25": "chain conserved walls",
-    "contact/damped-stop": "in-line no-impact two-bodies walls",
-    "issues/rapier-974": "gravity inelastic two-bodies walls",
-}
-
-
-def test_tags_match_a_list_written_by_hand() -> None:
-    """The tags of selected scenes equal a list written by hand, in which every tag occurs."""
-    tags = {name: set(words.split()) for name, words in TAGS.items()}
-    assert {name: set(all_scenes()[name].tags) for name in TAGS} == tags
-    assert set().union(*tags.values()) == set(Tag)
 
 
 NAME = "paper/missed"
@@ -113,6 +90,6 @@ def test_bug_reports_are_found_only_by_their_group() -> None:
         assert re.fullmatch(r"https://github\.com/[\w.-]+/[\w.-]+/(issues|pull)/\d+", entry.thread)
     assert find_scenes(["issues"]) == find_scenes(["issues/*"]) == reports
     assert [entry.name for entry in find_scenes(["issues/jolt-1403"])] == ["issues/jolt-1403"]
-    assert not {*reports} & {*catalogue().values(), *find_scenes(["*", "tag:walls"])}
+    assert not {*reports} & {*catalogue().values(), *find_scenes(["*"])}
     with pytest.raises(UnknownNameError, match="issues/jolt-1403"):
         find_scenes(["issues/jolt-1404"])

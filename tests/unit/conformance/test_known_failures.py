@@ -10,11 +10,9 @@ from tests.cases import each
 from carom.conformance.known_failures import (
     TO_BE_WRITTEN,
     KnownFailure,
-    check_names,
+    KnownFailuresFile,
     find_platform_name,
-    list_known_reasons,
     load_known_failures,
-    write_known_failures,
 )
 from carom.errors import InputError
 
@@ -29,7 +27,7 @@ def test_known_failure_has_the_reason_of_its_entry(tmp_path: Path) -> None:
     file = tmp_path / "known.toml"
     file.write_text(SOUND.format("leaks") + '[[known_failure]]\nreason = " slow "\ncases = ["b::start[tuned]"]\n')
     reasons = {"a::energy[tuned]": "it leaks", "a::hits[default-x]": "it leaks", "b::start[tuned]": "slow"}
-    assert list_known_reasons(load_known_failures(file), {"a": "1", "b": ""}, "linux-x86_64", file) == reasons
+    assert KnownFailuresFile(file, load_known_failures(file), {"a": "1", "b": ""}, "linux-x86_64").reasons == reasons
     file.write_text("")
     assert load_known_failures(file) == ()
 
@@ -63,6 +61,10 @@ def test_malformed_known_failures_file_is_refused(tmp_path: Path, text: str, mes
     assert "known.toml" in str(error.value)
 
 
+def list_file(case: str) -> KnownFailuresFile:
+    return KnownFailuresFile(Path("known.toml"), (KnownFailure("x", (case,)),), {"a": "1", "b": "1"})
+
+
 @each(
     "case, message",
     [
@@ -75,9 +77,9 @@ def test_unknown_or_skipped_case_in_file_is_refused(case: str, message: str) -> 
     """A listed case that does not exist or is skipped is refused; cases of engines that are not run are ignored."""
     names = {**dict.fromkeys(NAMES, ""), "a::times[default-x]": "no walls declared"}
     for listed in ("a::energy[tuned]", "b::whatever"):
-        check_names([KnownFailure("x", (listed,))], {listed}, names, {"a", "b"}, Path("known.toml"))
+        list_file(listed).check_names(names, {"a", "b"})
     with pytest.raises(InputError, match=message):
-        check_names([KnownFailure("x", (case,))], {case}, names, {"a", "b"}, Path("known.toml"))
+        list_file(case).check_names(names, {"a", "b"})
 
 
 @each(
@@ -111,17 +113,17 @@ def test_case_in_two_entries_needs_disjoint_releases(tmp_path: Path) -> None:
     entry = "[[known_failure]]\nreason = '{}'\ncases = ['a::b']\nversions = '{}'\n"
     file.write_text(entry.format("old", "<7") + entry.format("new", ">=7"))
     entries = load_known_failures(file)
-    assert list_known_reasons(entries, {"a": "6.4"}, find_platform_name(), file) == {"a::b": "old"}
-    assert list_known_reasons(entries, {"a": "7.1"}, find_platform_name(), file) == {"a::b": "new"}
+    assert KnownFailuresFile(file, entries, {"a": "6.4"}).reasons == {"a::b": "old"}
+    assert KnownFailuresFile(file, entries, {"a": "7.1"}).reasons == {"a::b": "new"}
     file.write_text(entry.format("old", "<=7") + entry.format("new", ">=7"))
     with pytest.raises(InputError, match=r"known_failure 2: 'a::b' is listed twice for release 7\.0"):
-        list_known_reasons(load_known_failures(file), {"a": "7.0"}, find_platform_name(), file)
+        _ = KnownFailuresFile(file, load_known_failures(file), {"a": "7.0"}).reasons
     file.write_text(f"[[known_failure]]\nreason = 'x'\ncases = ['a::b']\nplatform = '{find_platform_name()}'\n")
-    assert list_known_reasons(load_known_failures(file), {"a": ""}, find_platform_name(), file) == {"a::b": "x"}
+    assert KnownFailuresFile(file, load_known_failures(file), {"a": ""}).reasons == {"a::b": "x"}
     file.write_text(entry.format("x", ">=7"))
     with pytest.raises(InputError, match=r"known\.toml: known_failure 1: versions = '>=7' can't be compared"):
-        list_known_reasons(load_known_failures(file), {"a": ""}, find_platform_name(), file)
-    assert list_known_reasons(load_known_failures(file), {"c": ""}, find_platform_name(), file) == {}
+        _ = KnownFailuresFile(file, load_known_failures(file), {"a": ""}).reasons
+    assert KnownFailuresFile(file, load_known_failures(file), {"c": ""}).reasons == {}
 
 
 #: As `run_pytest` of the fixture.
@@ -146,7 +148,7 @@ VERSIONS, HERE = {"a": "7.3.1"}, "linux-x86_64"
 
 def update_file(file: Path, failed: dict[str, str], passed: set[str]) -> list[str]:
     entries = load_known_failures(file) if file.exists() else ()
-    return write_known_failures(file, entries, failed, passed, VERSIONS, HERE)
+    return KnownFailuresFile(file, entries, VERSIONS, HERE).write(file, failed, passed)
 
 
 def test_passing_case_is_removed_and_other_entries_stay(tmp_path: Path) -> None:

@@ -32,7 +32,7 @@ def build_two_discs(**changed: object) -> DiscArrays:
         ({"walls": (wall_at(0, -3, 0, 2),)}, r"walls\[0\] must be four numbers"),
         ({"walls": ((0.0, -3.0, 0.0, 2.0),)}, r"walls\[0\] must have a normal of length 1"),
         ({"restitution": 1.5}, "must be from 0 to 1"),
-        ({"wall_friction": math.nan}, "wall_friction must be a number from 0"),
+        ({"wall_friction": math.nan}, "wall_friction must be from 0 to 6.7"),
         ({"inertia_factor": np.array([0.5, 0.0])}, "inertia_factor must be"),
         ({"spin_rad_s": np.array([0.0, math.nan])}, "radius_m times spin_rad_s must be finite"),
         ({"spin_rad_s": np.ones(2), "inertia_factor": np.array([0.5, math.inf])}, "spin_rad_s must be 0 for a disc"),

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from tests.cases import each
 
 from carom.model.disc_arrays import DiscArrays
+from carom.model.overlap import find_overlaps, require_apart
 
 INF = math.inf
 
@@ -21,7 +22,7 @@ def build_discs(position: NDArray[np.float64], radius: NDArray[np.float64], mass
 
 
 def list_overlaps(start: DiscArrays) -> list[tuple[int, int]]:
-    return [(overlap.disc, overlap.other) for overlap in start.overlaps("disc {}", "wall {}")[0]]
+    return [(overlap.disc, overlap.other) for overlap in find_overlaps(start, "disc {}", "wall {}")[0]]
 
 
 @given(st.integers(0, 2**32 - 1), st.sampled_from([1.0, 30.0]), st.integers(2, 40))
@@ -36,7 +37,7 @@ def test_first_ten_overlaps_are_listed(seed: int, spread: float, n: int) -> None
         if i < j and math.dist(start.position_m[i], start.position_m[j]) < radius[i] + radius[j] - 1e-12
     ]
     assert list_overlaps(start) == overlapping[:10]
-    assert start.overlaps("", "")[1] == (len(overlapping) > 10)
+    assert find_overlaps(start, "", "")[1] == (len(overlapping) > 10)
 
 
 @given(
@@ -73,7 +74,7 @@ def test_movable_discs_in_walls_are_listed(walls: int, immovable: bool) -> None:
     start = DiscArrays(
         place, np.zeros((n, 2)), np.full(n, 0.5), np.full(n, INF if immovable else 1.0), ((0.0, 0.0, 0.0, 1.0),) * walls
     )
-    found, more = start.overlaps("disc {}", "wall {}")
+    found, more = find_overlaps(start, "disc {}", "wall {}")
     inside = [] if immovable else [(i, k) for i in (3, 10, 17, 24) for k in range(walls)]
     assert [(overlap.disc, overlap.other) for overlap in found] == inside[:10]
     assert more == (len(inside) > 10)
@@ -82,5 +83,5 @@ def test_movable_discs_in_walls_are_listed(walls: int, immovable: bool) -> None:
 
 def test_immovable_and_tiny_discs_may_overlap() -> None:
     """Discs that never move may overlap, and so may discs smaller than the rounding of their positions."""
-    build_discs(np.zeros((20_000, 2)), np.full(20_000, 0.5), INF).require_apart()
-    build_discs(np.ones((20_000, 2)), np.full(20_000, 1e-17)).require_apart()
+    require_apart(build_discs(np.zeros((20_000, 2)), np.full(20_000, 0.5), INF))
+    require_apart(build_discs(np.ones((20_000, 2)), np.full(20_000, 1e-17)))

@@ -10,7 +10,7 @@ from fractions import Fraction
 from carom.catalogue.entry import Staged
 from carom.catalogue.groups.classics_walled import edges
 from carom.catalogue.groups.driven import LAW, on_a_moving_surface, stage_before_paddle
-from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged, stage_at_wall, to_vector
+from carom.catalogue.staging import build_disc, build_impact, stage, stage_at_wall, to_vector
 from carom.model.scene import Ring, Wall
 
 
@@ -55,8 +55,7 @@ def escape_space_1() -> Staged:
     wall = edges(complex(radius + room, -1), complex(radius + room, 1))
     strike_s, return_s = gap / drive, gap / drive + room / (2.0 * drive)
     impacts = [build_impact(strike_s, 0, -1, 2 * drive + 0), build_impact(return_s, 0, -2, -2 * drive + 0)]
-    scene = build_scene([build_disc(0, 0, radius)], walls=[paddle, wall], duration_s=return_s + 0.03125)
-    return build_staged(scene, impacts, LAW)
+    return stage([build_disc(0, 0, radius)], impacts, LAW, walls=[paddle, wall], duration_s=return_s + 0.03125)
 
 
 def ball2box_21() -> Staged:

@@ -13,7 +13,7 @@ import math
 from carom.catalogue.closed_forms import compute_after_wall, compute_fall
 from carom.catalogue.entry import Staged
 from carom.catalogue.groups.classics_walled import edges
-from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged
+from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged, stage
 
 _LAW = "Newton's law: an impact reverses the velocity along the normal; a floor made of pieces acts like one floor"
 
@@ -41,8 +41,7 @@ def channel(start: complex, velocity: complex, radius: float, width: float, leng
         build_impact(time + k * crossing_s, 0, -1 - k % 2, complex(velocity.real, abs(velocity.imag) * (-1) ** k))
         for k in range(6)
     ]
-    scene = build_scene([build_disc(start, velocity, radius)], walls=walls, duration_s=time + 5.5 * crossing_s)
-    return build_staged(scene, impacts, _LAW)
+    return stage([build_disc(start, velocity, radius)], impacts, _LAW, walls=walls, duration_s=time + 5.5 * crossing_s)
 
 
 def rapier_95() -> Staged:

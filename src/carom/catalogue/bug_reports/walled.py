@@ -8,7 +8,7 @@ import math
 from carom.catalogue.closed_forms import compute_after_impact, dot, unit
 from carom.catalogue.entry import KnownAnswer, KnownImpact, Staged
 from carom.catalogue.groups.classics_walled import UNFOLDING, build_box_walls, compute_box_bounces, upright
-from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged
+from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged, stage
 
 _MIRROR = "Each wall reverses the velocity along its normal and multiplies it by the restitution"
 
@@ -29,21 +29,19 @@ def in_a_box(
 ) -> Staged:
     """Build a scene with a disc in an elastic box. `start` is relative to the box's lower left corner."""
     discs, walls = [build_disc(start, velocity, radius)], build_box_walls(width, height)
-    scene = build_scene(discs, walls=walls, duration_s=duration)
     inner = start - complex(radius, radius)
     impacts = compute_box_bounces(inner, velocity, width - 2 * radius, height - 2 * radius, duration)
-    return build_staged(scene, impacts, UNFOLDING)
+    return stage(discs, impacts, UNFOLDING, walls=walls, duration_s=duration)
 
 
 def pooltool_217() -> Staged:
     """A ball moves straight into a corner, and meets two walls at one instant."""
     radius, side, part = 0.028575, 4.5, math.sqrt(2.0)
     discs = [build_disc(1 + 1j, complex(part, part), radius)]
-    scene = build_scene(discs, walls=build_box_walls(side, side), duration_s=3.5)
     time = (side - radius - 1) / part
     impacts = [build_impact(time, 0, -4, complex(part, -part)), build_impact(time, 0, -2, complex(-part, -part))]
     corner = "at a right angle, the impact with one wall does not change the velocity towards the other wall"
-    return build_staged(scene, impacts, f"{_MIRROR}; {corner}")
+    return stage(discs, impacts, f"{_MIRROR}; {corner}", walls=build_box_walls(side, side), duration_s=3.5)
 
 
 def pooltool_217_touching() -> Staged:

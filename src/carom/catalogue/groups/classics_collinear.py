@@ -10,9 +10,9 @@ import math
 from itertools import combinations
 
 from carom.catalogue.closed_forms import compute_wedge_impacts
-from carom.catalogue.entry import Staged, Tag, add_tags
+from carom.catalogue.entry import Staged
 from carom.catalogue.groups.classics_walled import upright
-from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged, stage_struck_row
+from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged, stage, stage_struck_row
 
 
 def _sorting() -> Staged:
@@ -24,7 +24,6 @@ def _sorting() -> Staged:
     velocity = [2.5, 1.6, 0.5, -0.8, -1.9]
     n = len(ghost)
     discs = [build_disc(g + 2 * radius * k, v, radius) for k, (g, v) in enumerate(zip(ghost, velocity, strict=True))]
-    scene = build_scene(discs, duration_s=1.75)
     crossings = sorted(
         ((ghost[b] - ghost[a]) / (velocity[a] - velocity[b]), a, b)
         for a, b in combinations(range(n), 2)
@@ -40,10 +39,9 @@ def _sorting() -> Staged:
         "Equal masses on a line exchange velocities, so impacts occur where points that keep these velocities would "
         "meet (D. W. Jepsen, J. Math. Phys. 6, 405, 1965)"
     )
-    return build_staged(scene, impacts, source)
+    return stage(discs, impacts, source, duration_s=1.75)
 
 
-@add_tags(Tag.UNSTABLE)
 def _galperin_100() -> Staged:
     """A disc of 100 kg drives a disc of 1 kg against a wall, which causes 31 impacts."""
     light, heavy, speed = 1.0, 100.0, 1.5
@@ -54,7 +52,6 @@ def _galperin_100() -> Staged:
         build_disc(gap_light + radius_light, 0, radius_light, light),
         build_disc(gap_heavy + 2 * radius_light + radius_heavy, -speed, radius_heavy, heavy),
     ]
-    scene = build_scene(discs, walls=[upright(0.0, 1)], duration_s=2.0)
     # With each coordinate multiplied by the square root of the mass, the pair of discs is one point in the plane. The
     # point moves in a wedge: on one side, at angle 0, a disc touches the wall, and on the other side the discs touch.
     root_light, root_heavy = math.sqrt(light), math.sqrt(heavy)
@@ -68,7 +65,7 @@ def _galperin_100() -> Staged:
         "Unfolding of a wedge of angle atan(1/10): the number of impacts, 31, consists of the first two digits of pi "
         "(G. Galperin, Playing pool with pi, Regular and Chaotic Dynamics 8(4), 375-394, 2003)"
     )
-    return build_staged(scene, impacts, source)
+    return stage(discs, impacts, source, walls=[upright(0.0, 1)], duration_s=2.0)
 
 
 def _three_in_line() -> Staged:
@@ -97,7 +94,6 @@ def _three_in_line() -> Staged:
     x0, x1, x2 = to_line_coordinates(start)
     v0, v1, v2 = to_line_coordinates(velocity)
     left, right = build_disc(x0 - (r0 + r1), v0, r0, m0), build_disc(x2 + (r1 + r2), v2, r2, m2)
-    scene = build_scene([left, build_disc(x1, v1, r1, m1), right], duration_s=2.0)
     impacts = []
     for bounce in compute_wedge_impacts(start, velocity, angle):
         after = to_line_coordinates(bounce.velocity)
@@ -108,10 +104,9 @@ def _three_in_line() -> Staged:
         "straight line can cross the rays of the unfolded wedge ceil(pi / a) times, here 6 times (S. Tabachnikov, "
         "Geometry and Billiards, 2005)"
     )
-    return build_staged(scene, impacts, source)
+    return stage([left, build_disc(x1, v1, r1, m1), right], impacts, source, duration_s=2.0)
 
 
-@add_tags(Tag.UNSTABLE)
 def _between_fixed() -> Staged:
     """A disc bounces between two immovable discs along their axis. Small errors of position grow at each impact."""
     radius, fixed, half_distance, speed = 0.2, 0.3, 1.2, 3.7

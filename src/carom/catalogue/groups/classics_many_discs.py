@@ -7,7 +7,7 @@ import math
 
 from carom.catalogue.entry import KnownAnswer, Staged
 from carom.catalogue.groups.classics_walled import build_box_walls
-from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged
+from carom.catalogue.staging import build_disc, build_impact, build_scene, stage
 
 
 def _one_into_two() -> Staged:
@@ -17,7 +17,6 @@ def _one_into_two() -> Staged:
     cosine, sine = math.sqrt(3) / 2, 0.5
     targets = [build_disc(complex(0, y), 0, radius) for y in (radius, -radius)]
     discs = [build_disc(start_x, speed, radius), *targets]
-    scene = build_scene(discs, duration_s=1.5)
     time = (-start_x - 2 * radius * cosine) / speed
     up, down = complex(cosine, sine), complex(cosine, -sine)
     # The masses are equal. So the struck disc gets the striker's velocity along the normal, and the striker keeps the
@@ -37,7 +36,7 @@ def _one_into_two() -> Staged:
         "numbers of discs first"
     )
     source = "Equal masses exchange their velocities along the normal; the normals are at +30 and then at -30 degrees"
-    return build_staged(scene, impacts, source, convention)
+    return stage(discs, impacts, source, convention, duration_s=1.5)
 
 
 def stage_boxed_gas(side: int, *, radius_m: float, pitch_m: float, speed: float, duration_s: float) -> Staged:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import cmath
 import math
 
-from carom.catalogue.entry import Staged, Tag, add_tags
-from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged, stage_meeting
+from carom.catalogue.entry import Staged
+from carom.catalogue.staging import build_disc, build_impact, stage, stage_meeting
 
 
 def _head_on() -> Staged:
@@ -41,7 +41,6 @@ def _deflection() -> Staged:
     contact = radius + fixed
     miss_distance = contact / 2
     discs = [build_disc(complex(start_x, -miss_distance), speed, radius), build_disc(0, 0, fixed, math.inf)]
-    scene = build_scene(discs, duration_s=1.25)
     time = (-start_x - math.sqrt(contact**2 - miss_distance**2)) / speed
     deflection = math.pi - 2 * math.asin(miss_distance / contact)
     # The fixed disc is to the left of the path, so the moving disc turns to the right.
@@ -49,31 +48,27 @@ def _deflection() -> Staged:
     source = (
         "A rigid sphere deflects by the angle pi - 2 asin(b/R): Landau and Lifshitz, Mechanics, section 18, problem 1"
     )
-    return build_staged(scene, [build_impact(time, 0, 1, after, 0)], source)
+    return stage(discs, [build_impact(time, 0, 1, after, 0)], source, duration_s=1.25)
 
 
-@add_tags(Tag.GRAZING)
 def _graze() -> Staged:
     """A disc grazes another: its path leads past the other centre at 0.999 times the sum of the radii."""
     return stage_meeting((3, 0), (0.3, 0.2), offset=0.999, time_s=0.61, duration_s=1.25)
 
 
-@add_tags(Tag.GRAZING)
 def _miss() -> Staged:
     """A disc passes another without an impact: their centres are never nearer than 1.001 times the sum of the radii."""
     # The discs are nearest after .6 s.
     contact, speed, nearest = 0.5, 3.0, 0.6
     discs = [build_disc(-speed * nearest, speed, 0.3), build_disc(1.001j * contact, 0, 0.2)]
-    scene = build_scene(discs, duration_s=1.25)
-    return build_staged(scene, [], "The smallest distance of the centres exceeds the sum of the radii")
+    return stage(discs, [], "The smallest distance of the centres exceeds the sum of the radii", duration_s=1.25)
 
 
 def _touching_apart() -> Staged:
     """Two discs touch at the start and move apart, so there is no impact."""
     radius = 0.25
     discs = [build_disc(-radius, -1 + 0.5j, radius), build_disc(radius, 2 + 0.25j, radius)]
-    scene = build_scene(discs, duration_s=1.0)
-    return build_staged(scene, [], "Bodies that do not approach exchange no impulse")
+    return stage(discs, [], "Bodies that do not approach exchange no impulse", duration_s=1.0)
 
 
 def _mass_ratio_1000() -> Staged:

@@ -7,7 +7,7 @@ from typing import Any
 
 from carom.catalogue.closed_forms import compute_after_impact, compute_normal, unit
 from carom.catalogue.entry import KnownImpact, Staged
-from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged, stage_at_wall, to_vector
+from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged, stage, stage_at_wall, to_vector
 from carom.model.scene import Chain, Wall
 from carom.model.trace import wall_body
 
@@ -93,8 +93,7 @@ def stage_in_room(
     hits = compute_box_bounces(start, velocity, width_m - 2 * reach, height_m - 2 * reach, duration_s)
     afters = [(hit.time_s, hit.velocity_first_after) for hit in hits]
     impacts = [build_impact(time_s, 0, -1, drive + complex(*after)) for time_s, after in afters if after is not None]
-    scene = build_scene([disc], walls=[room], duration_s=duration_s)
-    return build_staged(scene, impacts, _MOVING_BOX if drive else UNFOLDING)
+    return stage([disc], impacts, _MOVING_BOX if drive else UNFOLDING, walls=[room], duration_s=duration_s)
 
 
 def _box() -> Staged:
@@ -149,9 +148,8 @@ def _bank_shot() -> Staged:
     after, target_after = compute_after_impact(1.0, outgoing, 1.0, 0, normal)
     striker = build_disc(complex(0, radius) - incoming * time_1, incoming, radius)
     discs = [striker, build_disc(impact_position + 2 * radius * normal, 0, radius)]
-    scene = build_scene(discs, walls=[FLOOR], duration_s=1.75)
     impacts = [build_impact(time_1, 0, -1, outgoing), build_impact(time_2, 0, 1, after, target_after)]
     source = (
         "Computed backwards from both impacts: the path to the wall is the mirror image of the path away from the wall"
     )
-    return build_staged(scene, impacts, source)
+    return stage(discs, impacts, source, walls=[FLOOR], duration_s=1.75)

@@ -13,7 +13,7 @@ from fractions import Fraction
 from carom.catalogue.closed_forms import compute_after_impact
 from carom.catalogue.entry import KnownAnswer, KnownImpact, Staged
 from carom.catalogue.groups.classics_walled import edges, stage_in_room, upright
-from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged, stage_at_wall, to_vector
+from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged, stage, stage_at_wall, to_vector
 from carom.model.scene import Wall
 
 LAW = "Newton's law relative to a driven body of velocity V: v' = V - e (v - V) along the normal"
@@ -179,9 +179,8 @@ def _start_at_a_touch() -> Staged:
     """A wall at rest that touches a disc starts to move, and strikes the disc at that instant."""
     legs = ({"from_s": 0.0, "velocity_m_s": (0.0, 0.0)}, {"from_s": 0.75, "velocity_m_s": (1.5, 0.0)})
     wall = Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0), legs=legs)
-    scene = build_scene([build_disc(0.25, 0, 0.25)], walls=[wall], duration_s=2.0)
     source = f"{LAW}; the disc gets the velocity 2 V when the wall starts"
-    return build_staged(scene, [build_impact(0.75, 0, -1, 3)], source)
+    return stage([build_disc(0.25, 0, 0.25)], [build_impact(0.75, 0, -1, 3)], source, walls=[wall], duration_s=2.0)
 
 
 def _paddle_to_and_fro() -> Staged:

@@ -8,7 +8,7 @@ from carom.catalogue.closed_forms import compute_after_wall
 from carom.catalogue.entry import Staged
 from carom.catalogue.groups.classics_many_discs import stage_boxed_gas
 from carom.catalogue.groups.classics_walled import build_box_walls
-from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged, stage_meeting
+from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged, stage, stage_meeting
 
 
 def _slow_pair() -> Staged:
@@ -46,8 +46,7 @@ def _hard_bounce() -> Staged:
 
 def _flight() -> Staged:
     """A disc flies at 600 m/s and meets nothing: an engine with a speed limit slows it down without a warning."""
-    scene = build_scene([build_disc(0, 600, 0.5)], duration_s=0.5)
-    return build_staged(scene, [], "A body on which no force acts keeps its velocity")
+    return stage([build_disc(0, 600, 0.5)], [], "A body on which no force acts keeps its velocity", duration_s=0.5)
 
 
 def _bullet_at_fixed() -> Staged:

@@ -10,7 +10,7 @@ from functools import partial
 
 from carom.catalogue.closed_forms import compute_after_impact, compute_normal
 from carom.catalogue.entry import Staged
-from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged, stage_meeting
+from carom.catalogue.staging import build_disc, build_impact, stage, stage_meeting
 
 _FILM_HZ = 24.0
 
@@ -52,9 +52,8 @@ def _wrong_direction() -> Staged:
         build_disc(-blue * time_1, blue, radius),
         build_disc(red, 0, radius, heavy),
     ]
-    scene = build_scene(discs, duration_s=1.25, frame_rate_hz=_FILM_HZ)
     impacts = [build_impact(time_1, 0, 1, green_after, blue_between), build_impact(time_2, 1, 2, blue_after, red_after)]
-    return build_staged(scene, impacts, _BACKWARDS)
+    return stage(discs, impacts, _BACKWARDS, duration_s=1.25, frame_rate_hz=_FILM_HZ)
 
 
 def _multiple() -> Staged:
@@ -71,5 +70,4 @@ def _multiple() -> Staged:
         # The four impacts are at 0.10, 0.38, 0.66 and 0.94 of one frame.
         centre += velocity * (0.28 / _FILM_HZ)
         time += 0.28 / _FILM_HZ
-    scene = build_scene(discs, duration_s=0.75, frame_rate_hz=_FILM_HZ)
-    return build_staged(scene, impacts, _BACKWARDS)
+    return stage(discs, impacts, _BACKWARDS, duration_s=0.75, frame_rate_hz=_FILM_HZ)

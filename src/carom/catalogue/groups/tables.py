@@ -11,9 +11,9 @@ import math
 from collections.abc import Sequence
 
 from carom.catalogue.closed_forms import compute_after_wall, compute_fall, compute_wedge_impacts, unit
-from carom.catalogue.entry import KnownAnswer, Staged, Tag, add_tags
+from carom.catalogue.entry import KnownAnswer, Staged
 from carom.catalogue.groups.classics_walled import edges, stage_in_room
-from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged, stage_at_wall, to_vector
+from carom.catalogue.staging import build_disc, build_impact, build_scene, build_staged, stage, stage_at_wall, to_vector
 from carom.model.scene import Chain, Ring
 
 _LAW = "Newton's law: an impact reverses the velocity along the normal"
@@ -41,8 +41,7 @@ def _stage_around_polygon(
         impacts.append(build_impact(duration / speed, 0, -1, speed * unit(side)))
         duration += abs(side)
     discs = [build_disc(begin, speed * unit(sides[-1]), radius)]
-    scene = build_scene(discs, walls=[wall], duration_s=duration / speed * 0.999)
-    return build_staged(scene, impacts, source)
+    return stage(discs, impacts, source, walls=[wall], duration_s=duration / speed * 0.999)
 
 
 def _bullet() -> Staged:
@@ -86,14 +85,13 @@ def _stage_in_corner(restitution: float) -> Staged:
     # Floats represent these numbers exactly, so that the disc meets both sides at exactly the same time.
     radius, velocity, time = 0.5, -1 - 1.5j, 65 / 64
     discs = [build_disc(complex(radius, radius) - velocity * time, velocity, radius)]
-    scene = build_scene(discs, walls=[edges(9, 0, 9j)], wall_restitution=restitution, duration_s=2.5)
     after_first = compute_after_wall(velocity, 1j, restitution)
     impacts = [
         build_impact(time, 0, -1, after_first),
         build_impact(time, 0, -1, compute_after_wall(after_first, 1, restitution)),
     ]
     source = f"{_LAW}: both sides of a right angle together reverse a velocity, whichever side is first"
-    return build_staged(scene, impacts, source)
+    return stage(discs, impacts, source, walls=[edges(9, 0, 9j)], wall_restitution=restitution, duration_s=2.5)
 
 
 def _corner_at_once() -> Staged:
@@ -177,18 +175,15 @@ def _stadium_along() -> Staged:
 def _stage_to_and_fro(start: complex, velocity: complex, half_crossing_s: float) -> Staged:
     count = 8
     discs, duration = [build_disc(start, velocity, 0.5)], half_crossing_s * (2 * count)
-    scene = build_scene(discs, walls=[_build_stadium()], duration_s=duration)
     impacts = [build_impact(half_crossing_s * (2 * k + 1), 0, -1, velocity * (-1) ** (k + 1)) for k in range(count)]
-    return build_staged(scene, impacts, f"{_BUNIMOVICH}; {_CROSSING}")
+    return stage(discs, impacts, f"{_BUNIMOVICH}; {_CROSSING}", walls=[_build_stadium()], duration_s=duration)
 
 
-@add_tags(Tag.UNSTABLE)
 def _stadium_rhombus() -> Staged:
     """A disc moves along a rhombus in a stadium. Each impact on an arc increases errors of the disc's position."""
     return _stage_around_polygon([-1.5j, 3.5, 1.5j, -3.5], 1.25, 0.5, _build_stadium(), _BUNIMOVICH)
 
 
-@add_tags(Tag.UNSTABLE)
 def _two_posts() -> Staged:
     """A disc bounces between two round posts. If the disc is off their axis, each impact deflects the disc more."""
     posts = [Ring(centre_m=(x, 0.0), radius_m=0.75) for x in (3.0, -3.0)]
@@ -197,7 +192,6 @@ def _two_posts() -> Staged:
     return build_staged(scene, impacts, f"Sinai, Russ. Math. Surv. 25 (1970) 137; {_CROSSING}")
 
 
-@add_tags(Tag.UNSTABLE)
 def _three_posts() -> Staged:
     """A disc moves along a triangle between three round posts. An error of position grows twelvefold at each impact."""
     centres = [6.0 / math.sqrt(3.0) * cmath.exp(1j * math.pi * (1 / 2 + 2 * k / 3)) for k in range(3)]
@@ -208,11 +202,10 @@ def _three_posts() -> Staged:
     turn = cmath.exp(2j * math.pi / 3)
     impacts = [build_impact(side * (k + 0.5), 0, -1 - (k + 1) % 3, direction * turn ** (k + 1)) for k in range(3)]
     walls = [Ring(centre_m=to_vector(centre), radius_m=0.75) for centre in centres]
-    scene = build_scene([build_disc(begin, direction, 0.25)], walls=walls, duration_s=side * 3)
     source = (
         "Cvitanovic et al., ChaosBook: for posts of radius 1 at a distance of 6, the triangle's side is 6 - sqrt(3)"
     )
-    return build_staged(scene, impacts, source)
+    return stage([build_disc(begin, direction, 0.25)], impacts, source, walls=walls, duration_s=side * 3)
 
 
 def _box_of_edges() -> Staged:
@@ -257,7 +250,6 @@ def _peg() -> Staged:
     return build_staged(scene, [build_impact(time, 0, -1, after)], source, final=[end])
 
 
-@add_tags(Tag.UNSTABLE)
 def _bowl() -> Staged:
     """A disc falls straight to the bottom of a round container, and rises to the same height each time."""
     pull, height = 8.0, 3.0

@@ -7,11 +7,9 @@ from typing import Annotated
 
 import typer
 
-from carom.cli.error_handling import handle_errors
 from carom.cli.output import print_text
 
 
-@handle_errors
 def demo(
     page: Annotated[Path | None, typer.Argument(help="HTML file to write (default: a temporary file).")] = None,
 ) -> None:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from carom.cli import arguments, error_handling, output
+from carom.cli import arguments, output
 from carom.cli.command_line import get_command_line
 from carom.errors import InputError
 
@@ -19,7 +19,6 @@ def _declare_show_option(flag: str, text: str) -> Any:
     return typer.Option(flag, help=f"With --show: {text}.")
 
 
-@error_handling.handle_errors
 def engines(
     names: Annotated[
         list[str] | None,

@@ -6,12 +6,10 @@ from typing import Annotated
 
 import typer
 
-from carom.cli.error_handling import handle_errors
 from carom.cli.output import build_console, print_lines, print_text
 from carom.support.escaping import escape_controls
 
 
-@handle_errors
 def explain(
     words: Annotated[
         list[str] | None, typer.Argument(help="Verdict, grade or mark, such as missed (default: all).")

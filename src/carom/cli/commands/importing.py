@@ -7,11 +7,9 @@ from typing import Annotated
 
 import typer
 
-from carom.cli.error_handling import handle_errors
 from carom.cli.output import print_text
 
 
-@handle_errors
 def import_file(
     file: Annotated[
         Path,

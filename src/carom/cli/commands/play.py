@@ -8,12 +8,10 @@ from typing import Annotated
 import typer
 
 from carom.cli import arguments, output
-from carom.cli.error_handling import handle_errors
 from carom.cli.output import print_text
 from carom.errors import InputError
 
 
-@handle_errors
 def play(
     scene: Annotated[
         str | None, typer.Argument(help="Scene file, or name of a catalogue scene, with at most ten discs.")

@@ -7,11 +7,10 @@ from typing import Annotated
 
 import typer
 
-from carom.cli import arguments, error_handling, output
+from carom.cli import arguments, output
 from carom.errors import InputError
 
 
-@error_handling.handle_errors
 def report(
     folder: Annotated[Path, typer.Argument(help="Folder of the report, or its results.jsonl.")],
     page: Annotated[Path | None, typer.Option("--page", help="Write the report to a new HTML file.")] = None,

@@ -8,11 +8,9 @@ from typing import Annotated
 import typer
 
 from carom.cli.arguments import declare_out_option
-from carom.cli.error_handling import handle_errors
 from carom.cli.output import print_lines, print_text
 
 
-@handle_errors
 def scenes(
     names: Annotated[
         list[str] | None, typer.Argument(help="Groups to list, or names or patterns of scenes to print as TOML.")

@@ -9,10 +9,7 @@ from typing import Annotated
 
 import typer
 
-from carom.cli.error_handling import handle_errors
 
-
-@handle_errors
 def serve(
     adapter: Annotated[str, typer.Argument(help="Name of a Python adapter, as listed by carom engines.")],
     path: Annotated[

@@ -1,4 +1,4 @@
-"""Checks of accuracy: impacts, times and velocities of scenes with known answers.
+"""Checks of accuracy: impacts, times and velocities of catalogue scenes, compared with PIC.
 
 PIT runs the same scene with the same step size. All of PIT's errors arise because it checks for overlap only once per
 step. An adapter's errors may be as large as PIT's errors plus the errors that the profile declares in `Accuracy`. The
@@ -10,8 +10,6 @@ large as `carom.conformance.contact_margin` computes.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -19,11 +17,11 @@ from carom.comparator import ImpactError, Score
 from carom.conformance.adapter_under_test import CatalogueRun, Subject
 from carom.conformance.checks.common import format_vector
 from carom.conformance.violation import Violation, require
-from carom.model.trace import Outcome, pair_name
+from carom.model.trace import Outcome, Trace, pair_name, velocities
 from carom.support.formatting import format_instant, format_number, format_seconds, format_steps
 
 
-def finds_impacts(subject: Subject, profile: str, name: str) -> None:
+def check_hits(subject: Subject, profile: str, name: str) -> None:
     """The engine finds every impact that PIT finds.
 
     The engine invents no impacts, except those that PIT also invents or that the declared contact margin explains.
@@ -46,7 +44,7 @@ def finds_impacts(subject: Subject, profile: str, name: str) -> None:
         raise Violation(problem, f"{len(due)} impacts", f"an impact of {one}", run.setup)
 
 
-def times_are_right(subject: Subject, profile: str, name: str) -> None:
+def check_times(subject: Subject, profile: str, name: str) -> None:
     """No impact is earlier than PIT's, or later than PIT's by more than the declared delay.
 
     Unless Carom shortens the steps, a delay of one step is always allowed. If the profile declares a contact margin, an
@@ -78,90 +76,57 @@ def times_are_right(subject: Subject, profile: str, name: str) -> None:
         )
 
 
-class _AllowedErrors(NamedTuple):
-    """Allowed errors of velocities or spins by cause, as fractions of the scene's speed.
-
-    Attributes:
-        sampled: PIT's largest error after an impact.
-        promise: The error that the profile declares.
-        margin: The errors that the declared contact margin explains, by the number of the impact.
-        rounding: The error that rounding explains.
-        end: The allowed error at the end of the run, from all causes.
-    """
-
-    sampled: float
-    promise: float
-    margin: Mapping[int, float]
-    rounding: float
-    end: float
-
-    def compute_limit(self, impact: int) -> float:
-        """Return the allowed error after an impact."""
-        return max(self.sampled, self.margin.get(impact, 0.0)) + self.promise + self.rounding
-
-
-def _compute_allowed_errors(subject: Subject, run: CatalogueRun, kind: str) -> _AllowedErrors:
-    """Return the allowed errors of velocities or spins (`kind`)."""
-    described, final = subject.adapter.profiles[run.setup.profile], f"final_{kind}"
-    promise, margin = described.accuracy.velocity, _read_errors(run.margin, kind)
-    errors_of_pit = [] if described.located else _read_errors(run.pit, kind).values()
-    end = 0.0 if described.located else getattr(run.pit.total, final)
-    end = max(end, getattr(run.margin.total, final) if run.margin else 0.0) + promise + subject.rounding
-    return _AllowedErrors(max(errors_of_pit, default=0.0), promise, margin, subject.rounding, end)
-
-
-def velocities_are_right(subject: Subject, profile: str, name: str) -> None:
+def check_velocities(subject: Subject, profile: str, name: str) -> None:
     """After impacts and at the end, velocity errors are at most PIT's errors plus the profile's declared errors."""
     run = subject.score(profile, name)
-    trace, speed, allowed = run.trace, run.score.scales.speed_m_s, _compute_allowed_errors(subject, run, "velocity")
-    for error in _list_compared_errors(run, "velocity"):
-        margin_error, max_error = allowed.margin.get(error.reference, 0.0), allowed.compute_limit(error.reference)
-        impact, row = run.known.impacts[error.reference], trace.impacts[error.observed]
-        fields = [field for field in ("velocity_first_after", "velocity_second_after") if getattr(impact, field)]
-        known_velocities, got = [getattr(impact, field) for field in fields], [row[field].tolist() for field in fields]
-        parts = (allowed.sampled, allowed.promise, margin_error)
-        sampled, promised, margin = (format_number(part, 3) for part in parts)
-        why = f"PIT's error {sampled}, declared {promised}, margin {margin}, each times {speed:g} m/s"
-        require(
-            error.velocity <= max_error,
-            f"the impact of {_format_impact(run.reference.impacts[error.reference])} leaves wrong velocities",
-            f"{_format_vectors(known_velocities)} m/s to within {format_number(max_error * speed, 3)} m/s ({why})",
-            f"{_format_vectors(got)} m/s, off by {format_number(error.velocity * speed, 3)} m/s",
-            run.setup,
-        )
-    if run.misses_impacts:
-        return  # after a missed impact the paths differ, so the final velocities can't be compared
-    worst, limit = run.score.total.final_velocity, format_number(allowed.end * speed, 3)
-    expected = f"{_format_vectors(run.known.final_velocity_m_s or ())} m/s to within {limit} m/s"
-    found = f"{_format_vectors(trace.final_velocity_m_s.tolist())} m/s"
-    found += f", off by up to {format_number(worst * speed, 3)} m/s"
-    require(worst <= allowed.end, "discs end with wrong velocities", expected, found, run.setup)
+    _require_small_errors(subject, run, "velocity", "velocities", "m/s", run.score.scales.speed_m_s)
 
 
-def spins_are_right(subject: Subject, profile: str, name: str) -> None:
+def check_spins(subject: Subject, profile: str, name: str) -> None:
     """After impacts and at the end, spin errors are at most PIT's errors plus the profile's declared errors."""
     run = subject.score(profile, name)
-    trace, speed, allowed = run.trace, run.score.scales.rim_m_s, _compute_allowed_errors(subject, run, "spin")
-    why = f"PIT's error {format_number(allowed.sampled, 3)}, declared {format_number(allowed.promise, 3)}"
-    for error in _list_compared_errors(run, "spin"):
-        max_error, impact = allowed.compute_limit(error.reference), run.known.impacts[error.reference]
-        known_spins = [spin for spin in (impact.spin_first_after, impact.spin_second_after) if spin is not None]
-        got = [] if trace.spins is None else list(trace.spins[error.observed].item()[2:])
+    _require_small_errors(subject, run, "spin", "spins", "rad/s, rim speeds", run.score.scales.rim_m_s)
+
+
+def _require_small_errors(
+    subject: Subject, run: CatalogueRun, kind: str, plural: str, unit: str, scale_m_s: float
+) -> None:
+    """Check the velocities or spins (`kind`) after impacts and at the end. Errors are fractions of `scale_m_s`."""
+    described, final = subject.adapter.profiles[run.setup.profile], f"final_{kind}"
+    declared, margins = described.accuracy.velocity, _read_errors(run.margin, kind)
+    sampled = 0.0 if described.located else max(_read_errors(run.pit, kind).values(), default=0.0)
+    for error in _list_compared_errors(run, kind):
+        margin, size = margins.get(error.reference, 0.0), getattr(error, kind)
+        limit = max(sampled, margin) + declared + subject.rounding
+        parts = {"PIT's error": sampled, "declared": declared, "margin": margin}
+        why = ", ".join(f"{cause} {format_number(part, 3)}" for cause, part in parts.items())
+        known = _format_states(run.reference, kind, error.reference)
+        found = _format_states(run.trace, kind, error.observed)
         require(
-            error.spin <= max_error,  # false for NaN
-            f"the impact of {_format_impact(run.reference.impacts[error.reference])} leaves wrong spins",
-            f"{format_vector(known_spins)} rad/s, rim speeds to within {format_number(max_error * speed, 3)} m/s"
-            f" ({why})",
-            f"{format_vector(got)} rad/s, rim speeds off by {format_number(error.spin * speed, 3)} m/s",
+            size <= limit,  # false for NaN
+            f"the impact of {_format_impact(run.reference.impacts[error.reference])} leaves wrong {plural}",
+            f"{known} {unit} to within {format_number(limit * scale_m_s, 3)} m/s ({why}, each times {scale_m_s:g} m/s)",
+            f"{found} {unit} ({format_number(size * scale_m_s, 3)} m/s off)",
             run.setup,
         )
     if run.misses_impacts:
-        return
-    found = [] if trace.final_spin_rad_s is None else trace.final_spin_rad_s.tolist()
-    limit = format_number(allowed.end * speed, 3)
-    expected = f"{format_vector(run.known.final_spin_rad_s or ())} rad/s, rim speeds to within {limit} m/s"
-    right = run.score.total.final_spin <= allowed.end
-    require(right, "discs end with wrong spins", expected, f"{format_vector(found)} rad/s", run.setup)
+        return  # after a missed impact the paths differ, so the final states can't be compared
+    allowed = [score for score in (None if described.located else run.pit, run.margin) if score is not None]
+    limit = max((getattr(score.total, final) for score in allowed), default=0.0) + declared + subject.rounding
+    worst = getattr(run.score.total, final)
+    expected = f"{_format_states(run.reference, kind)} {unit} to within {format_number(limit * scale_m_s, 3)} m/s"
+    found = f"{_format_states(run.trace, kind)} {unit} (up to {format_number(worst * scale_m_s, 3)} m/s off)"
+    require(worst <= limit, f"discs end with wrong {plural}", expected, found, run.setup)
+
+
+def _format_states(trace: Trace, kind: str, impact: int | None = None) -> str:
+    """Return the velocities or spins (`kind`) of both bodies after an impact, or of all discs at the end."""
+    if kind == "velocity":
+        vectors = trace.final_velocity_m_s if impact is None else velocities(trace.impacts, "after")[:, impact]
+        return " and ".join(map(format_vector, vectors.tolist()))
+    if trace.spins is None or trace.final_spin_rad_s is None:
+        return "()"
+    return format_vector(trace.final_spin_rad_s.tolist() if impact is None else trace.spins[impact].item()[2:])
 
 
 def _list_compared_errors(run: CatalogueRun, field: str) -> list[ImpactError]:
@@ -182,7 +147,3 @@ def _read_errors(score: Score | None, field: str) -> dict[int, float]:
 
 def _format_impact(row: np.void) -> str:
     return f"{pair_name(row)} at {format_instant(row['time_s'])}"
-
-
-def _format_vectors(velocities: Sequence[Sequence[float]]) -> str:
-    return " and ".join(map(format_vector, velocities))

@@ -28,15 +28,16 @@ def _build_setup(subject: Subject, profile: str) -> Setup:
     return Setup(build_mixed_contacts(wall=capabilities.walls, restitution=min(max(low, 0.4), high)), profile)
 
 
-def _watch_steps(subject: Subject, setup: Setup) -> Iterator[tuple[int, Observation, Observation]]:
+def watch_steps(subject: Subject, setup: Setup) -> Iterator[tuple[int, Observation, Observation]]:
+    """Yield the number of each step and the observations before and after it. At least one contact must act."""
     observations = subject.watch_cached(setup).states
     acted = any(contact.impulse_n_s != 0 for observation in observations for contact in observation.contacts)
-    require(acted, "no contact is reported", "an impact of disc 0 and disc 1", "none", setup)
+    require(acted, "no contact is reported", "impacts of the discs", "none", setup)
     for step, (before, after) in enumerate(pairwise(observations), start=1):
         yield step, before, after
 
 
-def contacts_are_well_formed(subject: Subject, profile: str) -> None:
+def check_contacts(subject: Subject, profile: str) -> None:
     """Each contact is between a disc and a wall, or a disc and a disc of a higher number.
 
     The contact's normal has length 1 and points from the first body to the second. The contact's impulse is not
@@ -44,7 +45,7 @@ def contacts_are_well_formed(subject: Subject, profile: str) -> None:
     """
     setup = _build_setup(subject, profile)
     discs, walls = len(setup.scene.discs), len(setup.scene.walls)
-    for step, before, after in _watch_steps(subject, setup):
+    for step, before, after in watch_steps(subject, setup):
         for contact in after.contacts:
             first, second = contact.first, contact.second
             sound = 0 <= first < discs and (first < second < discs or -walls <= second < 0)
@@ -63,13 +64,13 @@ def contacts_are_well_formed(subject: Subject, profile: str) -> None:
             require(sound, problem, "0 or more, or None", contact.impulse_n_s, setup)
 
 
-def contacts_are_stamped(subject: Subject, profile: str) -> None:
+def check_contact_times(subject: Subject, profile: str) -> None:
     """A contact's time is within the step that reports the contact: at its start or end, if the adapter declares so."""
     if subject.capabilities(profile).contact_times is ContactTimes.NONE:
         raise NotApplicable(f"contact times are declared to be {ContactTimes.NONE.value}")
     setup, stamp = _build_setup(subject, profile), subject.capabilities(profile).stamp
     rounding_s = subject.rounding * setup.scene.duration_s
-    for step, _, after in _watch_steps(subject, setup):
+    for step, _, after in watch_steps(subject, setup):
         for contact in after.contacts:
             begin, end = (step - 1) * setup.dt_s, step * setup.dt_s
             problem = f"a contact of disc {contact.first} in step {step} has a time outside that step"
@@ -82,11 +83,11 @@ def contacts_are_stamped(subject: Subject, profile: str) -> None:
             require(sound, problem, f"{format_number(declared, 9)} s", found, setup)
 
 
-def contacts_account_for_velocities(subject: Subject, profile: str) -> None:
+def check_impulses(subject: Subject, profile: str) -> None:
     """Velocities change only in contacts, and the reported impulses equal the changes of momentum."""
     setup = _build_setup(subject, profile)
     allowed = subject.rounding * find_greatest_speed(setup.scene)
-    for step, before, after in _watch_steps(subject, setup):
+    for step, before, after in watch_steps(subject, setup):
         change = after.velocity_m_s - before.velocity_m_s
         acting, touched = list_acting_contacts(after)
         for body, size in enumerate(np.hypot(*change.T).tolist()):

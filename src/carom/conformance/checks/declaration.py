@@ -17,7 +17,7 @@ from carom.engines.api import Accuracy
 PROFILES = ("default", "tuned")
 
 
-def declares_capabilities(subject: Subject) -> None:
+def check_declares_capabilities(subject: Subject) -> None:
     """The adapter has all attributes of the interface, with valid values, and the same name as its entry point."""
     adapter = subject.adapter
     problem = "the adapter's declaration is incomplete or invalid"
@@ -41,7 +41,7 @@ def declares_capabilities(subject: Subject) -> None:
     require(capabilities.dimensions in {2, 3}, problem, "dimensions of 2 or 3", capabilities.dimensions)
 
 
-def declares_profiles(subject: Subject) -> None:
+def check_declares_profiles(subject: Subject) -> None:
     """The profiles `default` and `tuned` exist, and every profile is complete.
 
     A profile needs a description, settings that include `dt_s`, and a declared accuracy.
@@ -60,7 +60,7 @@ def declares_profiles(subject: Subject) -> None:
             require(sound, f"profile {name!r} has an invalid accuracy", "finite numbers, 0 or more", promise)
 
 
-def imports_no_engine(subject: Subject) -> None:
+def check_imports_no_engine(subject: Subject) -> None:
     """Loading the adapter and reading its declarations and settings does not import the engine."""
     module = subject.adapter.engine.module
     if not module:

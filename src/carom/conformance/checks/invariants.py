@@ -19,7 +19,7 @@ from carom.support.formatting import format_number
 ENERGY = 1e-6
 
 
-def momentum_is_kept(subject: Subject, profile: str) -> None:
+def check_momentum(subject: Subject, profile: str) -> None:
     """The total momentum of discs in a scene without walls is the same after every step."""
     setup = Setup(build_crowd(), profile)
     observations = subject.watch_cached(setup).states
@@ -36,7 +36,7 @@ def momentum_is_kept(subject: Subject, profile: str) -> None:
     _require_something_happened(setup, observations[0], observations[-1])
 
 
-def energy_is_kept(subject: Subject, profile: str) -> None:
+def check_energy(subject: Subject, profile: str) -> None:
     """Elastic impacts change the kinetic energy by no more than the error that the profile declares."""
     setup = Setup(build_crowd(), profile)
     observations = subject.watch_cached(setup).states

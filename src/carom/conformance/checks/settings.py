@@ -20,7 +20,7 @@ ROUNDINGS = {"position_m": 2, "velocity_m_s": 4}
 _FLOATS = {32: np.float32, 64: np.float64}
 
 
-def settings_are_read_back(subject: Subject, profile: str) -> None:
+def check_settings(subject: Subject, profile: str) -> None:
     """A world reports each setting of its profile with the requested value, rounded to the declared float width."""
     setup = Setup(build_crowd(), profile)
     used = subject.watch_cached(setup).settings
@@ -40,7 +40,7 @@ def _are_equal(requested: Setting, found: Setting, bits: int) -> bool:
         return bool(_FLOATS[bits](requested) == _FLOATS[bits](found))
 
 
-def refuses_unknown_setting(subject: Subject) -> None:
+def check_refuses_unknown_setting(subject: Subject) -> None:
     """If a setting does not exist, `prepare` raises an AdapterError that contains the setting's name."""
     setup = Setup(build_crowd())
     answer = subject.try_to_watch(setup, {UNKNOWN: 1})
@@ -51,7 +51,7 @@ def refuses_unknown_setting(subject: Subject) -> None:
     require(clear, f"{prefix} refused unclearly", expected, answer, setup)
 
 
-def starts_as_written(subject: Subject, profile: str) -> None:
+def check_start(subject: Subject, profile: str) -> None:
     """Before its first step, a world is in the scene's initial state, rounded to the declared width of floats.
 
     The conversion to the engine's units and back may round each number a few times.

@@ -8,15 +8,12 @@ change the constants. Units are powers of two, so that the conversion does not r
 from __future__ import annotations
 
 import math
-import operator
 from dataclasses import replace
-from functools import partial
-from typing import Any
 
-from carom.engines.api.interfaces import Contact, Observation, Vector
+from carom.engines.api.interfaces import Contact, Observation
 from carom.errors import AdapterError
-from carom.model.scene import Disc, Scene
-from carom.model.walls import Unit, convert_lengths, convert_speeds
+from carom.model.scene import Scene
+from carom.model.units import convert_units
 
 
 def scaled(scene: Scene, *, length: float = 1.0, time: float = 1.0) -> Scene:
@@ -27,39 +24,9 @@ def scaled(scene: Scene, *, length: float = 1.0, time: float = 1.0) -> Scene:
     Raises:
         AdapterError: A unit is not a power of two.
     """
-    speed = _compute_speed_unit(length, time)
-    to_length, to_speed, to_time = (partial(operator.mul, unit) for unit in (length, speed, time))
-    of_scene = {
-        **convert_bodies(scene, to_length, to_speed, to_time),
-        "gravity_m_s2": _convert_vector(scene.gravity_m_s2, partial(operator.mul, speed / time)),
-        "damping_per_s": scene.damping_per_s / time,
-        "table_deceleration_m_s2": scene.table_deceleration_m_s2 * (speed / time),
-        "duration_s": scene.duration_s * time,
-        "frame_rate_hz": scene.frame_rate_hz / time,
-    }
-    return scene.model_copy(update=of_scene)
-
-
-def convert_bodies(scene: Scene, length: Unit, speed: Unit, time: Unit) -> dict[str, Any]:
-    """Return the fields `discs` and `walls` of a scene in other units.
-
-    `length`, `speed` and `time` each convert one number.
-
-    The bodies are not checked again.
-    """
-
-    def convert_disc(disc: Disc) -> Disc:
-        changed = {
-            "position_m": _convert_vector(disc.position_m, length),
-            "velocity_m_s": _convert_vector(disc.velocity_m_s, speed),
-            "radius_m": length(disc.radius_m),
-            "spin_rad_s": disc.spin_rad_s / time(1.0),
-            "legs": convert_speeds(disc.legs, speed, time),
-        }
-        return disc.model_copy(update=changed)
-
-    walls = tuple(convert_lengths(wall, length, speed, time) for wall in scene.walls)
-    return {"discs": tuple(map(convert_disc, scene.discs)), "walls": walls}
+    _check_units(length, time)
+    converted: Scene = convert_units(scene, 1.0 / length, 1.0 / time)
+    return converted
 
 
 def unscaled(seen: Observation, *, length: float = 1.0, time: float = 1.0) -> Observation:
@@ -68,9 +35,10 @@ def unscaled(seen: Observation, *, length: float = 1.0, time: float = 1.0) -> Ob
     Raises:
         AdapterError: A unit is not a power of two.
     """
-    speed = _compute_speed_unit(length, time)
+    _check_units(length, time)
     if length == time == 1.0:
         return seen
+    speed = length / time
 
     def convert_contact(contact: Contact) -> Contact:
         # `velocities` and `spins_rad_s` are None here: the engines that report them use the scene's units.
@@ -91,14 +59,7 @@ def unscaled(seen: Observation, *, length: float = 1.0, time: float = 1.0) -> Ob
     )
 
 
-def _convert_vector(vector: Vector, unit: Unit) -> Vector:
-    x, y = vector
-    return (unit(x), unit(y))
-
-
-def _compute_speed_unit(length: float, time: float) -> float:
-    """Return one metre per second in the new unit of speed."""
+def _check_units(length: float, time: float) -> None:
     for name, unit in (("length", length), ("time", time)):
         if not (math.isfinite(unit) and math.frexp(unit)[0] == 0.5):
             raise AdapterError(f"{name} must be a power of two, to avoid rounding, got {unit}")
-    return length / time

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import shutil
-import tomllib
 from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
@@ -15,8 +14,9 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Fie
 
 from carom.engines.api import Accuracy, Capabilities, ContactTimes, Knob, Stamp
 from carom.engines.protocol.messages import PROTOCOL
-from carom.errors import AdapterError
+from carom.errors import AdapterError, InputError
 from carom.model.trace import Setting
+from carom.support.data_files import read_data
 from carom.support.escaping import format_value, is_older
 from carom.support.fields import describe_error
 
@@ -27,8 +27,6 @@ PAGE = "see docs/reference/engine-protocol.md#the-manifest"
 #: If a setting has a wrong type, Pydantic appends one of these names to the location of the error. Carom's messages
 #: leave the name out.
 _KINDS = (["float"], ["int"], ["bool"], ["str"])
-#: Largest size of a manifest. A manifest is a page of text, which is far smaller.
-MOST_BYTES = 2**20
 
 
 def _check_known_fields(kind: type[Any]) -> Any:
@@ -183,15 +181,9 @@ def load_manifest(path: Path) -> Manifest:
         AdapterError: There is no such file, or it is not a valid manifest; the message names the field and the value.
     """
     try:
-        with path.open("rb") as file:
-            data = file.read(MOST_BYTES + 1)
-        if len(data) > MOST_BYTES:
-            raise AdapterError(f"{path}: the manifest is larger than {MOST_BYTES >> 20} MiB")
-        manifest = Manifest.model_validate(tomllib.loads(data.decode()))
-    except OSError as error:
-        raise AdapterError(f"{path}: {error.strerror or error}") from error
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
-        raise AdapterError(f"{path} is not valid TOML: {error}") from error
+        manifest = Manifest.model_validate(read_data(path, ".toml"))
+    except InputError as error:
+        raise AdapterError(f"{path}: {error}") from error
     except ValidationError as error:
         wrong = error.errors(include_url=False)[0]
         place, problem = list(map(str, wrong["loc"])), describe_error(wrong)

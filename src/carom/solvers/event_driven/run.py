@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from carom.errors import InputError
 from carom.model.disc_arrays import DiscArrays
+from carom.model.overlap import require_apart
 from carom.model.trace import Outcome, body_name
 from carom.solvers.event_driven.obstacles import MOST_OBSTACLES, NO_OBSTACLE, Obstacles
 from carom.solvers.options import ALWAYS, NO_LIMIT, RunOptions, require_goal
@@ -111,7 +112,7 @@ class EventDrivenRun:
             if not start.is_ordinary:
                 start.require_ordinary()
         elif resume is None:
-            start.require_apart()
+            require_apart(start)
         if accelerations is not None and self.options.contact_duration_s:
             raise InputError(
                 "contact_duration_s must be 0 with gravity or a table that slows discs down, "

@@ -10,11 +10,12 @@ from tests.cases import each
 from tests.scene_builders import disc_at, staged
 
 from carom import Scene, Trace, solve_pic
-from carom.catalogue import CatalogueScene, Tag, catalogue
+from carom.catalogue import CatalogueScene, catalogue
+from carom.model.scene import Need
 from carom.studies.stress.invariances import build_base_scene, build_rough_scene, list_invariances
 from carom.studies.stress.true_motion import UndecidedError, compute_true_motion
 
-KNOWN = [entry for entry in catalogue().values() if not entry.tags & {Tag.CONSERVED, Tag.GRAVITY}]
+KNOWN = [e for e in catalogue().values() if e.known.count is not None and Need.GRAVITY not in e.scene.needs]
 
 
 @each("entry", KNOWN)
@@ -26,7 +27,7 @@ def test_true_motion_agrees_with_known_answers(entry: CatalogueScene) -> None:
     assert times_s == pytest.approx(known_s, abs=1e-13 * scene.duration_s)
     speed = max(math.hypot(*disc.velocity_m_s) for disc in scene.discs)
     assert np.allclose(motion.final_velocity_m_s, known.final_velocity_m_s or (), rtol=0, atol=1e-12 * speed)
-    assert motion.convention == (Tag.CONVENTION in entry.tags)
+    assert motion.convention == bool(known.convention)
 
 
 @each(
