@@ -96,7 +96,7 @@ class _Reading:
 
     def _can_keep(self, body: _Body, fixture: Any, shape: Any, label: str) -> bool:
         if fixture["isSensor"]:
-            self.dropped.append(f"{label}: a sensor, which pushes nothing")
+            self.dropped.append(f"{label}: a sensor, which exerts no force")
         elif body.driven:
             self.dropped.append(f"{label}: its kinematic body moves by itself")
         elif body.moves and len(body.fixtures) > 1:
