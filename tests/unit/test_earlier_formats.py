@@ -23,7 +23,6 @@ from carom.studies.cross_check.plan import build_plan
 from carom.studies.cross_check.run import execute, observed_journal
 from carom.studies.diff.compare_records import compare_records
 from carom.studies.history.compare_cells import ReleaseRun
-from carom.studies.tune.objective import SceneResult
 
 KEPT = Path(__file__).resolve().parents[1] / "earlier_formats"
 #: What the journals are of.
@@ -112,11 +111,8 @@ def test_invalid_row_of_format_2_is_refused(tmp_path: Path) -> None:
             read_records(path)
 
 
-def test_journals_of_tune_and_history_are_read_with_the_word_parted() -> None:
-    """A journalled grade or verdict with the earlier word is read as DIVERGED, like ``Grade("parted")``."""
-    assert Grade("parted") is Grade.DIVERGED
-    assert Grade("parted inaccurate") is Grade.DIVERGED_INACCURATE
-    assert Codec[SceneResult](SceneResult).loads(b'{"grade": "parted"}') == SceneResult(Grade.DIVERGED)
+def test_journal_of_history_is_read_with_the_word_parted() -> None:
+    """A journalled grade or verdict with the earlier word is read as DIVERGED."""
     numbers = dict.fromkeys(("velocity", "late_steps", "place_rounding_m", "speed_m_s"), 1.0)
     counts = {"expected": 2, "found": 2, "lost": 0, "float_bits": 64}
     run = {"digest": "", "settings": [], "position_errors_m": [], "velocity_errors_m_s": [], **numbers, **counts}

@@ -33,11 +33,6 @@ class Grade(Enum):
         order = list(Grade)
         return self is not Grade.UNGRADED and order.index(self) >= order.index(other)
 
-    @classmethod
-    def _missing_(cls, value: object) -> Grade | None:
-        """Return the grade for its name in an earlier version of Carom."""
-        return cls(EARLIER_WORDS[value]) if isinstance(value, str) and value in EARLIER_WORDS else None
-
 
 def find_worst_grade(*grades: Grade) -> Grade:
     """Return the worst of some grades; UNGRADED counts as worse than all others."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from operator import attrgetter
 
 from carom.comparator.grades import Grade
 from carom.comparator.measure.consistency import Consistency
@@ -120,12 +119,3 @@ class Score(Shown):
     def verdicts(self) -> tuple[Verdict, ...]:
         """The verdicts, without their reasons."""
         return tuple(finding.verdict for finding in self.findings)
-
-    # Names of version 0.1 for errors in `total`.
-    time_error_s = property(attrgetter("total.time_s"))
-    velocity_error = property(attrgetter("total.velocity"))
-    direction_error_rad = property(attrgetter("total.direction_rad"))
-    final_position_error = property(attrgetter("total.final_position"))
-    final_velocity_error = property(attrgetter("total.final_velocity"))
-    energy_error = property(attrgetter("total.energy"))
-    momentum_error = property(attrgetter("total.momentum"))

@@ -115,15 +115,6 @@ def test_impact_that_is_early_because_of_a_late_one_is_sampled() -> None:
         assert score.grade is Grade.SAMPLED
 
 
-def test_score_attributes_of_carom_0_1_still_work() -> None:
-    """The score attributes of Carom 0.1 return the values of the score's `total`."""
-    score = compare(REFERENCE, solve_pit(SCENE))
-    for name, old in (("time_s", "time_error_s"), ("direction_rad", "direction_error_rad")):
-        assert getattr(score, old) == getattr(score.total, name)
-    for name in ("velocity", "final_position", "final_velocity", "energy", "momentum"):
-        assert getattr(score, f"{name}_error") == getattr(score.total, name)
-
-
 # Traces that are refused ----------------------------------------------------------------------------------------------
 
 #: One disc that slides along a wall, and turns.
