@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from carom.comparator.grades import Grade, find_worst_grade
-from carom.comparator.measure.errors import Errors, Measured
+from carom.comparator.measure.errors import Measured
 from carom.comparator.measure.sampling_cost import SamplingCost
 from carom.comparator.measure.stepwise_score import LocalScore
 from carom.comparator.scales import find_largest
@@ -147,13 +148,14 @@ def _grade_by_trajectory(judged: JudgedRun) -> Grade:
         return Grade.INACCURATE
     if undecided:
         return Grade.UNGRADED
-    if close and _has_good_end(judged, judged.sampling_cost, THRESHOLDS.close):
+    if close and _has_good_end(judged, THRESHOLDS.close * judged.sampling_cost.final):
         return Grade.CLOSE
     # If all steps are graded *sampled* or better, checking once per step explains the final state. So the errors of the
     # final state may be as large as PIT's errors at PIT's worst phase.
     local = judged.local_truth
     is_only_sampled = local is not None and find_worst_grade(local.grade, Grade.SAMPLED) is Grade.SAMPLED
-    has_good_end = _has_good_end(judged, judged.sampling_cost if is_only_sampled else judged.sampling.largest)
+    pit = judged.sampling_cost.final if is_only_sampled else judged.sampling.largest.list_final_errors()
+    has_good_end = _has_good_end(judged, pit)
     return Grade.SAMPLED if sampled and has_good_end else Grade.INACCURATE
 
 
@@ -247,23 +249,19 @@ def _has_sampled_impacts(judged: JudgedRun, sampling: Measured, cost: SamplingCo
     return bool((is_sampled & (~(time_s < -rounding_s) | is_explained)).all())
 
 
-def _has_good_end(judged: JudgedRun, cost: SamplingCost | Errors, part: float = 1.0) -> bool:
-    """Whether the final errors are at most `part` times PIT's, or the final state follows from the run's own impacts.
+def _has_good_end(judged: JudgedRun, allowed_errors: NDArray[np.float64]) -> bool:
+    """Whether the final errors are small enough, or the final state follows from the run's own impacts.
 
-    An energy error of a millionth is always allowed. If PIT's final error was not measured (NaN), the run's error must
-    be within rounding.
+    Rounding and an energy error of a millionth are allowed in addition to `allowed_errors`, which has the order of
+    `Errors.list_final_errors`.
     """
-    found, own = judged.measured.largest, judged.consistency
-    if not abs(found.energy) <= max(part * abs(cost.energy) + judged.rounding, THRESHOLDS.energy):
+    own, scales, (energy, *final) = judged.consistency, judged.scales, allowed_errors
+    if not abs(judged.measured.largest.energy) <= max(energy + judged.rounding, THRESHOLDS.energy):
         return False
     falls = any(judged.reference.scene.gravity_m_s2)
     if own is not None and not (falls or own.unchecked) and own.strayed <= judged.place_rounding:
         return True
-    position, velocity, spin = (
-        0.0 if math.isnan(x) else part * x for x in (cost.final_position, cost.final_velocity, cost.final_spin)
-    )
-    scales = judged.scales
-    allowed = np.array([position * scales.length_m, velocity * scales.speed_m_s, spin * scales.rim_m_s])[:, None]
+    allowed = np.multiply(final, [scales.length_m, scales.speed_m_s, scales.rim_m_s])[:, None]
     allowed = allowed + judged.compute_end_rounding(judged.measured, exactly=False)
     return not bool(np.any(judged.measured.ends > allowed))
 

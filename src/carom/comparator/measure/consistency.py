@@ -329,26 +329,23 @@ def _measure_angular_error(trace: Trace) -> tuple[float, float, float]:
         known &= impacts["second"] >= 0
     # If a contact acts in a single step, `duration_s` is at most three steps.
     lasting = (impacts["second"] >= 0) & (duration_s > 3.0 * trace.dt_s * (1.0 + THRESHOLDS.rounding))
-    worst, worst_excess, arm = 0.0, 0.0, math.nan
-    for k, (side, sign) in enumerate((("first", 1.0), ("second", -1.0))):
-        body = np.maximum(impacts[side], 0)
-        inertia, radius = start.inertia[body], start.radius_m[body]
-        from_velocity = sign * np.sum(change[k] * tangent, axis=1)
-        with np.errstate(invalid="ignore"):  # discs that can't turn are excluded below
-            from_spin = inertia * spun[k]
-        is_checked = known & (impacts[side] >= 0) & start.movable[body] & np.isfinite(inertia)
-        error = np.where(is_checked, np.maximum(np.abs(from_spin - from_velocity) - pulled, 0.0), 0.0)
-        shorter = (from_spin * from_velocity >= 0.0) & (np.abs(from_spin) <= np.abs(from_velocity))
-        explained = np.where(shorter, np.abs(from_velocity) * closing * trace.dt_s / radius, 0.0)
-        explained += np.where(lasting, np.hypot(*change[k].T) * closing * duration_s / radius, 0.0)
-        beyond = np.maximum(error - explained, 0.0)
-        if len(error):
-            worst_row = int(np.argmax(error))
-            if error[worst_row] > worst:
-                worst, turned, pushed = (float(row[worst_row]) for row in (error, from_spin, from_velocity))
-                arm = turned / pushed + 0.0 if pushed else math.nan
-            worst_excess = max(worst_excess, float(np.max(beyond)))
-    return worst, worst_excess, arm
+    bodies = np.stack([impacts["first"], impacts["second"]])
+    discs = np.maximum(bodies, 0)
+    inertia, radius = start.inertia[discs], start.radius_m[discs]
+    from_velocity = np.array([[1.0], [-1.0]]) * np.sum(change * tangent, axis=2)
+    with np.errstate(invalid="ignore"):  # discs that can't turn are excluded below
+        from_spin = inertia * spun
+    is_checked = known & (bodies >= 0) & start.movable[discs] & np.isfinite(inertia)
+    error = np.where(is_checked, np.maximum(np.abs(from_spin - from_velocity) - pulled, 0.0), 0.0)
+    shorter = (from_spin * from_velocity >= 0.0) & (np.abs(from_spin) <= np.abs(from_velocity))
+    explained = np.where(shorter, np.abs(from_velocity) * closing * trace.dt_s / radius, 0.0)
+    explained += np.where(lasting, compute_lengths(change) * closing * duration_s / radius, 0.0)
+    excess = float(np.max(error - explained, initial=0.0))
+    if not np.any(error > 0.0):
+        return 0.0, excess, math.nan
+    worst = np.unravel_index(np.argmax(error), error.shape)
+    arm = float(from_spin[worst] / from_velocity[worst]) + 0.0 if from_velocity[worst] else math.nan
+    return float(error[worst]), excess, arm
 
 
 def _compute_contact_durations(trace: Trace) -> Array:

@@ -10,7 +10,7 @@ the coefficient of friction f (at most 1) cause in a step. Third, an impact may 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -67,7 +67,7 @@ class ContactScore:
             and radius. Friction does not change this momentum. NaN if a disc meets other discs or several walls.
         rest_m_s: Largest mean final speed of a disc that should rest; NaN if no disc should rest.
         frozen: Whether a disc stands still at the end although it should move.
-        quality: Gaps, overlaps and hops of discs that should stay on their walls.
+        quality: Gaps and hops of discs that should stay on their walls.
         late: How late the bounces and the sliding of discs end.
         late_allowed: Largest allowed errors of the times in `late`. A method can't show hops that are shorter than its
             step dt, so with restitution e its bounces may end early by ``dt / (1 - e)``. The allowed errors are larger
@@ -89,11 +89,6 @@ class ContactScore:
     late: Ends
     late_allowed: Ends
     grade: Grade
-
-    @property
-    def ends_in_time(self) -> bool:
-        """Whether bouncing and sliding end within the allowed errors of their times."""
-        return not any(abs(late) > allowed_s for late, allowed_s in zip(self.late, self.late_allowed, strict=True))
 
 
 def score_contact(run: AlignedRun) -> ContactScore | None:
@@ -140,7 +135,10 @@ def score_contact(run: AlignedRun) -> ContactScore | None:
     moves = rest_m_s > fast or quality.hop_m_s > fast
     wrong = moves or frozen or not all(math.isfinite(error) for error in own_errors)
     exact = ContactErrors(place, run.rounding * scales.speed_m_s, run.rounding * scales.rim_m_s)
-    score = ContactScore(
+    grade = Grade.WRONG if wrong else _grade_contact(own_errors, exact, allowed)
+    if dt_s and any(abs(late_s) > most_s for late_s, most_s in zip(late, late_allowed, strict=True)):
+        grade = find_worst_grade(grade, Grade.INACCURATE)
+    return ContactScore(
         begin_s=begin_s,
         end_s=end_s,
         compared_states=len(truth.time_s),
@@ -154,10 +152,8 @@ def score_contact(run: AlignedRun) -> ContactScore | None:
         quality=quality,
         late=late,
         late_allowed=late_allowed,
-        grade=Grade.WRONG if wrong else _grade_contact(own_errors, exact, allowed),
+        grade=grade,
     )
-    in_time = score.ends_in_time or not dt_s
-    return score if in_time else replace(score, grade=find_worst_grade(score.grade, Grade.INACCURATE))
 
 
 def _compute_allowed_lateness(reference: Trace, pit: Ends, observed_s: Array, dt_s: float) -> Ends:

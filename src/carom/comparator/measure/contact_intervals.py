@@ -30,19 +30,17 @@ class ContactInterval(NamedTuple):
 
 
 class ContactQuality(NamedTuple):
-    """Gaps, overlaps and hops of discs that should stay on their walls; NaN if no contact was observed.
+    """Gaps and hops of discs that should stay on their walls; NaN if no contact was observed.
 
     Attributes:
         gap_m: Distance between a disc and its wall, averaged over the final states; negative for an overlap. The value
             is that of the disc with the largest gap or overlap.
-        overlap_m: The deepest overlap of a disc and its wall.
         hop_m_s: Root mean square of a disc's speed perpendicular to its wall, over the final states.
         take_offs: Fraction of the states in which a disc moves away from its wall faster than half the speed gained by
             falling for one step.
     """
 
     gap_m: float
-    overlap_m: float
     hop_m_s: float
     take_offs: float
 
@@ -82,23 +80,20 @@ def find_contact_intervals(reference: Trace) -> list[ContactInterval]:
 
 
 def measure_contact_quality(reference: Trace, truth: States, observed: States, dt_s: float) -> ContactQuality:
-    """Measure gaps, overlaps and hops of discs at instants at which they touch walls in the reference."""
+    """Measure gaps and hops of discs at instants at which they touch walls in the reference."""
     slow = 0.5 * math.hypot(*reference.scene.gravity_m_s2) * dt_s
-    gaps, depths, hops, left = [math.nan], [math.nan], [math.nan], [math.nan]
+    gaps, hops, left = [math.nan], [math.nan], [math.nan]
     for touch in find_contact_intervals(reference):
         inside = (observed.time_s >= touch.begin_s) & (observed.time_s <= touch.end_s)
         if not inside.any():
             continue
         gap = (observed.position_m - truth.position_m)[inside, touch.disc] @ touch.normal
         speed = observed.velocity_m_s[inside, touch.disc] @ touch.normal
-        depths.append(float(np.max(-gap)))
         left.append(float(np.mean(speed > slow)))
         if inside[-1]:
             gaps.append(float(np.mean(gap[-LAST:])))
             hops.append(math.sqrt(float(np.mean(speed[-LAST:] ** 2))))
-    return ContactQuality(
-        _find_largest_known(gaps), *(float(np.fmax.reduce(measures)) for measures in (depths, hops, left))
-    )
+    return ContactQuality(_find_largest_known(gaps), float(np.fmax.reduce(hops)), float(np.fmax.reduce(left)))
 
 
 def measure_late_ends(reference: Trace, truth: States, observed: States, dt_s: float, until_s: float) -> Ends:

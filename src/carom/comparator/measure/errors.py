@@ -133,6 +133,11 @@ class Errors:
     final_velocity: float = _declare_metric("final velocity")
     final_spin: float = _declare_metric("final spin")
 
+    def list_final_errors(self) -> Array:
+        """Return the final errors of energy, position, velocity and spin, without sign; 0 if not measured."""
+        errors = np.abs([self.energy, self.final_position, self.final_velocity, self.final_spin])
+        return np.where(np.isnan(errors), 0.0, errors)
+
 
 _LARGEST_OF_IMPACTS = (
     *("time_s", "reported_time_s", "velocity", "spin", "along_normal", "across_normal", "direction_rad"),

@@ -52,13 +52,8 @@ class SamplingCost:
             such phase.
         found_off_s: The largest error of the impact's time over the same phases as in `found`, in seconds, shape
             ``(m,)``.
-        energy: Error of the final kinetic energy, divided by the scene's energy. For several phases, this
-            error and the final errors below are the largest over phase 0 and all phases at which PIT has no missed or
-            spurious impact.
-        final_position: Largest error of a final position, divided by the largest radius; 0 if not measured.
-        final_velocity: Largest error of a final velocity, divided by the scene's greatest speed; 0 if not measured.
-        final_spin: Largest error of a final rim speed (spin times radius), divided by the scene's greatest disc or rim
-            speed; 0 if not measured.
+        final: Final errors, see `Errors.list_final_errors`. For several phases, each value is the largest over phase 0
+            and all phases at which PIT has no missed or spurious impact.
         late_s: Largest error of an impact's time at any of the phases, in seconds; infinite if an impact is missed or
             spurious.
         phases: Number of phases at which PIT was run.
@@ -69,10 +64,7 @@ class SamplingCost:
     errors: Array
     found: Array
     found_off_s: Array
-    energy: float
-    final_position: float
-    final_velocity: float
-    final_spin: float
+    final: Array
     late_s: float
     phases: int = 1
     close_phases: int = 0
@@ -81,15 +73,13 @@ class SamplingCost:
     def of(cls, dt_s: float, errors: Array, measured: Measured) -> SamplingCost:
         """Return the cost of sampling at one phase, from PIT's errors at that phase."""
         worst, alignment, matched = measured.largest, measured.alignment, measured.matched
-        ends = (worst.final_position, worst.final_velocity, worst.final_spin)
         all_found = not (alignment.missed or alignment.spurious or alignment.undecided)
         late_s = (abs(worst.time_s) if matched else 0.0) if all_found else math.inf
         first_missed, off_s = min(alignment.missed, default=errors.shape[1]), np.zeros(errors.shape[1])
         off_s[matched] = np.abs(measured.of_impacts["time_s"])
         is_found = np.arange(len(off_s)) < first_missed
         found, found_off_s = np.where(is_found, errors, 0.0), np.where(is_found, off_s, 0.0)
-        place, velocity, spin = (0.0 if math.isnan(error) else error for error in ends)
-        return cls(dt_s, errors, found, found_off_s, abs(worst.energy), place, velocity, spin, late_s)
+        return cls(dt_s, errors, found, found_off_s, worst.list_final_errors(), late_s)
 
     @classmethod
     def combine(cls, costs: Sequence[SamplingCost]) -> SamplingCost:
@@ -102,17 +92,12 @@ class SamplingCost:
             np.maximum.accumulate(np.max([getattr(cost, name) for cost in costs], axis=0), axis=-1)
             for name in ("errors", "found", "found_off_s")
         )
-        ends = [costs[0], *(cost for cost in costs[1:] if math.isfinite(cost.late_s))]
-        names = ("energy", "final_position", "final_velocity", "final_spin")
-        energy, place, velocity, spin = (max(getattr(cost, name) for cost in ends) for name in names)
+        final = np.max([costs[0].final, *(cost.final for cost in costs[1:] if math.isfinite(cost.late_s))], axis=0)
         # Impacts have grade *close* if time errors are at most `part` of a step, and other errors are at most `part` of
         # PIT's largest error so far.
         part, rounding, dt_s = THRESHOLDS.close, THRESHOLDS.rounding, costs[0].dt_s
         is_close = (late_s <= part * dt_s) & (all_errors <= part * errors + rounding).all(axis=(1, 2))
-        close_phases = int(is_close.sum())
-        return cls(
-            dt_s, errors, found, off_s, energy, place, velocity, spin, find_largest(late_s), len(costs), close_phases
-        )
+        return cls(dt_s, errors, found, off_s, final, find_largest(late_s), len(costs), int(is_close.sum()))
 
 
 def measure_sampling_cost(aligned: AlignedRun, pit: Trace, measured: Measured, measured_run: Measured) -> SamplingCost:
