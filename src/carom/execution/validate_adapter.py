@@ -139,16 +139,10 @@ def validate_adapter(adapter: Adapter) -> Declarations:
         where = f"profiles[{to_plain_text(name, 'the name of a profile')!r}]"
         if not isinstance(profile, Profile):
             raise build_wrong_value_error(where, "a Profile", profile, DECLARED)
-        to_plain_text(profile.description, f"{where}.description")
-        if not callable(profile.settings) or not isinstance(profile.located, bool):
-            problem = f"settings of {where} must be callable, and located must be True or False"
-            raise build_adapter_error(problem, DECLARED)
-        if not isinstance(profile.changed, Mapping):
-            required = "a mapping of names to reasons"
-            raise build_wrong_value_error(f"{where}.changed", required, profile.changed, DECLARED)
         for changed, reason in _list_entries(profile.changed, f"{where}.changed"):
             to_plain_text(changed, f"a name in {where}.changed")
             to_plain_text(reason, f"{where}.changed[{changed!r}]")
+        to_plain_text(_check_fields(profile, Profile, where).description, f"{where}.description")
         if profile.capabilities is not None:
             _check_capabilities(profile.capabilities, f"{where}.capabilities")
     capabilities = _check_capabilities(adapter.capabilities, "capabilities")
