@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.comparator.thresholds import THRESHOLDS
-from carom.model.trace import IMPACT_DTYPE, SPIN_DTYPE, Trace, Vector, velocities
+from carom.model.trace import IMPACT_DTYPE, SPIN_DTYPE, Trace, velocities
 
 _NUMBERS = tuple(name for name in IMPACT_DTYPE.names or () if IMPACT_DTYPE[name].base.kind == "f")
 _SPINS = SPIN_DTYPE.names or ()
@@ -41,13 +41,6 @@ def find_turned_impacts(before: NDArray[np.float64], after: NDArray[np.float64],
     change = np.max(np.linalg.norm(after - before, axis=-1), axis=0)
     found: NDArray[np.bool_] = ~(change <= THRESHOLDS.rounding_of(float_bits) * greatest)
     return found
-
-
-def has_turned(before: tuple[Vector, Vector], after: tuple[Vector, Vector], float_bits: int) -> bool:
-    """Whether one impact with finite velocities changed a velocity by more than rounding; see `find_turned_impacts`."""
-    changes = [(ux - x, uy - y) for (x, y), (ux, uy) in zip(before, after, strict=True)]
-    greatest, change = (max(math.sqrt(x * x + y * y) for x, y in one) for one in ((*before, *after), changes))
-    return change > THRESHOLDS.rounding_of(float_bits) * greatest
 
 
 def find_non_finite(trace: Trace) -> str:

@@ -9,14 +9,12 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Sequence
 from dataclasses import replace
 from itertools import count
 
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.comparator.non_finite import has_turned
 from carom.comparator.slowing import Slowing
 from carom.engines.api import Contact, Observation
 from carom.execution.observation.open_contact import (
@@ -33,9 +31,6 @@ from carom.model.trace import STATE_DTYPE, ImpactRecord, Vector, build_impact_ar
 
 #: A row of `STATE_DTYPE`.
 _State = tuple[float, Vector, Vector]
-#: Velocities and spins of two bodies: first and second body before a contact, first and second body after it.
-_Velocities = tuple[Vector, Vector, Vector, Vector]
-_Spins = tuple[float, float, float, float]
 _UNKNOWN: Vector = (math.nan, math.nan)
 _NOWHERE: Vector = (0.0, 0.0)
 
@@ -220,11 +215,10 @@ class ImpactCollector:
     def _close(self, pair: Pair) -> None:
         open_contact = self.open.pop(pair)
         contact = open_contact.cut_at_rest()
-        velocities, spins = _split_motions((*contact.before, *contact.after))
         # If the velocities before and after the contact are equal, the two paths differ only by rounding, and their
         # intersection has no physical meaning.
         effective = math.nan
-        if contact.is_isolated and has_turned(velocities[:2], velocities[2:], self._float_bits):
+        if contact.is_isolated and contact.has_turned(self._float_bits):
             drive = self._walls[wall_index(pair[1])] if pair[1] < 0 else STANDS
             leg = drive.leg_at(0.5 * (contact.start_s + contact.end_s))
             if contact is open_contact:
@@ -235,51 +229,35 @@ class ImpactCollector:
         # body, a disc falls on a parabola.
         falls = self._pull > 0.0
         bent = falls and len(self._list_movable(pair)) < len(pair)
-        if falls and not bent and math.isfinite(effective):
-            velocities = self._correct_for_gravity(effective, pair, contact, velocities)
-        if self._slowing:
-            velocities, spins = self._correct_for_slowing(effective, contact)
-        own_spins = spins if self._turns else None
-        record = ImpactRecord(contact.reported.time_s, *pair, contact.compute_normal(), *velocities, own_spins)
+        motions = [*contact.before, *contact.after]
+        if self._slowing or (falls and not bent and math.isfinite(effective)):
+            motions = self._compute_motions_at_impact(effective, contact)
+        a, b, c, d = motions
+        spins = (a[2], b[2], c[2], d[2]) if self._turns else None
+        velocities = (a[:2], b[:2], c[:2], d[:2])
+        record = ImpactRecord(contact.reported.time_s, *pair, contact.compute_normal(), *velocities, spins)
         state = _build_state(pair, contact.start_s, contact.start if contact.is_isolated and not bent else None)
         self._done.append((contact.number, record, effective, state))
 
-    def _correct_for_gravity(
-        self, time_s: float, pair: Pair, contact: OpenContact, velocities: _Velocities
-    ) -> _Velocities:
-        """Return the velocities of two falling discs at the instant of their impact, given velocities at step ends.
+    def _compute_motions_at_impact(self, effective_s: float, contact: OpenContact) -> list[Motion]:
+        """Return velocities and spins of two falling, damped or braked discs at their impact, given those at step ends.
 
-        Gravity acts between the impact and the next step boundary. Without this correction, the velocity after the
-        impact would contain up to one step of gravity's acceleration.
+        Between the impact and a step boundary, gravity or slowing changes the velocities. A scene never has both. For
+        slowed discs, the instant may be before the contact's start or after its end by at most the contact's duration.
+        If the instant can't be computed, the reported instant is used.
         """
-        at_s = min(max(time_s, contact.start_s), contact.end_s)
-        gx, gy = _to_vector(self._gravity, pair[0])
-        a, b, c, d = (
-            (vx + gx * t, vy + gy * t) for (vx, vy), t in zip(velocities, contact.compute_durations(at_s), strict=True)
-        )
-        return a, b, c, d
-
-    def _correct_for_slowing(self, effective_s: float, contact: OpenContact) -> tuple[_Velocities, _Spins]:
-        """Return velocities and spins of damped or braked discs at an impact, given velocities and spins at step ends.
-
-        If the instant can't be computed, the reported instant is used. The instant may be before the contact's start or
-        after its end by at most the contact's duration.
-        """
-        duration_s = contact.end_s - contact.start_s
+        beyond_s = contact.end_s - contact.start_s if self._slowing else 0.0
         at_s = effective_s if math.isfinite(effective_s) else contact.reported.time_s
-        at_s = min(max(at_s, contact.start_s - duration_s), contact.end_s + duration_s)
+        at_s = min(max(at_s, contact.start_s - beyond_s), contact.end_s + beyond_s)
+        (gx, gy), durations_s = _to_vector(self._gravity, contact.reported.first), contact.compute_durations(at_s)
         motions = []
-        durations_s = contact.compute_durations(at_s)
         for (vx, vy, spin), seconds in zip((*contact.before, *contact.after), durations_s, strict=True):
-            kept = self._slowing.compute_kept_fraction(seconds, math.hypot(vx, vy))
-            motions.append((vx * kept, vy * kept, spin * kept))
-        return _split_motions(motions)
-
-
-def _split_motions(motions: Sequence[Motion]) -> tuple[_Velocities, _Spins]:
-    """Return the velocities and the spins of two bodies before and after a contact."""
-    (a, b, s), (c, d, t), (e, f, u), (g, h, v) = motions
-    return ((a, b), (c, d), (e, f), (g, h)), (s, t, u, v)
+            if self._slowing:
+                kept = self._slowing.compute_kept_fraction(seconds, math.hypot(vx, vy))
+                motions.append((vx * kept, vy * kept, spin * kept))
+            else:
+                motions.append((vx + gx * seconds, vy + gy * seconds, spin))
+        return motions
 
 
 def _build_state(pair: Pair, time_s: float, state: Observation | None) -> _State:

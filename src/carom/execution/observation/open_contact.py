@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.comparator.slowing import Slowing, find_nearest_time
+from carom.comparator.thresholds import THRESHOLDS
 from carom.engines.api import Contact, Observation
 from carom.model.prescribed_motion import Course
 from carom.model.scene import Scene
@@ -87,6 +88,13 @@ class OpenContact:
         self.impulse += impulse
         self.impulse_vector = (x + impulse * nx, y + impulse * ny)
         self.weighted_length += impulse * math.hypot(*normal)
+
+    def has_turned(self, float_bits: int) -> bool:
+        """Whether a velocity changed by more than rounding; see `carom.comparator.non_finite.find_turned_impacts`."""
+        velocities = [(x, y) for x, y, _ in (*self.before, *self.after)]
+        changes = [(ux - x, uy - y) for (x, y, _), (ux, uy, _) in zip(self.before, self.after, strict=True)]
+        greatest, change = (max(math.sqrt(x * x + y * y) for x, y in one) for one in (velocities, changes))
+        return change > THRESHOLDS.rounding_of(float_bits) * greatest
 
     def compute_durations(self, time_s: float) -> tuple[float, float, float, float]:
         """Return the seconds until `time_s` from each of four motions: of both bodies, before and after the contact."""
