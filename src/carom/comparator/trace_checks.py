@@ -76,7 +76,8 @@ def _expected_wall_velocities(trace: Trace) -> dict[str, NDArray[np.float64]]:
     start, impacts = trace.scene.arrays, trace.impacts
     due = {name: np.zeros((len(impacts), 2)) for name in ("velocity_second_before", "velocity_second_after")}
     for k in np.flatnonzero((impacts["second"] < 0) & (start.wall_drives is not None)).tolist():
-        drive, time_s = start.drive_of_wall(wall_index(int(impacts["second"][k]))), float(impacts["time_s"][k])
+        drive = start.drive_of_wall(wall_index(int(impacts["second"][k])))
+        time_s = max(float(impacts["time_s"][k]), 0.0)  # a verdict reports a time before the start
         span = (time_s - (trace.dt_s or 0.0)) * (1.0 - 2.0**-40), time_s * (1.0 + 2.0**-40)
         legs = drive.velocities_within(*span) if math.isfinite(time_s) else [drive.velocity_at(0.0)]
         for name, velocities in due.items():
