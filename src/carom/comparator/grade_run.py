@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from carom.comparator.grades import Grade, find_worst_grade
 from carom.comparator.measure.errors import Measured
-from carom.comparator.measure.sampling_cost import SamplingCost
+from carom.comparator.measure.sampling_cost import SamplingCost, measure_changes, measure_impact_errors
 from carom.comparator.measure.stepwise_score import LocalScore
 from carom.comparator.scales import find_largest
 from carom.comparator.score import Score
@@ -222,7 +222,8 @@ def _has_sampled_impacts(judged: JudgedRun, sampling: Measured, cost: SamplingCo
     own_scales, scales = judged.baseline.find_own_scales(judged.reference), judged.scales
     rounding_s, count = judged.rounding * scales.time_s, judged.compared.impacts
     known_ratio, dt_s = 1.0 + THRESHOLDS.ratio_known_of(judged.observed.float_bits), judged.observed.dt_s
-    pit, is_found = np.concatenate([np.zeros((1, count)), judged.changes[:, :count]]), np.zeros(count, dtype=np.bool_)
+    changes = judged.baseline.compute_once(measure_changes, lambda: measure_changes(judged.reference, scales))
+    pit, is_found = np.concatenate([np.zeros((1, count)), changes[:, :count]]), np.zeros(count, dtype=np.bool_)
     is_found[sampling.matched] = True
     of_pit = sampling.of_impacts
     pit_spin = np.where(np.isnan(of_pit["spin"]), 0.0, of_pit["spin"])
@@ -278,7 +279,8 @@ def _compute_price_paid(judged: JudgedRun) -> float:
     if judged.has_other_ending and judged.alignment.undecided:
         return math.inf
     ratios, largest_costs = [], cost.errors[:, -1].tolist()
-    for largest_error, largest_cost in zip(np.max(judged.impact_errors, axis=1).tolist(), largest_costs, strict=True):
+    impact_errors = measure_impact_errors(judged.measured, judged.scales, judged.compared.impacts)
+    for largest_error, largest_cost in zip(np.max(impact_errors, axis=1).tolist(), largest_costs, strict=True):
         if largest_error <= judged.rounding:
             ratios.append(0.0)  # the ratio is 0 for an error within rounding, even if PIT has no error
         else:  # the ratio is infinite if PIT has no error

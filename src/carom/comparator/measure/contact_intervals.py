@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -108,21 +109,20 @@ def measure_late_ends(reference: Trace, truth: States, observed: States, dt_s: f
         if touch.begin_s > until_s:
             continue
         rows = truth.time_s <= min(touch.end_s, until_s)
+        times_s = truth.time_s[rows]
+        velocity = [states.velocity_m_s[rows, touch.disc] for states in (truth, observed)]
         (nx, ny), (gx, gy) = touch.normal, reference.scene.gravity_m_s2
         if touch.begin_s > 0.0:
-            fast = RESTING_STEPS * math.hypot(gx, gy) * dt_s
-            found = [np.abs(states.velocity_m_s[rows, touch.disc] @ touch.normal) for states in (truth, observed)]
-            bounces.append(_measure_lateness(truth.time_s[rows], found[0], found[1], fast))
+            hops = [np.abs(of_states @ touch.normal) for of_states in velocity]
+            bounces.append(_measure_lateness(times_s, hops, RESTING_STEPS * math.hypot(gx, gy) * dt_s))
         friction = arrays.materials[wall_index(touch.wall)].friction
         if not friction or observed.spin_rad_s is None:
             continue
         slip_deceleration = -(gx * nx + gy * ny) * friction * (1.0 + 1.0 / float(arrays.inertia[touch.disc]))
         rim, along = float(arrays.radius_m[touch.disc]), np.array([ny, -nx])
-        slip = [
-            np.abs(states.velocity_m_s[rows, touch.disc] @ along + rim * states.spins[rows, touch.disc])
-            for states in (truth, observed)
-        ]
-        slips.append(_measure_lateness(truth.time_s[rows], slip[0], slip[1], slip_deceleration * few))
+        rims = [rim * states.spins[rows, touch.disc] for states in (truth, observed)]
+        slip = [np.abs(of_states @ along + spun) for of_states, spun in zip(velocity, rims, strict=True)]
+        slips.append(_measure_lateness(times_s, slip, slip_deceleration * few))
     return Ends(_find_largest_known(bounces), _find_largest_known(slips))
 
 
@@ -131,8 +131,10 @@ def _find_largest_known(values: list[float]) -> float:
     return max(values, key=lambda value: -1.0 if math.isnan(value) else abs(value))
 
 
-def _measure_lateness(times_s: Array, truth: Array, observed: Array, fast: float) -> float:
-    """Return how much later the last fast state is in the observed run than in the reference, in seconds."""
-    last = [np.flatnonzero(speeds > fast) for speeds in (truth, observed)]
-    at_s = [float(times_s[rows[-1]]) if len(rows) else 0.0 for rows in last]
-    return at_s[1] - at_s[0]
+def _measure_lateness(times_s: Array, speeds: Sequence[Array], fast: float) -> float:
+    """Return how much later the last fast state is in the observed run than in the reference, in seconds.
+
+    `speeds` contains the speeds in the reference, and then those in the observed run.
+    """
+    expected_s, found_s = (float(np.max(times_s[speed > fast], initial=0.0)) for speed in speeds)
+    return found_s - expected_s

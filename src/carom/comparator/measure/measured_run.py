@@ -11,16 +11,11 @@ from numpy.typing import NDArray
 from carom.comparator.align_impacts import AlignedRun
 from carom.comparator.measure.consistency import Consistency, find_turn_times, measure_consistency
 from carom.comparator.measure.contact import ContactScore, score_contact
-from carom.comparator.measure.errors import MatchedRun, Measured, measure_errors, unknown_velocities
+from carom.comparator.measure.errors import MatchedRun, Measured, measure_errors
 from carom.comparator.measure.friction_branch import WrongBranches, find_wrong_branches
 from carom.comparator.measure.local_errors import LocalErrors, measure_local_errors
 from carom.comparator.measure.reported_impacts import ReportComparison, compare_reports_with_states
-from carom.comparator.measure.sampling_cost import (
-    SamplingCost,
-    measure_changes,
-    measure_impact_errors,
-    measure_sampling_cost,
-)
+from carom.comparator.measure.sampling_cost import SamplingCost, measure_sampling_cost
 from carom.comparator.measure.simultaneous_impacts import ConventionMatch, match_outcome
 from carom.comparator.measure.stepwise_score import LocalScore, score_steps
 from carom.comparator.non_finite import find_non_finite
@@ -34,11 +29,6 @@ class MeasuredRun(AlignedRun):
 
     Attributes:
         measured: Errors of the run relative to the reference.
-        impact_errors: Errors of velocity and spin at each impact of the reference, shape ``(2, m)``; see
-            `measure_impact_errors`.
-        changes: Changes of velocity and spin at each impact of the reference, shape ``(2, m)``.
-        unknown_velocity_impacts: Indices of the run's impacts after which a body's velocity is unknown; see
-            `unknown_velocities`.
         sampling: Errors of PIT with the same step size relative to the reference; None without PIT.
         measured_against_pit: Errors of the run relative to PIT with the same step size; None without PIT.
         sampling_cost: Largest errors of PIT over the phases of the step; None without PIT.
@@ -58,9 +48,6 @@ class MeasuredRun(AlignedRun):
     """
 
     measured: Measured
-    impact_errors: NDArray[np.float64]
-    changes: NDArray[np.float64]
-    unknown_velocity_impacts: tuple[int, ...]
     sampling: Measured | None
     measured_against_pit: Measured | None
     sampling_cost: SamplingCost | None
@@ -119,9 +106,6 @@ def measure_run(aligned: AlignedRun) -> MeasuredRun:
     return MeasuredRun.of(
         aligned,
         measured=measured,
-        impact_errors=measure_impact_errors(measured, scales, aligned.compared.impacts),
-        changes=aligned.baseline.compute_once(measure_changes, lambda: measure_changes(reference, scales)),
-        unknown_velocity_impacts=tuple(np.flatnonzero(unknown_velocities(observed).any(axis=0)).tolist()),
         sampling=sampled,
         measured_against_pit=against_pit,
         sampling_cost=cost,

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from carom.comparator.align_impacts import MOST_EDITS
 from carom.comparator.grades import Grade
 from carom.comparator.measure.contact import ContactErrors, ContactScore
+from carom.comparator.measure.errors import unknown_velocities
 from carom.comparator.measure.measured_run import MeasuredRun
 from carom.comparator.scales import find_largest
 from carom.comparator.thresholds import THRESHOLDS
@@ -203,7 +204,7 @@ def _report_velocities(judged: JudgedRun) -> Iterator[Finding]:
 
 def _report_unknown_velocities(judged: JudgedRun) -> Iterator[Finding]:
     impacts = judged.observed.impacts
-    if unknown := judged.unknown_velocity_impacts:
+    if unknown := np.flatnonzero(unknown_velocities(judged.observed).any(axis=0)).tolist():
         first = _format_first(unknown, impacts)
         reason = f"{len(unknown)} of {len(impacts)} impacts, {first}: only the last one in its step is compared"
         yield Finding(Verdict.NOT_TOLD_APART, reason)
