@@ -48,7 +48,6 @@ def grade_run(judged: JudgedRun) -> Score:
         local=judged.local,
         convention=judged.convention,
         consistency=judged.consistency,
-        branches=judged.branches,
         local_truth=judged.local_truth,
         diverged_s=judged.diverged_s if judged.has_diverged_before_miss else None,
         pit_diverged_s=judged.pit_diverged_s,
