@@ -298,9 +298,8 @@ def _measure_momentum_error(trace: Trace) -> float:
     first, second = mass[impacts["first"]], mass[np.maximum(impacts["second"], 0)]
     is_known = (impacts["second"] >= 0) & np.isfinite([first, second, find_turn_times(trace)]).all(axis=0)
     changes = velocities(impacts, "after") - velocities(impacts, "before")
-    with np.errstate(invalid="ignore"):  # immovable discs are excluded
-        share = 1.0 / (1.0 + second / first)  # the first mass, divided by the sum of both masses
-        centre = share[:, None] * changes[0] + (1.0 - share)[:, None] * changes[1]
+    share = 1.0 / (1.0 + second / first)  # the first mass, divided by the sum of both masses; NaN if both are infinite
+    centre = share[:, None] * changes[0] + (1.0 - share)[:, None] * changes[1]
     error_m_s = np.hypot(*centre.T) - math.hypot(*trace.scene.gravity_m_s2) * _compute_contact_durations(trace)
     return find_largest(error_m_s[is_known & ~(error_m_s <= 0.0)], default=0.0)
 
@@ -333,8 +332,7 @@ def _measure_angular_error(trace: Trace) -> tuple[float, float, float]:
     discs = np.maximum(bodies, 0)
     inertia, radius = start.inertia[discs], start.radius_m[discs]
     from_velocity = np.array([[1.0], [-1.0]]) * np.sum(change * tangent, axis=2)
-    with np.errstate(invalid="ignore"):  # discs that can't turn are excluded below
-        from_spin = inertia * spun
+    from_spin = inertia * spun  # NaN for discs that can't turn; they are excluded below
     is_checked = known & (bodies >= 0) & start.movable[discs] & np.isfinite(inertia)
     error = np.where(is_checked, np.maximum(np.abs(from_spin - from_velocity) - pulled, 0.0), 0.0)
     shorter = (from_spin * from_velocity >= 0.0) & (np.abs(from_spin) <= np.abs(from_velocity))

@@ -221,8 +221,7 @@ def _compute_time_to_contact(bodies: _Bodies, rows: NDArray[np.intp]) -> Array:
     wait_s = np.asarray(time_of_impact(p1, v1, r1, p2, v2, r2), dtype=np.float64)
     d, u, reach = p2 - p1, v2 - v1, r1 + r2
     a, b, c = (u * u).sum(axis=1), (d * u).sum(axis=1), (d * d).sum(axis=1) - reach**2
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ago = c / (np.sqrt(np.maximum(b * b - a * c, 0.0)) - b)
+    ago = c / (np.sqrt(np.maximum(b * b - a * c, 0.0)) - b)
     return np.where((wait_s == 0.0) & (c < 0.0), ago, wait_s)
 
 
@@ -278,9 +277,8 @@ def _find_pit_normals(trace: Trace, bodies: _Bodies, begun_s: Array, wait: Array
     # On a half-plane wall, a late impact has the same normal and lever arm as an exact one.
     found = np.where(bodies.wall[:, None], normal, math.nan)
     d, u = (states[1] - states[0] for states in (bodies.position, bodies.velocity))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        # Rounding must not delay a contact at a step boundary to the next boundary.
-        steps = np.maximum(np.ceil(wait / dt_s * (1.0 - 2.0**-40)), 0.0)
+    # Rounding must not delay a contact at a step boundary to the next boundary.
+    steps = np.maximum(np.ceil(wait / dt_s * (1.0 - 2.0**-40)), 0.0)
     arrays = trace.scene.arrays
     for k in () if arrays.has_half_planes else np.flatnonzero(bodies.wall & np.isfinite(steps)).tolist():
         number = wall_index(int(trace.impacts["second"][k]))
