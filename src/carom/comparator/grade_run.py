@@ -277,17 +277,15 @@ def _compute_price_paid(judged: JudgedRun) -> float:
         return math.nan
     if judged.has_other_ending and judged.alignment.undecided:
         return math.inf
-    ratios, largest_costs = [], cost.errors[:, -1].tolist()
-    impact_errors = measure_impact_errors(judged.measured, judged.scales, judged.compared.impacts)
-    for largest_error, largest_cost in zip(np.max(impact_errors, axis=1).tolist(), largest_costs, strict=True):
-        if largest_error <= judged.rounding:
-            ratios.append(0.0)  # the ratio is 0 for an error within rounding, even if PIT has no error
-        else:  # the ratio is infinite if PIT has no error
-            ratios.append(largest_error / largest_cost if largest_cost > THRESHOLDS.rounding else math.inf)
+    largest_errors = np.max(measure_impact_errors(judged.measured, judged.scales, judged.compared.impacts), axis=1)
+    largest_costs = cost.errors[:, -1]
+    ratios = np.where(largest_costs > THRESHOLDS.rounding, largest_errors / largest_costs, math.inf)
+    # The ratio is 0 for an error within rounding, even if PIT has no error.
+    price_paid = float(np.max(np.where(largest_errors <= judged.rounding, 0.0, ratios)))
     step_s = judged.observed.dt_s or cost.dt_s
-    if max(largest_costs) <= THRESHOLDS.rounding and max(ratios) == 0.0 and step_s:
+    if np.max(largest_costs) <= THRESHOLDS.rounding and price_paid == 0.0 and step_s:
         # The velocities of both PIT and the run are exact in this scene, so times are compared. PIT is late by up to a
         # step per impact, and these delays add up.
         late_s = abs(find_largest([error.time_s for error in errors], default=0.0))
         return 0.0 if late_s <= judged.rounding_s else late_s / max(step_s, cost.late_s)
-    return max(ratios)
+    return price_paid
