@@ -204,7 +204,11 @@ class _Run:
             if takes_quiet_steps and not self.collector.open:
                 observed = self._take_quiet_steps(cast("QuietWorld", world), flight if straight else None)
             step = self.steps_taken + 1
-            pieces = _take_step_in_pieces(world, cutter, step, self.dt_s) if observed is None else (step * self.dt_s,)
+            pieces: Iterable[float] = (step * self.dt_s,)
+            if observed is None and cutter is not None:
+                pieces = cutter.take_step((step - 1) * self.dt_s, step * self.dt_s)
+            elif observed is None:
+                world.advance(1)
             for time_s in pieces:
                 if not self._add_state(world.observe() if observed is None else observed, time_s):
                     return
@@ -353,14 +357,6 @@ def _build_states(stored_states: Sequence[tuple[float, Observation]]) -> States:
     velocities = np.array([state.velocity_m_s for state in observations])
     spins = [state.spin_rad_s for state in observations if state.spin_rad_s is not None]
     return States(np.array(times), positions, velocities, np.array(spins) if len(spins) == len(times) else None)
-
-
-def _take_step_in_pieces(world: World, cutter: Cutter | None, step: int, dt_s: float) -> Iterable[float]:
-    """Take step number `step` (from 1), whole or in pieces, and return the time at the end of each piece."""
-    if cutter is not None:
-        return cutter.take_step((step - 1) * dt_s, step * dt_s)
-    world.advance(1)
-    return (step * dt_s,)
 
 
 def _classify_end(warning: str) -> tuple[Outcome, tuple[str, ...]]:

@@ -249,14 +249,15 @@ class ImpactCollector:
         beyond_s = contact.end_s - contact.start_s if self._slowing else 0.0
         at_s = effective_s if math.isfinite(effective_s) else contact.reported.time_s
         at_s = min(max(at_s, contact.start_s - beyond_s), contact.end_s + beyond_s)
-        (gx, gy), durations_s = _to_vector(self._gravity, contact.reported.first), contact.compute_durations(at_s)
+        gx, gy = _to_vector(self._gravity, contact.reported.first)
         motions = []
-        for (vx, vy, spin), seconds in zip((*contact.before, *contact.after), durations_s, strict=True):
-            if self._slowing:
-                kept = self._slowing.compute_kept_fraction(seconds, math.hypot(vx, vy))
-                motions.append((vx * kept, vy * kept, spin * kept))
-            else:
-                motions.append((vx + gx * seconds, vy + gy * seconds, spin))
+        for both, since_s in ((contact.before, contact.start_s), (contact.after, contact.end_s)):
+            for vx, vy, spin in both:
+                if self._slowing:
+                    kept = self._slowing.compute_kept_fraction(at_s - since_s, math.hypot(vx, vy))
+                    motions.append((vx * kept, vy * kept, spin * kept))
+                else:
+                    motions.append((vx + gx * (at_s - since_s), vy + gy * (at_s - since_s), spin))
         return motions
 
 

@@ -96,10 +96,6 @@ class OpenContact:
         greatest, change = (max(math.sqrt(x * x + y * y) for x, y in one) for one in (velocities, changes))
         return change > THRESHOLDS.rounding_of(float_bits) * greatest
 
-    def compute_durations(self, time_s: float) -> tuple[float, float, float, float]:
-        """Return the seconds until `time_s` from each of four motions: of both bodies, before and after the contact."""
-        return (time_s - self.start_s, time_s - self.start_s, time_s - self.end_s, time_s - self.end_s)
-
     def compute_normal(self) -> Vector:
         """Return a normal vector with the direction of the total impulse and the mean length of the steps' normals.
 
