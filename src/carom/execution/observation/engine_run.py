@@ -16,10 +16,9 @@ from carom.engines.registry import has_part, load_adapter
 from carom.execution.adapter_profile import load_supported_adapter, prepare_settings
 from carom.execution.codec import CarriedTrace
 from carom.execution.job import PIT_METHOD, Answer, Job, JobTask, SettingOverrides, Status
-from carom.execution.observation.final_state import LastStep
+from carom.execution.observation.final_state import LastStep, compute_gravity
 from carom.execution.observation.free_flight import QUIET_STEPS, FreeFlight
 from carom.execution.observation.impact_collector import ImpactCollector
-from carom.execution.observation.open_contact import compute_gravity
 from carom.execution.observation.state_rows import StateRows
 from carom.execution.observation.step_cutter import Cutter
 from carom.execution.observation.validate_observation import Validator
