@@ -12,10 +12,9 @@ and an error of the solver.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import groupby
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,10 +91,6 @@ class LocalErrors:
         return values[~np.isnan(values)]
 
 
-#: Names of the fields of `LocalErrors` with one number per impact.
-_ERRORS = tuple(field.name for field in fields(LocalErrors) if field.name != "spurious")
-
-
 def find_own_states(trace: Trace) -> NDArray[np.void]:
     """Return the run's state before each impact, either recorded or computed by free flight after earlier impacts."""
     if trace.state_before is not None:
@@ -151,17 +146,15 @@ def measure_local_errors(trace: Trace, scales: Scales) -> LocalErrors:
 
     Only straight paths are measured. In scenes with gravity, damping or a table, all errors are NaN.
     """
-    if any(trace.scene.gravity_m_s2) or Slowing.of(trace.scene):
-        unknown: dict[str, Any] = dict.fromkeys(_ERRORS, np.full(len(trace.impacts), math.nan))
-        return LocalErrors(**unknown, spurious=())
     impacts, state, scene = trace.impacts, find_own_states(trace), trace.scene.arrays
     belt_speeds = np.stack([np.zeros(len(impacts)), scene.belt_speeds_of(impacts["second"])])  # of both surfaces
     start, bodies = state["time_s"], _Bodies(trace, state, belt_speeds)
     # An impact with NaN or an infinity has no local error, because a verdict reports such impacts.
     known = np.isfinite(bodies.position).all(axis=(0, 2)) & np.isfinite(start) & find_finite_impacts(trace)
-    turns = [i for i, drive in zip(scene.driven_discs, scene.disc_drives, strict=True) if len(drive.legs) > 1]
-    for disc in turns:  # a disc with a prescribed motion has no straight path
-        known &= (impacts["first"] != disc) & (impacts["second"] != disc)
+    known &= not (any(trace.scene.gravity_m_s2) or Slowing.of(trace.scene))
+    # A disc whose prescribed velocity changes has no straight path.
+    turning = [i for i, drive in zip(scene.driven_discs, scene.disc_drives, strict=True) if len(drive.legs) > 1]
+    known &= ~np.isin([impacts["first"], impacts["second"]], turning).any(axis=0)
     wait, normal = np.full(len(impacts), math.nan), np.zeros((len(impacts), 2))
     pairs, walls = np.flatnonzero(known & ~bodies.wall), np.flatnonzero(known & bodies.wall)
     wait[pairs] = _compute_time_to_contact(bodies, pairs)
@@ -177,10 +170,8 @@ def measure_local_errors(trace: Trace, scales: Scales) -> LocalErrors:
     normal[disc_rows] /= np.hypot(*normal[disc_rows].T)[:, None]
     normal[~happens] = math.nan
     after, rim = velocities(impacts, "after"), rim_speeds(trace, "after") + belt_speeds
-    predicted, predicted_rim = bodies.compute_after(
-        np.stack([normal, _find_pit_normals(trace, bodies, start, wait, normal)])
-    )
-    (expected, sampled), (expected_rim, sampled_rim) = predicted, predicted_rim
+    normals = np.stack([normal, _find_pit_normals(trace, bodies, start, wait, normal)])
+    (expected, sampled), (expected_rim, sampled_rim) = bodies.compute_after(normals)
     energy, expected_energy = bodies.compute_energies(np.stack([after, expected]), np.stack([rim, expected_rim]))
     instant = np.where(happens, start + wait, math.nan)
     velocity, sampling_velocity, solver_velocity = (
