@@ -11,15 +11,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from carom.comparator.scales import Scales, compute_lengths, compute_own_scales, find_largest
+from carom.comparator.scales import Array, Scales, compute_lengths, compute_own_scales, find_largest
 from carom.comparator.slowing import Slowing
 from carom.comparator.thresholds import THRESHOLDS
 from carom.model.scene import Wall
 from carom.model.trace import Trace, rim_speeds, velocities, wall_index
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,11 +16,10 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from carom.comparator.align_impacts import AlignedRun
 from carom.comparator.grades import Grade, find_worst_grade
-from carom.comparator.scales import compute_lengths
+from carom.comparator.scales import Array, compute_lengths
 from carom.comparator.stepwise.resting_pairs import RESTING_STEPS
 from carom.comparator.thresholds import THRESHOLDS
 from carom.model.flights import free_flights
@@ -29,9 +28,6 @@ from carom.model.step_windows import States
 from carom.model.trace import Mode, Outcome, Trace, wall_index
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.pit.solve import start_pit_run
-
-Array = NDArray[np.float64]
-
 
 #: Number of final states over which a disc's speed is averaged, because a disc that jitters is fast in one state and
 #: slow in the next.

@@ -13,15 +13,13 @@ from numpy.typing import NDArray
 
 from carom.comparator.match_impacts import Alignment
 from carom.comparator.non_finite import find_finite_impacts
-from carom.comparator.scales import Scales, compute_lengths, find_largest
+from carom.comparator.scales import Array, Scales, compute_lengths, find_largest
 from carom.comparator.thresholds import THRESHOLDS
 from carom.core.impact_law import ContactFrictions, RoughBodies
 from carom.model.energy import compute_kinetic_energies
 from carom.model.scene import Need
 from carom.model.trace import Trace, rim_speeds, velocities
 from carom.support.structured_arrays import join_rows
-
-Array = NDArray[np.float64]
 
 #: Features with which a scene does not conserve energy.
 _NOT_CONSERVED = frozenset(

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from carom.comparator.measure.errors import build_impact_bodies, compute_restitutions, larger_error
 from carom.comparator.non_finite import find_finite_impacts
-from carom.comparator.scales import Scales, compute_median
+from carom.comparator.scales import Array, Scales, compute_median
 from carom.comparator.slowing import Slowing
 from carom.comparator.stepwise import body_states
 from carom.comparator.stepwise.scene_bodies import FiniteWall, SceneBodies
@@ -32,7 +32,6 @@ from carom.model.disc_arrays import HalfPlane
 from carom.model.flights import free_flights
 from carom.model.trace import STATE_DTYPE, Trace, rim_speeds, turn_times, velocities, wall_index
 
-Array = NDArray[np.float64]
 Vector = tuple[float, float]
 
 

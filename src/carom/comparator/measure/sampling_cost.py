@@ -13,13 +13,12 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from carom.comparator.align_impacts import AlignedRun
 from carom.comparator.match_impacts import ComparisonRange, match_impacts
 from carom.comparator.measure.errors import MatchedRun, Measured, larger_error, measure_errors
 from carom.comparator.non_finite import find_non_finite
-from carom.comparator.scales import Scales, compute_scales, find_largest
+from carom.comparator.scales import Array, Scales, compute_scales, find_largest
 from carom.comparator.shifted_scenes import build_shifted_scenes, list_even_phases
 from carom.comparator.thresholds import THRESHOLDS
 from carom.errors import InputError
@@ -27,8 +26,6 @@ from carom.model.scene import Scene
 from carom.model.trace import Trace, rim_speeds, velocities
 from carom.solvers.pic import solve_pic
 from carom.solvers.pit.solve import solve_pit
-
-Array = NDArray[np.float64]
 
 #: Number of cached results, one per scene, step size and choice of phases. This number suffices for all scenes of the
 #: catalogue at three step sizes each.

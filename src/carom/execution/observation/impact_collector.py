@@ -18,13 +18,11 @@ from numpy.typing import NDArray
 from carom.comparator.slowing import Slowing, find_nearest_time
 from carom.comparator.thresholds import THRESHOLDS
 from carom.engines.api import Contact, Observation
-from carom.execution.observation.final_state import compute_gravity
+from carom.execution.observation.final_state import Array, compute_gravity
 from carom.model.disc_arrays import STANDS
 from carom.model.prescribed_motion import Course
 from carom.model.scene import Scene
 from carom.model.trace import STATE_DTYPE, ImpactRecord, Vector, build_impact_array, build_spin_array, wall_index
-
-Array = NDArray[np.float64]
 
 #: Numbers of two bodies.
 Pair = tuple[int, int]
