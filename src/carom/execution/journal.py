@@ -21,7 +21,7 @@ from pydantic import ValidationError
 
 from carom.errors import InputError
 from carom.execution.codec import Codec
-from carom.execution.job import Answer
+from carom.execution.job import Answer, T
 from carom.execution.pool import Closeable
 from carom.support.escaping import escape_controls, shorten
 from carom.support.limits import MOST_VALUES, count_values
@@ -36,7 +36,6 @@ LONGEST_LINE = 64 * 2**20
 _REMOVE = "remove the line, or name another folder"
 
 K = TypeVar("K")
-T = TypeVar("T")
 
 
 @dataclass(frozen=True)
