@@ -18,14 +18,8 @@ from carom.comparator.measure.measured_run import MeasuredRun
 from carom.comparator.scales import find_largest
 from carom.comparator.thresholds import THRESHOLDS
 from carom.comparator.verdict import Finding, Verdict
+from carom.comparator.verdicts import stepwise_verdicts
 from carom.comparator.verdicts.judged_run import JudgedRun
-from carom.comparator.verdicts.stepwise_verdicts import (
-    report_bad_steps,
-    report_divergence,
-    report_misreports,
-    report_polygons,
-    report_sinking,
-)
 from carom.model.trace import Outcome, pair_name
 from carom.support.formatting import (
     format_count,
@@ -61,13 +55,13 @@ def derive_verdicts(run: MeasuredRun, grade_before_tie: Grade | None) -> JudgedR
     if not judged.has_exact_steps:
         found += _report_ending(judged)
         if judged.has_diverged_before_miss:  # after two trajectories diverge, impacts only match by chance
-            found += [*report_divergence(judged), *report_misreports(judged)]
+            found += [*stepwise_verdicts.report_divergence(judged), *stepwise_verdicts.report_misreports(judged)]
         else:
             found += [*_report_missed_and_spurious(judged), *_report_order(judged), *_report_timing(judged)]
             found += [*_report_velocities(judged), *_report_spins(judged), *_report_end_state(judged)]
-    found += [*judged.drifts, *judged.contradictions, *report_sinking(judged)]
-    found += list(report_bad_steps(judged, has_findings=bool(found)))
-    found += report_polygons(judged) if found else ()
+    found += [*judged.drifts, *judged.contradictions, *stepwise_verdicts.report_sinking(judged)]
+    found += list(stepwise_verdicts.report_bad_steps(judged, has_findings=bool(found)))
+    found += stepwise_verdicts.report_polygons(judged) if found else ()
     if (contact := judged.contact) is not None and contact.grade is not Grade.EXACT:
         found.append(Finding(Verdict.CONTACT, _format_contact(contact)))
     if found:
