@@ -21,13 +21,9 @@ from carom.model.scene import Need
 from carom.model.trace import Trace, rim_speeds, velocities
 from carom.support.structured_arrays import join_rows
 
-#: Features with which a scene does not conserve energy.
-_NOT_CONSERVED = frozenset(
-    {
-        *(Need.RESTITUTION, Need.GRAVITY, Need.DAMPING, Need.TABLE_FRICTION, Need.FRICTION),
-        *(Need.DRIVEN_DISCS, Need.DRIVEN_WALLS),
-    }
-)
+#: Features with which a scene does not conserve kinetic energy.
+_DRIVEN = {Need.DRIVEN_DISCS, Need.DRIVEN_WALLS}
+_NOT_CONSERVED = _DRIVEN | {Need.RESTITUTION, Need.GRAVITY, Need.DAMPING, Need.TABLE_FRICTION, Need.FRICTION}
 
 #: A body that is slower than this fraction of the scene's greatest speed counts as resting, so its direction is not
 #: compared.
@@ -137,11 +133,6 @@ class Errors:
         return np.where(np.isnan(errors), 0.0, errors)
 
 
-_LARGEST_OF_IMPACTS = (
-    *("time_s", "reported_time_s", "velocity", "spin", "along_normal", "across_normal", "direction_rad"),
-)
-
-
 class MatchedRun(NamedTuple):
     """A run whose impacts were matched with those of a reference."""
 
@@ -197,15 +188,16 @@ def _build_measured(
 ) -> Measured:
     """Return all errors of a run. `impact_errors` has a row for each name in `_IMPACT_ERRORS`, and one for `time_s`."""
     errors = dict(zip((*_IMPACT_ERRORS, "time_s"), impact_errors, strict=True))
+    largest = {one.name: find_largest(errors[one.name]) for one in fields(Errors) if one.name in errors}
     restitution = errors["restitution_error"]
+    largest["restitution"] = find_largest(restitution[~np.isnan(restitution)])
     final_position, final_velocity, final_spin = ends.max(axis=1).tolist()
     return Measured(
         reference=run.reference,
         alignment=run.alignment,
         of_impacts=errors,
         largest=Errors(
-            **{name: find_largest(errors[name]) for name in _LARGEST_OF_IMPACTS},
-            restitution=find_largest(restitution[~np.isnan(restitution)]),
+            **largest,
             energy=energy,
             momentum=momentum,
             final_position=final_position / scales.length_m,
