@@ -88,8 +88,6 @@ class ContactScore:
 
     Attributes:
         begin_s: Time at which lasting contact begins in the reference, in seconds.
-        end_s: End of the comparison, in seconds: the end of the reference, or the first simultaneous impacts that have
-            no unique result.
         compared_states: Number of states that were compared.
         errors: Errors of the run.
         pit: Errors of PIT with the same step size; None for a run without steps.
@@ -110,7 +108,6 @@ class ContactScore:
     """
 
     begin_s: float
-    end_s: float
     compared_states: int
     errors: ContactErrors
     pit: ContactErrors | None
@@ -174,7 +171,6 @@ def score_contact(run: AlignedRun) -> ContactScore | None:
         grade = find_worst_grade(grade, Grade.INACCURATE)
     return ContactScore(
         begin_s=begin_s,
-        end_s=end_s,
         compared_states=len(truth.time_s),
         errors=own_errors,
         pit=pit,
