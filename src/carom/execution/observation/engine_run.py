@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any, cast
 
@@ -32,7 +32,6 @@ from carom.execution.validate_adapter import (
     to_whole_number,
 )
 from carom.model.scene import Scene
-from carom.model.step_windows import States
 from carom.model.trace import Outcome, Samples, Trace, resolve_profile
 from carom.support.limits import LARGEST
 
@@ -178,8 +177,8 @@ class _Run:
         self.positions = [arrays.position_m]
         self.stride = -(-self.steps // MOST_SAMPLES)
         may_rest = scene.gravity_m_s2 != (0.0, 0.0) and bool(scene.walls) and len(scene.discs) <= MOST_STORED_DISCS
-        self.stored_states: list[tuple[float, Observation]] | None = [] if stepwise and may_rest else None
-        self.stored_steps = frozenset[int]() if self.stored_states is None else choose_stored_steps(self.steps)
+        self.stored_steps = choose_stored_steps(self.steps) if stepwise and may_rest else frozenset[int]()
+        self.stored, self.stored_count = StateRows(len(self.stored_steps), discs), 0
 
     @property
     def state(self) -> Observation:
@@ -260,9 +259,10 @@ class _Run:
     def _keep_states(self, steps: range, row: int) -> None:
         """Store some of the states after `steps` for the trace. Row number `row` contains the first of these states."""
         rows, shift = self.rows, row - steps.start
-        if self.stored_states is not None:
-            stored = (step for step in steps if step in self.stored_steps)
-            self.stored_states += [(step * self.dt_s, rows.observation(step + shift)) for step in stored]
+        for step in sorted(self.stored_steps.intersection(steps)):
+            self.stored.numbers[self.stored_count] = rows.numbers[step + shift]
+            self.stored.time_s[self.stored_count] = step * self.dt_s
+            self.stored_count += 1
         if self.samples:
             self.positions += [rows.position_m[step + shift].copy() for step in steps if step % self.stride == 0]
 
@@ -307,6 +307,7 @@ class _Run:
     def build_trace(self, method: str) -> Trace:
         """Return the trace, with the final state advanced to the end of the scene."""
         self._pass_on_states()
+        self.stored.has_spins = self.rows.has_spins
         completed, duration_s = self.outcome is Outcome.COMPLETED, self.scene.duration_s
         impacts, effective, states, spins = self.collector.finish()
         last = LastStep(self.scene, *self.find_last_state(self.row), self.steps_taken * self.dt_s, self.state)
@@ -346,16 +347,8 @@ class _Run:
             spins=spins,
             final_spin_rad_s=final.spin_rad_s,
             local_truth=None if self.watch is None else self.watch.finish(),
-            observed_states=_build_states(self.stored_states) if self.stored_states else None,
+            observed_states=self.stored.states(slice(self.stored_count)) if self.stored_count else None,
         )
-
-
-def _build_states(stored_states: Sequence[tuple[float, Observation]]) -> States:
-    times, observations = zip(*stored_states, strict=True)
-    positions = np.array([state.position_m for state in observations])
-    velocities = np.array([state.velocity_m_s for state in observations])
-    spins = [state.spin_rad_s for state in observations if state.spin_rad_s is not None]
-    return States(np.array(times), positions, velocities, np.array(spins) if len(spins) == len(times) else None)
 
 
 def _classify_end(warning: str) -> tuple[Outcome, tuple[str, ...]]:
