@@ -82,10 +82,9 @@ class Scorer:
 
 def _require_scene(reference: Trace, trace_name: str, trace: Trace) -> None:
     if trace.scene != reference.scene:
-        message = (
-            f"the reference is of scene {reference.scene.name!r}, but {trace_name} is of scene {trace.scene.name!r}"
-        )
-        raise InputError(f"{message} (perhaps in another version): only traces of one scene can be compared")
+        names = f"of scene {reference.scene.name!r}, but {trace_name} is of scene {trace.scene.name!r}"
+        hint = "(perhaps in another version): only traces of one scene can be compared"
+        raise InputError(f"the reference is {names} {hint}")
 
 
 def _run_stages(baseline: Baseline, observed: Trace, horizon: float | None) -> Score:

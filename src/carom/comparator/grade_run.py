@@ -162,12 +162,10 @@ def _has_pit_results(judged: JudgedRun) -> bool:
     """Whether a run has the same impacts and final state as PIT, except for rounding."""
     if judged.measured_against_pit is None:
         return False
-    alignment = judged.measured_against_pit.alignment
-    return (
-        not (alignment.missed or alignment.spurious or alignment.undecided)
-        and _is_consistent(judged)
-        and _is_within_rounding(judged, judged.measured_against_pit, judged.rounding * judged.scales.time_s)
-    )
+    alignment, rounding_s = judged.measured_against_pit.alignment, judged.rounding * judged.scales.time_s
+    if alignment.missed or alignment.spurious or alignment.undecided:
+        return False
+    return _is_consistent(judged) and _is_within_rounding(judged, judged.measured_against_pit, rounding_s)
 
 
 def _is_consistent(judged: JudgedRun, *, allow_sampling: bool = True) -> bool:

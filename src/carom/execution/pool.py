@@ -128,10 +128,8 @@ class Lane(TaskRunner):
 
     def renew(self) -> None:
         """End the processes; the next task starts a new process."""
-        with self._lock:
-            ended, self._workers = self._workers, {}
-        for worker in ended.values():
-            worker.close()
+        self.close()
+        self._workers, self._closed = {}, False
 
     def stop(self) -> None:
         """Abort the task that is running, and refuse further tasks."""

@@ -91,9 +91,8 @@ def measure_consistency(trace: Trace, scales: Scales, until_s: float = math.inf)
 
     Only times up to `until_s` are checked, because there is no free flight after a disc comes to rest.
     """
-    disc, since_s, velocity_error, spun, position_error, allowed = np.concatenate(
-        list(_iterate_flights(trace, until_s)), axis=1
-    )
+    flights = np.concatenate(list(_iterate_flights(trace, until_s)), axis=1)
+    disc, since_s, velocity_error, spun, position_error, allowed = flights
     reach = compute_own_scales(trace).reach_m[disc.astype(np.intp)]
 
     def find_worst(sizes: Array) -> Deviation:
@@ -156,10 +155,9 @@ def _iterate_flights(trace: Trace, until_s: float) -> Iterator[Array]:
         duration_s = np.diff(time)
         kept_fraction, flown_s = _compute_slowing(slowing, duration_s, np.hypot(*leaving.T))
         change = arriving - leaving * kept_fraction[:, None]
-        spun = np.abs(
-            np.concatenate([rims_arriving[rows], rims_end[[number]]])
-            - np.concatenate([start.surface_speed_m_s[[number]], rims_leaving[rows]]) * kept_fraction
-        )
+        rim_leaving = np.concatenate([start.surface_speed_m_s[[number]], rims_leaving[rows]])
+        rim_arriving = np.concatenate([rims_arriving[rows], rims_end[[number]]])
+        spun = np.abs(rim_arriving - rim_leaving * kept_fraction)
         path_error = _compute_path_errors(place, leaving * flown_s[:, None])
         allowed = trace.dt_s * np.concatenate([[0.0], closing[own_impacts], [0.0]])
         gx, gy = (0.0, 0.0) if disc.immovable else trace.scene.gravity_m_s2
@@ -206,9 +204,10 @@ def _compute_turn_places(trace: Trace, turning: Array) -> Array:
     slowing = Slowing.of(trace.scene)
     if slowing:  # only the velocity at the impact is known, so follow the flight backwards
         speed = compute_lengths(before)
-        waited = np.array(
-            [-_compute_slowing(slowing, -duration_s, fast)[1] for duration_s, fast in zip(waited, speed, strict=True)]
-        )
+        flown = [
+            _compute_slowing(slowing, -duration_s, fast)[1] for duration_s, fast in zip(waited, speed, strict=True)
+        ]
+        waited = -np.array(flown)
         if slowing.table_m_s2:  # the earlier path of a disc that has stopped is not known
             waited = np.where(speed > 0.0, waited, math.nan)
     places: Array = np.stack([state["position_first"], state["position_second"]]) + before * waited[..., None]

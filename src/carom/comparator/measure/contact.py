@@ -265,12 +265,10 @@ def _find_greatest_length(vectors: Array) -> float:
 
 
 def _measure_errors(reference: Trace, truth: States, observed: States) -> ContactErrors:
+    place, velocity = observed.position_m - truth.position_m, observed.velocity_m_s - truth.velocity_m_s
     rims = reference.scene.arrays.radius_m * (observed.spins - truth.spins)
-    return ContactErrors(
-        _find_greatest_length(observed.position_m - truth.position_m),
-        _find_greatest_length(observed.velocity_m_s - truth.velocity_m_s),
-        float(np.max(np.abs(rims))) if reference.scene.arrays.turns else 0.0,
-    )
+    rim = float(np.max(np.abs(rims))) if reference.scene.arrays.turns else 0.0
+    return ContactErrors(_find_greatest_length(place), _find_greatest_length(velocity), rim)
 
 
 @lru_cache(maxsize=32)

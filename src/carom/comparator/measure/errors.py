@@ -306,10 +306,8 @@ def _measure_impact_errors(runs: Sequence[MatchedRun], scales: Scales) -> Array:
     normal, after, true_after = expected["normal"], velocities(found, "after"), velocities(expected, "after")
     difference = np.where(known[:, :, None], after - true_after, 0.0)
     across = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
-    spun = np.concatenate(
-        [rim_speeds(run.observed, "after")[:, o] - rim_speeds(run.reference, "after")[:, r] for run, r, o in matched],
-        axis=1,
-    )
+    true_rims = np.concatenate([rim_speeds(run.reference, "after")[:, r] for run, r, _ in matched], axis=1)
+    spun = np.concatenate([rim_speeds(run.observed, "after")[:, o] for run, _, o in matched], axis=1) - true_rims
     restitution = compute_restitutions(velocities(found, "before"), after, found["normal"])
     restitution[~known.all(axis=0)] = math.nan
     parts = (

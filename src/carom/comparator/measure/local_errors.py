@@ -151,9 +151,9 @@ def measure_local_errors(trace: Trace, scales: Scales) -> LocalErrors:
     # An impact with NaN or an infinity has no local error, because a verdict reports such impacts.
     known = np.isfinite(bodies.position).all(axis=(0, 2)) & np.isfinite(start) & find_finite_impacts(trace)
     known &= not (any(trace.scene.gravity_m_s2) or Slowing.of(trace.scene))
-    # A disc whose prescribed velocity changes has no straight path.
     turning = [i for i, drive in zip(scene.driven_discs, scene.disc_drives, strict=True) if len(drive.legs) > 1]
-    known &= ~np.isin([impacts["first"], impacts["second"]], turning).any(axis=0)
+    for disc in turning:  # a disc whose prescribed velocity changes has no straight path
+        known &= (impacts["first"] != disc) & (impacts["second"] != disc)
     wait, normal = np.full(len(impacts), math.nan), np.zeros((len(impacts), 2))
     pairs, walls = np.flatnonzero(known & ~bodies.wall), np.flatnonzero(known & bodies.wall)
     wait[pairs] = _compute_time_to_contact(bodies, pairs)
@@ -173,10 +173,8 @@ def measure_local_errors(trace: Trace, scales: Scales) -> LocalErrors:
     (expected, sampled), (expected_rim, sampled_rim) = bodies.compute_after(normals)
     energy, expected_energy = bodies.compute_energies(np.stack([after, expected]), np.stack([rim, expected_rim]))
     instant = np.where(happens, start + wait, math.nan)
-    velocity, sampling_velocity, solver_velocity = (
-        larger_error(difference) / scales.speed_m_s
-        for difference in (after - expected, sampled - expected, after - sampled)
-    )
+    differences = (after - expected, sampled - expected, after - sampled)
+    velocity, sampling_velocity, solver_velocity = (larger_error(one) / scales.speed_m_s for one in differences)
     rims = np.abs([rim - expected_rim, sampled_rim - expected_rim, rim - sampled_rim]).max(axis=1)  # keeps NaN
     spin, sampling_spin, solver_spin = rims / scales.rim_m_s if scene.turns else np.full_like(rims, math.nan)
     return LocalErrors(

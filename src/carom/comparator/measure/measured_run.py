@@ -65,10 +65,8 @@ class MeasuredRun(AlignedRun):
         own_scales, impacts = self.baseline.find_own_scales(measured.reference), measured.matched
         velocity = measured.of_impacts["velocity"] * self.scales.speed_m_s
         rim = measured.of_impacts["spin"] * self.scales.rim_m_s
-        is_rounding = (velocity <= self.rounding * own_scales.speed_m_s[impacts]) & ~(
-            rim > self.rounding * own_scales.rim_m_s[impacts]
-        )
-        return bool(is_rounding.all())
+        is_rounding = velocity <= self.rounding * own_scales.speed_m_s[impacts]
+        return bool((is_rounding & ~(rim > self.rounding * own_scales.rim_m_s[impacts])).all())
 
     def compute_end_rounding(self, measured: Measured, *, exactly: bool) -> NDArray[np.float64]:
         """Return the largest rounding errors of final positions, velocities and rim speeds; see `Measured.ends`.
@@ -81,9 +79,7 @@ class MeasuredRun(AlignedRun):
         if exactly and self.observed.dt_s:
             step_m = own_scales.final_speed_m_s * self.observed.dt_s
             # The position of a disc that never moves is not rounded at each step.
-            most_m = np.where(
-                own_scales.final_speed_m_s > 0.0, THRESHOLDS.close * step_m, self.rounding * own_scales.reach_m
-            )
+            most_m = np.where(step_m > 0.0, THRESHOLDS.close * step_m, self.rounding * own_scales.reach_m)
             place = np.minimum(place, most_m)
         return np.stack([place, self.rounding * own_scales.final_speed_m_s, self.rounding * own_scales.final_rim_m_s])
 

@@ -174,11 +174,10 @@ def _measure_costs_at_phases(
     reference = solve_pic(scene, max_impacts=reliable_impacts if cut else None)
     scales = compute_scales(scene, reference)
     shifted_scenes = build_shifted_scenes(reference, dt_s, phases)
+    runs = _run_shifted_scenes(reference, shifted_scenes, dt_s, reliable_impacts, cut)
     return tuple(
         SamplingCost.of(dt_s, measure_impact_errors(measured, scales, reliable_impacts), measured)
-        for measured in measure_errors(
-            _run_shifted_scenes(reference, shifted_scenes, dt_s, reliable_impacts, cut), scales
-        )
+        for measured in measure_errors(runs, scales)
     )
 
 

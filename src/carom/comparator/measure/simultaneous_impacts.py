@@ -281,14 +281,12 @@ def _apply_impact(scene: Scene, contact: TouchingBodies, motion: Motions, row: d
         slip -= float(np.array(wall_m_s) @ tangent)
         slip += start.belt_of_wall(wall_index(second))
     inverse_effective_mass = sum(weights[body] * (1.0 + 1.0 / start.inertia[body]) for body, _ in sides)
-    angular_impulse = friction_impulse = primitives.tangential_impulse(
-        *law, slip, inverse_effective_mass, normal_impulse
-    )
+    friction_impulse = primitives.tangential_impulse(*law, slip, inverse_effective_mass, normal_impulse)
+    angular_impulse = friction_impulse
     if resists:  # for an impact on a wall, impulses are divided by the disc's mass
-        rim, weight = motion[row[first], 2], weights[first]
-        friction, turning, _ = primitives.frictional_impulses(
-            *law, resists, slip, rim, 1.0 / start.inertia[first], normal_impulse * weight
-        )
+        rim, weight, inverse = motion[row[first], 2], weights[first], 1.0 / start.inertia[first]
+        pushed = normal_impulse * weight
+        friction, turning, _ = primitives.frictional_impulses(*law, resists, slip, rim, inverse, pushed)
         friction_impulse, angular_impulse = friction / weight, turning / weight
     for body, sign in sides:
         after[row[body], :2] += sign * friction_impulse * weights[body] * tangent

@@ -148,11 +148,9 @@ def choose_stored_steps(steps: int) -> frozenset[int]:
     stored. If stored steps were equally spaced, a disc that hops every two steps could seem to rest.
     """
     stretch = -(-steps // MOST_STORED_STATES)
-    stretches = range(0, steps, stretch)
-    return frozenset(
-        min(begin + 1 + int(stretch * phase), steps)
-        for begin, phase in zip(stretches, generate_phases(len(stretches)), strict=True)
-    )
+    begins = range(0, steps, stretch)
+    phases = generate_phases(len(begins))
+    return frozenset(min(begin + 1 + int(stretch * phase), steps) for begin, phase in zip(begins, phases, strict=True))
 
 
 class _Run:

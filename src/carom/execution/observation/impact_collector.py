@@ -186,9 +186,8 @@ class OpenContact:
             speed, elapsed_s = np.hypot(*state.velocity_m_s.T), np.array(time_s - since_s)
             place = state.position_m + state.velocity_m_s * slowing.compute_flown_times(elapsed_s, speed)[:, None]
             velocity = state.velocity_m_s * slowing.compute_kept_fractions(elapsed_s, speed)[:, None]
-            motions.append(
-                self._compute_relative_motion(replace(state, position_m=place, velocity_m_s=velocity), time_s, leg)
-            )
+            moved = replace(state, position_m=place, velocity_m_s=velocity)
+            motions.append(self._compute_relative_motion(moved, time_s, leg))
         (d0, u0), (d1, u1) = motions
         return d0 - d1, u0 - u1
 
