@@ -64,15 +64,13 @@ def grade_trajectory(judged: JudgedRun) -> Grade:
 def _add_phase_dependence(found: tuple[Finding, ...], as_right: int, phases: int) -> tuple[Finding, ...]:
     """Report that the run equals PIT, and that PIT is less accurate at other phases of the step.
 
-    If nothing is wrong with the run, the note is added to the reason of its verdict CONFORMS.
+    If nothing is wrong with the run, its first verdict is CONFORMS, and the note is added to the reason of this
+    verdict.
     """
     note = f"PIT is equally accurate at {as_right} of {phases} phases of the step"
-    if not any(finding.verdict is Verdict.CONFORMS for finding in found):
-        return (*found, Finding(Verdict.LUCKY_PHASE, note))
-    return tuple(
-        Finding(finding.verdict, f"{finding.reason}; {note}") if finding.verdict is Verdict.CONFORMS else finding
-        for finding in found
-    )
+    if found[0].verdict is Verdict.CONFORMS:
+        return (Finding(Verdict.CONFORMS, f"{found[0].reason}; {note}"), *found[1:])
+    return (*found, Finding(Verdict.LUCKY_PHASE, note))
 
 
 def _grade_flight_and_contact(judged: JudgedRun) -> Grade:

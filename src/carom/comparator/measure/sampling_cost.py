@@ -67,12 +67,16 @@ class SamplingCost:
     close_phases: int = 0
 
     @classmethod
-    def of(cls, dt_s: float, errors: Array, measured: Measured) -> SamplingCost:
-        """Return the cost of sampling at one phase, from PIT's errors at that phase."""
+    def of(cls, dt_s: float, measured: Measured, scales: Scales, impacts: int) -> SamplingCost:
+        """Return the cost of sampling at one phase, from PIT's errors at that phase.
+
+        `impacts` is the number of reliable impacts.
+        """
+        errors = measure_impact_errors(measured, scales, impacts)
         worst, alignment, matched = measured.largest, measured.alignment, measured.matched
         all_found = not (alignment.missed or alignment.spurious or alignment.undecided)
         late_s = (abs(worst.time_s) if matched else 0.0) if all_found else math.inf
-        first_missed, off_s = min(alignment.missed, default=errors.shape[1]), np.zeros(errors.shape[1])
+        first_missed, off_s = min(alignment.missed, default=impacts), np.zeros(impacts)
         off_s[matched] = np.abs(measured.of_impacts["time_s"])
         is_found = np.arange(len(off_s)) < first_missed
         found, found_off_s = np.where(is_found, errors, 0.0), np.where(is_found, off_s, 0.0)
@@ -110,7 +114,7 @@ def measure_sampling_cost(aligned: AlignedRun, pit: Trace, measured: Measured, m
     reference, impacts, cut = aligned.reference, aligned.compared.impacts, not aligned.compared.is_whole_run
 
     def measure_even_phases() -> tuple[list[SamplingCost], SamplingCost]:
-        costs = [SamplingCost.of(pit.dt_s, measure_impact_errors(measured, aligned.scales, impacts), measured)]
+        costs = [SamplingCost.of(pit.dt_s, measured, aligned.scales, impacts)]
         if pit.dt_s and impacts:
             phases = list_even_phases(THRESHOLDS.phases)[1:]  # at phase 0, the scene is not shifted
             costs += _measure_costs_at_phases(reference.scene, pit.dt_s, impacts, cut, phases)
@@ -175,10 +179,7 @@ def _measure_costs_at_phases(
     scales = compute_scales(scene, reference)
     shifted_scenes = build_shifted_scenes(reference, dt_s, phases)
     runs = _run_shifted_scenes(reference, shifted_scenes, dt_s, reliable_impacts, cut)
-    return tuple(
-        SamplingCost.of(dt_s, measure_impact_errors(measured, scales, reliable_impacts), measured)
-        for measured in measure_errors(runs, scales)
-    )
+    return tuple(SamplingCost.of(dt_s, measured, scales, reliable_impacts) for measured in measure_errors(runs, scales))
 
 
 def _run_shifted_scenes(

@@ -323,10 +323,9 @@ class _Run:
                 discs, until_s = [*range(len(self.scene.discs))], duration_s
             last = last.undo_later_impacts(discs, until_s, impacts, turned_s, spins)
         if self.samples and completed:
-            self.positions += [
-                last.state.position_m + last.state.velocity_m_s * ((step - self.steps_taken) * self.dt_s)
-                for step in range(len(self.positions) * self.stride, self.steps + 1, self.stride)
-            ]
+            for step in range(len(self.positions) * self.stride, self.steps + 1, self.stride):
+                seconds = (step - self.steps_taken) * self.dt_s
+                self.positions.append(last.state.position_m + last.state.velocity_m_s * seconds)
         final = last.move_to(duration_s if completed else last.end_s)
         instants_s = np.arange(len(self.positions), dtype=np.float64) * (self.stride * self.dt_s)
         return Trace(
