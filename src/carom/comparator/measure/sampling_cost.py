@@ -177,16 +177,15 @@ def _measure_costs_at_phases(
     """
     reference = solve_pic(scene, max_impacts=reliable_impacts if cut else None)
     scales = compute_scales(scene, reference)
-    shifted_scenes = build_shifted_scenes(reference, dt_s, phases)
-    runs = _run_shifted_scenes(reference, shifted_scenes, dt_s, reliable_impacts, cut)
+    runs = _run_shifted_scenes(reference, dt_s, phases, reliable_impacts, cut)
     return tuple(SamplingCost.of(dt_s, measured, scales, reliable_impacts) for measured in measure_errors(runs, scales))
 
 
 def _run_shifted_scenes(
-    reference: Trace, shifted_scenes: Iterable[Scene], dt_s: float, reliable_impacts: int, cut: bool
+    reference: Trace, dt_s: float, phases: Iterable[float], reliable_impacts: int, cut: bool
 ) -> Iterator[MatchedRun]:
     """Run shifted scenes with PIT and PIC, and match their impacts up to the first that differs from `reference`."""
-    for shifted_scene in shifted_scenes:
+    for shifted_scene in build_shifted_scenes(reference, dt_s, phases):
         try:
             truth = solve_pic(shifted_scene, max_impacts=reliable_impacts + 1)
             pit = solve_pit(shifted_scene, frame_rate_hz=1.0 / dt_s)
