@@ -12,9 +12,10 @@ and an error of the solver.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from itertools import groupby
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,6 +91,10 @@ class LocalErrors:
         return values[~np.isnan(values)]
 
 
+#: Names of the fields of `LocalErrors` with one number per impact.
+_ERRORS = tuple(field.name for field in fields(LocalErrors) if field.name != "spurious")
+
+
 def find_own_states(trace: Trace) -> NDArray[np.void]:
     """Return the run's state before each impact, either recorded or computed by free flight after earlier impacts."""
     if trace.state_before is not None:
@@ -145,12 +150,14 @@ def measure_local_errors(trace: Trace, scales: Scales) -> LocalErrors:
 
     Only straight paths are measured. In scenes with gravity, damping or a table, all errors are NaN.
     """
+    if any(trace.scene.gravity_m_s2) or Slowing.of(trace.scene):
+        unknown: dict[str, Any] = dict.fromkeys(_ERRORS, np.full(len(trace.impacts), math.nan))
+        return LocalErrors(**unknown, spurious=())
     impacts, state, scene = trace.impacts, find_own_states(trace), trace.scene.arrays
     belt_speeds = np.stack([np.zeros(len(impacts)), scene.belt_speeds_of(impacts["second"])])  # of both surfaces
     start, bodies = state["time_s"], _Bodies(trace, state, belt_speeds)
     # An impact with NaN or an infinity has no local error, because a verdict reports such impacts.
     known = np.isfinite(bodies.position).all(axis=(0, 2)) & np.isfinite(start) & find_finite_impacts(trace)
-    known &= not (any(trace.scene.gravity_m_s2) or Slowing.of(trace.scene))
     turning = [i for i, drive in zip(scene.driven_discs, scene.disc_drives, strict=True) if len(drive.legs) > 1]
     for disc in turning:  # a disc whose prescribed velocity changes has no straight path
         known &= (impacts["first"] != disc) & (impacts["second"] != disc)
