@@ -5,19 +5,16 @@ from carom.comparator.grades import Grade
 from carom.comparator.horizon import Horizon, compute_horizon, horizon
 from carom.comparator.measure.errors import Errors, ImpactError
 from carom.comparator.measure.stepwise_score import LocalScore
-from carom.comparator.scales import Scales
 from carom.comparator.score import Score
 from carom.comparator.stepwise.step_watch import compute_local_truth
-from carom.comparator.verdict import Finding, Verdict
+from carom.comparator.verdict import Verdict
 
 __all__ = [
     "Errors",
-    "Finding",
     "Grade",
     "Horizon",
     "ImpactError",
     "LocalScore",
-    "Scales",
     "Score",
     "Scorer",
     "Verdict",

@@ -49,10 +49,9 @@ def align_impacts(compared: ComparedRun) -> AlignedRun:
     reference, observed, pit = compared.reference, compared.observed, compared.pit
     alignment = match_impacts(reference, observed, compared.compared)
     visible_in_states = _find_shown_by_states(reference, alignment.missed, compared.truth, observed.dt_s)
-    alignment = alignment._replace(
-        missed=tuple(k for k in alignment.missed if k not in visible_in_states),
-        spurious=_drop_contact_starts(reference, observed, alignment.spurious),
-    )
+    missed = tuple(k for k in alignment.missed if k not in visible_in_states)
+    spurious = _drop_contact_starts(reference, observed, alignment.spurious)
+    alignment = alignment._replace(missed=missed, spurious=spurious)
     edits, inverted = compare_order(reference, observed, alignment)
     pit_alignment = against_pit = pit_diverged_s = None
     if pit is not None:

@@ -146,11 +146,10 @@ def find_range(baseline: Baseline, observed: Trace, horizon: float | None) -> Co
     Raises:
         InputError: The horizon is negative or not a number.
     """
-    reference, pit = baseline.reference, baseline.pit
-    compared = baseline.compute_once(
-        (clip_before_rest, horizon, type(horizon), observed.dt_s),
-        lambda: clip_before_rest(reference, comparison_range(reference, horizon), observed.dt_s, pit),
-    )
+    reference, pit, dt_s = baseline.reference, baseline.pit, observed.dt_s
+    reliable = comparison_range(reference, horizon)
+    key = (clip_before_rest, reliable, dt_s)
+    compared = baseline.compute_once(key, lambda: clip_before_rest(reference, reliable, dt_s, pit))
     truth, tie_s = observed.local_truth, None
     if reference.outcome is Outcome.CRUSHED and truth is not None:  # a disc has no possible state after it is crushed
         truth = truth.clip_to(compared.until_s)

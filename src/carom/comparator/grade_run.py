@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from carom.comparator.grades import Grade, find_worst_grade
-from carom.comparator.measure.errors import Errors, Measured
-from carom.comparator.measure.sampling_cost import SamplingCost
+from carom.comparator.measure.errors import Measured
+from carom.comparator.measure.sampling_cost import SamplingCost, measure_changes, measure_impact_errors
 from carom.comparator.measure.stepwise_score import LocalScore
 from carom.comparator.scales import find_largest
 from carom.comparator.score import Score
@@ -47,7 +48,6 @@ def grade_run(judged: JudgedRun) -> Score:
         local=judged.local,
         convention=judged.convention,
         consistency=judged.consistency,
-        branches=judged.branches,
         local_truth=judged.local_truth,
         diverged_s=judged.diverged_s if judged.has_diverged_before_miss else None,
         pit_diverged_s=judged.pit_diverged_s,
@@ -64,15 +64,13 @@ def grade_trajectory(judged: JudgedRun) -> Grade:
 def _add_phase_dependence(found: tuple[Finding, ...], as_right: int, phases: int) -> tuple[Finding, ...]:
     """Report that the run equals PIT, and that PIT is less accurate at other phases of the step.
 
-    If nothing is wrong with the run, the note is added to the reason of its verdict CONFORMS.
+    If nothing is wrong with the run, its first verdict is CONFORMS, and the note is added to the reason of this
+    verdict.
     """
     note = f"PIT is equally accurate at {as_right} of {phases} phases of the step"
-    if not any(finding.verdict is Verdict.CONFORMS for finding in found):
-        return (*found, Finding(Verdict.LUCKY_PHASE, note))
-    return tuple(
-        Finding(finding.verdict, f"{finding.reason}; {note}") if finding.verdict is Verdict.CONFORMS else finding
-        for finding in found
-    )
+    if found[0].verdict is Verdict.CONFORMS:
+        return (Finding(Verdict.CONFORMS, f"{found[0].reason}; {note}"), *found[1:])
+    return (*found, Finding(Verdict.LUCKY_PHASE, note))
 
 
 def _grade_flight_and_contact(judged: JudgedRun) -> Grade:
@@ -147,13 +145,14 @@ def _grade_by_trajectory(judged: JudgedRun) -> Grade:
         return Grade.INACCURATE
     if undecided:
         return Grade.UNGRADED
-    if close and _has_good_end(judged, judged.sampling_cost, THRESHOLDS.close):
+    if close and _has_good_end(judged, THRESHOLDS.close * judged.sampling_cost.final):
         return Grade.CLOSE
     # If all steps are graded *sampled* or better, checking once per step explains the final state. So the errors of the
     # final state may be as large as PIT's errors at PIT's worst phase.
     local = judged.local_truth
     is_only_sampled = local is not None and find_worst_grade(local.grade, Grade.SAMPLED) is Grade.SAMPLED
-    has_good_end = _has_good_end(judged, judged.sampling_cost if is_only_sampled else judged.sampling.largest)
+    pit = judged.sampling_cost.final if is_only_sampled else judged.sampling.largest.list_final_errors()
+    has_good_end = _has_good_end(judged, pit)
     return Grade.SAMPLED if sampled and has_good_end else Grade.INACCURATE
 
 
@@ -161,12 +160,10 @@ def _has_pit_results(judged: JudgedRun) -> bool:
     """Whether a run has the same impacts and final state as PIT, except for rounding."""
     if judged.measured_against_pit is None:
         return False
-    alignment = judged.measured_against_pit.alignment
-    return (
-        not (alignment.missed or alignment.spurious or alignment.undecided)
-        and _is_consistent(judged)
-        and _is_within_rounding(judged, judged.measured_against_pit, judged.rounding * judged.scales.time_s)
-    )
+    alignment, rounding_s = judged.measured_against_pit.alignment, judged.rounding * judged.scales.time_s
+    if alignment.missed or alignment.spurious or alignment.undecided:
+        return False
+    return _is_consistent(judged) and _is_within_rounding(judged, judged.measured_against_pit, rounding_s)
 
 
 def _is_consistent(judged: JudgedRun, *, allow_sampling: bool = True) -> bool:
@@ -220,7 +217,8 @@ def _has_sampled_impacts(judged: JudgedRun, sampling: Measured, cost: SamplingCo
     own_scales, scales = judged.baseline.find_own_scales(judged.reference), judged.scales
     rounding_s, count = judged.rounding * scales.time_s, judged.compared.impacts
     known_ratio, dt_s = 1.0 + THRESHOLDS.ratio_known_of(judged.observed.float_bits), judged.observed.dt_s
-    pit, is_found = np.concatenate([np.zeros((1, count)), judged.changes[:, :count]]), np.zeros(count, dtype=np.bool_)
+    changes = judged.baseline.compute_once(measure_changes, lambda: measure_changes(judged.reference, scales))
+    pit, is_found = np.concatenate([np.zeros((1, count)), changes[:, :count]]), np.zeros(count, dtype=np.bool_)
     is_found[sampling.matched] = True
     of_pit = sampling.of_impacts
     pit_spin = np.where(np.isnan(of_pit["spin"]), 0.0, of_pit["spin"])
@@ -247,23 +245,19 @@ def _has_sampled_impacts(judged: JudgedRun, sampling: Measured, cost: SamplingCo
     return bool((is_sampled & (~(time_s < -rounding_s) | is_explained)).all())
 
 
-def _has_good_end(judged: JudgedRun, cost: SamplingCost | Errors, part: float = 1.0) -> bool:
-    """Whether the final errors are at most `part` times PIT's, or the final state follows from the run's own impacts.
+def _has_good_end(judged: JudgedRun, allowed_errors: NDArray[np.float64]) -> bool:
+    """Whether the final errors are small enough, or the final state follows from the run's own impacts.
 
-    An energy error of a millionth is always allowed. If PIT's final error was not measured (NaN), the run's error must
-    be within rounding.
+    Rounding and an energy error of a millionth are allowed in addition to `allowed_errors`, which has the order of
+    `Errors.list_final_errors`.
     """
-    found, own = judged.measured.largest, judged.consistency
-    if not abs(found.energy) <= max(part * abs(cost.energy) + judged.rounding, THRESHOLDS.energy):
+    own, scales, (energy, *final) = judged.consistency, judged.scales, allowed_errors
+    if not abs(judged.measured.largest.energy) <= max(energy + judged.rounding, THRESHOLDS.energy):
         return False
     falls = any(judged.reference.scene.gravity_m_s2)
     if own is not None and not (falls or own.unchecked) and own.strayed <= judged.place_rounding:
         return True
-    position, velocity, spin = (
-        0.0 if math.isnan(x) else part * x for x in (cost.final_position, cost.final_velocity, cost.final_spin)
-    )
-    scales = judged.scales
-    allowed = np.array([position * scales.length_m, velocity * scales.speed_m_s, spin * scales.rim_m_s])[:, None]
+    allowed = np.multiply(final, [scales.length_m, scales.speed_m_s, scales.rim_m_s])[:, None]
     allowed = allowed + judged.compute_end_rounding(judged.measured, exactly=False)
     return not bool(np.any(judged.measured.ends > allowed))
 
@@ -279,16 +273,15 @@ def _compute_price_paid(judged: JudgedRun) -> float:
         return math.nan
     if judged.has_other_ending and judged.alignment.undecided:
         return math.inf
-    ratios, largest_costs = [], cost.errors[:, -1].tolist()
-    for largest_error, largest_cost in zip(np.max(judged.impact_errors, axis=1).tolist(), largest_costs, strict=True):
-        if largest_error <= judged.rounding:
-            ratios.append(0.0)  # the ratio is 0 for an error within rounding, even if PIT has no error
-        else:  # the ratio is infinite if PIT has no error
-            ratios.append(largest_error / largest_cost if largest_cost > THRESHOLDS.rounding else math.inf)
+    largest_errors = np.max(measure_impact_errors(judged.measured, judged.scales, judged.compared.impacts), axis=1)
+    largest_costs = cost.errors[:, -1]
+    ratios = np.where(largest_costs > THRESHOLDS.rounding, largest_errors / largest_costs, math.inf)
+    # The ratio is 0 for an error within rounding, even if PIT has no error.
+    price_paid = float(np.max(np.where(largest_errors <= judged.rounding, 0.0, ratios)))
     step_s = judged.observed.dt_s or cost.dt_s
-    if max(largest_costs) <= THRESHOLDS.rounding and max(ratios) == 0.0 and step_s:
+    if np.max(largest_costs) <= THRESHOLDS.rounding and price_paid == 0.0 and step_s:
         # The velocities of both PIT and the run are exact in this scene, so times are compared. PIT is late by up to a
         # step per impact, and these delays add up.
         late_s = abs(find_largest([error.time_s for error in errors], default=0.0))
         return 0.0 if late_s <= judged.rounding_s else late_s / max(step_s, cost.late_s)
-    return max(ratios)
+    return price_paid

@@ -146,10 +146,9 @@ def compute_horizon(certified: CertifiedTrace, trace: Trace, *, tolerance: float
             radius = np.append(scene.arrays.radius_m, 0.0)[np.maximum(truth[side][:end], -1)]
             spin_error = np.abs(spins[0] - spins[1]) + certified.spin_radii[f"{side}_after"][:end]
             rims = np.maximum(rims, radius * spin_error / speed)
-    error = np.maximum(
-        _compute_largest_differences(found[:end], truth[:end], scene.duration_s, speed, certified.radii[:end]), rims
-    )
-    beyond = np.flatnonzero(~(error <= tolerance))
+    radii = certified.radii[:end]
+    error = _compute_largest_differences(found[:end], truth[:end], scene.duration_s, speed, radii)
+    beyond = np.flatnonzero(~(np.maximum(error, rims) <= tolerance))
     agreed = int(beyond[0]) if len(beyond) else end
     is_whole_run = complete and agreed == len(truth) and order_differs is None
     end_s = scene.duration_s if is_whole_run else float(truth["time_s"][agreed - 1]) if agreed else 0.0

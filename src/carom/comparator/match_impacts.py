@@ -119,21 +119,19 @@ def _compute_time_windows(reference: Trace, slack: float) -> list[tuple[float, f
     rows = list(zip(impacts["time_s"].tolist(), impacts["first"].tolist(), impacts["second"].tolist(), strict=True))
     # An immovable body keeps its path, so its other impacts do not limit the window.
     second_changes = (impacts["velocity_second_before"] != impacts["velocity_second_after"]).any(axis=1).tolist()
-    times: dict[int, list[float]] = defaultdict(list)
+    times: dict[int, list[float]] = defaultdict(lambda: [-math.inf])
     bodies: list[list[int]] = []
     for (time, first, second), changes in zip(rows, second_changes, strict=True):
         involved = [first, second] if second >= 0 and changes else [first]
         bodies.append(involved)
         for body in involved:
             times[body].append(time)
+    for own_times in times.values():
+        own_times.append(math.inf)
     windows = []
     for (time, _, _), involved in zip(rows, bodies, strict=True):
-        earliest, latest = -math.inf, math.inf
-        for body in involved:
-            own_times = times[body]
-            before, after = bisect_left(own_times, time), bisect_right(own_times, time)
-            earliest = max(earliest, own_times[before - 1] if before > 0 else -math.inf)
-            latest = min(latest, own_times[after] if after < len(own_times) else math.inf)
+        earliest = max(times[body][bisect_left(times[body], time) - 1] for body in involved)
+        latest = min(times[body][bisect_right(times[body], time)] for body in involved)
         windows.append((earliest - slack, latest + slack))
     return windows
 

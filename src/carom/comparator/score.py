@@ -10,7 +10,6 @@ from carom.comparator.grades import Grade
 from carom.comparator.measure.consistency import Consistency
 from carom.comparator.measure.contact import ContactScore
 from carom.comparator.measure.errors import Errors, ImpactError
-from carom.comparator.measure.friction_branch import WrongBranches
 from carom.comparator.measure.local_errors import LocalErrors
 from carom.comparator.measure.simultaneous_impacts import ConventionMatch
 from carom.comparator.measure.stepwise_score import LocalScore
@@ -57,7 +56,6 @@ class Score(Shown):
             None if all results are unique.
         consistency: Contradictions between the trace's own impacts and states; None if one of its numbers is NaN or
             infinite.
-        branches: The impacts in which bodies stuck instead of sliding, or slid instead of sticking.
         local_truth: Score of the single steps, each compared with PIC from the run's own state; None if states were not
             stored.
         diverged_s: Time in seconds at which the trajectory diverged from the reference's. None if the trajectory did
@@ -98,7 +96,6 @@ class Score(Shown):
     local: LocalErrors
     convention: ConventionMatch | None
     consistency: Consistency | None
-    branches: WrongBranches
     local_truth: LocalScore | None
     diverged_s: float | None
     pit_diverged_s: float | None

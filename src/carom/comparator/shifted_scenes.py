@@ -58,11 +58,8 @@ def solve_shifted_references(reference: Trace, dt_s: float, phases: Iterable[flo
     A shifted scene is omitted if its impacts differ from those of the reference in their bodies or order. For example,
     a disc that is moved back may pass through another body, or the last impact may come after the end.
     """
-    bodies = ["first", "second"]
-    traces = (
-        solve_pic(shifted_scene, max_impacts=len(reference.impacts) + 1)
-        for shifted_scene in build_shifted_scenes(reference, dt_s, phases)
-    )
+    bodies, shifted_scenes = ["first", "second"], build_shifted_scenes(reference, dt_s, phases)
+    traces = (solve_pic(scene, max_impacts=len(reference.impacts) + 1) for scene in shifted_scenes)
     return tuple(
         trace
         for trace in traces

@@ -13,13 +13,13 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, suppress
-from typing import Any, TypeVar
+from typing import Any
 
 from carom.errors import CaromError, InputError, MissingExtraError
 from carom.execution.cache_key import find_versions
 from carom.execution.describe_engines import engines
-from carom.execution.job import Answer, Task
-from carom.execution.pool import Lane, LocalPool, Pool, TaskRunner
+from carom.execution.job import Answer, T, Task
+from carom.execution.pool import Item, Lane, LocalPool, Pool, TaskRunner
 from carom.support.limits import DEFAULT_TIME_LIMIT_S
 
 #: Seconds to wait for the scheduler to accept the connection.
@@ -35,9 +35,6 @@ LOOK_S = 1.0
 
 #: Hint in messages about a lost cluster.
 _CONTINUE = "run the command again; if it has an output folder, --resume continues from the finished results"
-
-T = TypeVar("T")
-Item = TypeVar("Item")
 
 
 class ClusterError(CaromError, RuntimeError):

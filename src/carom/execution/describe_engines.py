@@ -44,7 +44,7 @@ class DescribeTask(AdapterTask):
         """
         adapter, distribution = load_adapter(self.name), distribution_of(self.name)
         try:
-            declared = validate_adapter(adapter)
+            engine, capabilities, profiles, knobs = validate_adapter(adapter)
             reason = to_plain_text(explain_unavailable_adapter(adapter), "unavailable()")
             version = to_plain_text(find_version(adapter, distribution), "version()")
         except AdapterError:
@@ -52,19 +52,18 @@ class DescribeTask(AdapterTask):
         except Exception as error:
             message = f"the adapter {self.name!r} can't describe itself: {describe_exception(error)}"
             raise AdapterError(message) from error
-        profiles = declared.profiles
         return EngineInfo(
             name=self.name,
-            engine=declared.engine.name,
+            engine=engine.name,
             version="" if reason else version,
             unavailable=reason,
-            capabilities=declared.capabilities,
+            capabilities=capabilities,
             profiles={name: to_plain_text(profile.description, "a description") for name, profile in profiles.items()},
             distribution=distribution,
             located=frozenset(name for name, profile in profiles.items() if profile.located),
             own={name: profile.capabilities for name, profile in profiles.items() if profile.capabilities is not None},
-            knobs=declared.knobs,
-            install=to_plain_text(declared.engine.install, "engine.install"),
+            knobs=knobs,
+            install=to_plain_text(engine.install, "engine.install"),
             code=isinstance(adapter, CodedAdapter) and callable(adapter.code),
         )
 

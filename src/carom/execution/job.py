@@ -19,6 +19,7 @@ def no_progress(_done: int, _total: int, _what: str) -> None:
     """Do nothing. This function is the default of every `Progress` argument."""
 
 
+#: Type of the value of a task.
 T = TypeVar("T")
 T_co = TypeVar("T_co", covariant=True)
 

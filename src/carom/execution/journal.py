@@ -11,7 +11,6 @@ from __future__ import annotations
 import errno
 import json
 import math
-import mmap
 import os
 import time
 from collections.abc import Iterable, Iterator, Mapping
@@ -24,7 +23,7 @@ from pydantic import ValidationError
 
 from carom.errors import InputError
 from carom.execution.codec import Codec
-from carom.execution.job import Answer
+from carom.execution.job import Answer, T
 from carom.execution.pool import Closeable
 from carom.support.escaping import escape_controls, shorten
 from carom.support.limits import MOST_VALUES, count_values
@@ -43,7 +42,6 @@ FLUSH_PERIOD_S = 1.0
 _REMOVE = "remove the line, or name another folder"
 
 K = TypeVar("K")
-T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -151,17 +149,16 @@ class Journal(MemoryJournal[K, T], Closeable):
     def _read(self, stamp: Mapping[str, Any]) -> list[JournalEntry[K, T]]:
         """Return the entries of the file. Write the first line into an empty file."""
         stamp = json.loads(json.dumps(stamp))
-        end_of_lines, size = _find_end_of_lines(self._file), os.fstat(self._file).st_size
-        lines = _read_lines(self._file, end_of_lines)
+        lines = _read_lines(self._file)
         head = next(lines, b"")
         stored = _parse_line(head)
         if head and stored != stamp:
             problem = "its first line does not state what the file contains"
             problem = _describe_difference(stored, stamp) if isinstance(stored, dict) else problem
             raise InputError(f"{self.path} is not a journal of this work: {problem}", hints=["name another folder"])
-        found = []
+        found, end = [], len(head)
         for number, line in enumerate(lines, start=2):
-            if len(line) > LONGEST_LINE:
+            if len(line) > LONGEST_LINE + 1:  # the line feed does not count
                 problem = f"is longer than {LONGEST_LINE >> 20} MiB, the limit of Carom's lines"
                 raise InputError(f"{self.path}, line {number} {problem}", hints=[_REMOVE])
             try:
@@ -171,8 +168,9 @@ class Journal(MemoryJournal[K, T], Closeable):
                 field = ".".join(map(str, first["loc"][1:])) or "the line"
                 problem = f"{self.path}, line {number}: {shorten(field)}: {first['msg']}"
                 raise InputError(problem, hints=[_REMOVE]) from None
-        if end_of_lines < size:  # remove an incomplete line only after all lines before it are validated
-            os.ftruncate(self._file, end_of_lines)
+            end += len(line)
+        if end < os.fstat(self._file).st_size:  # remove an incomplete line after all lines before it are validated
+            os.ftruncate(self._file, end)
         if not head:
             self._append([json.dumps(stamp).encode()])
         return found
@@ -224,28 +222,17 @@ def _lock(file: int, path: Path) -> None:
         raise InputError(f"{path} {problem}") from None
 
 
-def _find_end_of_lines(file: int) -> int:
-    """Return the position after the last complete line. A last line that is not JSON counts as incomplete."""
-    if not os.fstat(file).st_size:  # an empty file can't be mapped
-        return 0
-    with mmap.mmap(file, 0, access=mmap.ACCESS_READ) as data:
-        end = data.rfind(b"\n") + 1
-        while end:
-            begin = data.rfind(b"\n", 0, end - 1) + 1
-            if begin < end - 1:
-                # After a power failure a file can end in zeros.
-                return begin if _parse_line(data[begin : min(end, begin + LONGEST_LINE)]) is None else end
-            end = begin  # skip an empty line
-    return 0
+def _read_lines(file: int) -> Iterator[bytes]:
+    """Yield the lines of a file, except an incomplete last line: one without line feed, or one that is not JSON.
 
-
-def _read_lines(file: int, end: int) -> Iterator[bytes]:
-    """Yield the lines up to `end` without line feeds.
-
-    If a line is longer than `LONGEST_LINE`, only its beginning is yielded. This beginning is also longer than
-    `LONGEST_LINE`, so callers can detect it.
+    After a power failure a file can end in zeros. If a line is longer than `LONGEST_LINE`, only its beginning is
+    yielded. This beginning is also longer than `LONGEST_LINE`, so callers can detect it.
     """
+    previous = b""
     with open(file, "rb", closefd=False) as stream:
-        stream.seek(0)
-        while (left := end - stream.tell()) > 0:
-            yield stream.readline(min(left, LONGEST_LINE + 2)).removesuffix(b"\n")
+        while line := stream.readline(LONGEST_LINE + 2):
+            if previous:
+                yield previous
+            previous = line
+    if previous.endswith(b"\n") and _parse_line(previous) is not None:
+        yield previous

@@ -16,7 +16,7 @@ from typing import Generic, Self, TypeVar
 
 from carom.engines.registry import list_adapter_points
 from carom.errors import AdapterError
-from carom.execution.job import Answer, Task
+from carom.execution.job import Answer, T, Task
 from carom.execution.workers.fork_server import ForkServer
 from carom.execution.workers.worker_process import ClosedError, Worker
 from carom.support.limits import DEFAULT_TIME_LIMIT_S
@@ -31,7 +31,6 @@ def compute_memory_share(lanes: int) -> float:
     return measure_available_memory() / (lanes + 1) / 1e6
 
 
-T = TypeVar("T")
 Item = TypeVar("Item")
 
 
@@ -129,10 +128,8 @@ class Lane(TaskRunner):
 
     def renew(self) -> None:
         """End the processes; the next task starts a new process."""
-        with self._lock:
-            ended, self._workers = self._workers, {}
-        for worker in ended.values():
-            worker.close()
+        self.close()
+        self._workers, self._closed = {}, False
 
     def stop(self) -> None:
         """Abort the task that is running, and refuse further tasks."""

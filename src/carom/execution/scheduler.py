@@ -12,8 +12,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any, Generic, TypeVar
 
-from carom.execution.job import Answer, Task
-from carom.execution.journal import JournalEntry, MemoryJournal
+from carom.execution.job import Answer, T, Task
+from carom.execution.journal import JournalEntry, K, MemoryJournal
 from carom.execution.pool import Pool, TaskRunner
 
 #: Largest total number of steps of a batch, which is a group of tasks: about a second of work. So the cost of sending a
@@ -23,8 +23,6 @@ BATCH_STEPS = 50_000
 BATCH_TASKS = 16
 
 S = TypeVar("S")
-K = TypeVar("K")
-T = TypeVar("T")
 
 
 class DependentTasks(ABC, Generic[T]):

@@ -120,8 +120,8 @@ def find_step_code(engine: str, profile: str, scene: Scene, dt_s: float, pool: P
         The lines; empty if there are none, or the adapter writes no code for this scene.
     """
     frame = Scene(**{**dict(scene), "duration_s": 1.0 / scene.frame_rate_hz})
-    written = [pool.run(_CodeTask(engine, profile, frame, step_s, "A frame.")).value for step_s in (dt_s, dt_s / 2)]
-    code, finer_code = written
+    tasks = [_CodeTask(engine, profile, frame, step_s, "A frame.") for step_s in (dt_s, dt_s / 2)]
+    code, finer_code = (pool.run(task).value for task in tasks)
     return "" if code is None or finer_code is None else find_step_lines(code, finer_code)
 
 

@@ -91,10 +91,8 @@ def measure_pit_saving(scene: Scene, dt_s: float) -> SkippedTime | None:
     """
     if scene.step_count(dt_s) * count_tests_per_frame(scene) > MOST_TESTS:
         return None
-    clock = FrameClock(rate_hz=1.0 / dt_s)
-    return _measure(
-        lambda skipping: partial(start_pit_run(scene, clock, skipping=skipping).advance_to, scene.duration_s)
-    )
+    clock, end_s = FrameClock(rate_hz=1.0 / dt_s), scene.duration_s
+    return _measure(lambda skipping: partial(start_pit_run(scene, clock, skipping=skipping).advance_to, end_s))
 
 
 def _measure(prepare: Callable[[bool], Callable[[], object]]) -> SkippedTime:

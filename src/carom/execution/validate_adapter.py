@@ -12,7 +12,7 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import fields
 from functools import cache
-from typing import Any, NamedTuple, TypeVar, get_type_hints
+from typing import Any, TypeVar, get_type_hints
 
 import numpy as np
 from pydantic import TypeAdapter, ValidationError
@@ -111,17 +111,8 @@ def to_plain_counts(counts: object) -> dict[str, int]:
     }
 
 
-class Declarations(NamedTuple):
-    """Validated declarations of an adapter."""
-
-    engine: Engine
-    capabilities: Capabilities
-    profiles: Mapping[str, Profile]
-    knobs: Mapping[str, Knob]
-
-
-def validate_adapter(adapter: Adapter) -> Declarations:
-    """Validate and return the declarations of an adapter.
+def validate_adapter(adapter: Adapter) -> tuple[Engine, Capabilities, Mapping[str, Profile], Mapping[str, Knob]]:
+    """Validate and return the declarations of an adapter: its engine, capabilities, profiles and knobs.
 
     Raises:
         AdapterError: A field has a wrong type or value.
@@ -139,29 +130,17 @@ def validate_adapter(adapter: Adapter) -> Declarations:
         where = f"profiles[{to_plain_text(name, 'the name of a profile')!r}]"
         if not isinstance(profile, Profile):
             raise build_wrong_value_error(where, "a Profile", profile, DECLARED)
-        to_plain_text(profile.description, f"{where}.description")
-        if not callable(profile.settings) or not isinstance(profile.located, bool):
-            problem = f"settings of {where} must be callable, and located must be True or False"
-            raise build_adapter_error(problem, DECLARED)
-        if not isinstance(profile.changed, Mapping):
-            required = "a mapping of names to reasons"
-            raise build_wrong_value_error(f"{where}.changed", required, profile.changed, DECLARED)
         for changed, reason in _list_entries(profile.changed, f"{where}.changed"):
             to_plain_text(changed, f"a name in {where}.changed")
             to_plain_text(reason, f"{where}.changed[{changed!r}]")
+        to_plain_text(_check_fields(profile, Profile, where).description, f"{where}.description")
         if profile.capabilities is not None:
             _check_capabilities(profile.capabilities, f"{where}.capabilities")
-    capabilities = _check_capabilities(adapter.capabilities, "capabilities")
-    return Declarations(engine, capabilities, profiles, _check_knobs(adapter))
-
-
-def _check_knobs(adapter: Adapter) -> Mapping[str, Knob]:
-    """Validate and return the settings that an adapter declares for `carom tune`."""
-    knobs: object = getattr(adapter, "knobs", {})
-    return {
+    knobs = {
         to_plain_text(name, "the name of a setting in knobs"): _check_fields(knob, Knob, f"knobs[{name!r}]")
-        for name, knob in _list_entries(knobs, "knobs")
+        for name, knob in _list_entries(getattr(adapter, "knobs", {}), "knobs")
     }
+    return engine, _check_capabilities(adapter.capabilities, "capabilities"), profiles, knobs
 
 
 def _check_capabilities(declared: object, where: str) -> Capabilities:

@@ -58,6 +58,12 @@ def test_paddle_treated_as_fixed_has_velocity_and_energy_errors() -> None:
     assert math.isclose(compare(truth, slower).total.energy, -1.5 / 2.0)
 
 
+def test_impact_with_a_driven_wall_before_the_start_is_reported() -> None:
+    """An impact with a moving wall at a negative time has a wrong time stamp."""
+    truth = solve_pic(build_paddle_scene())
+    assert Verdict.WRONG_STAMP in compare(truth, alter_impact(truth, 0, time_s=-1.0)).verdicts
+
+
 def watch_disc(scene: Scene, dt_s: float, path: Callable[[float], tuple[float, float]]) -> LocalTruth:
     """Return the stepwise comparison of a run with one disc on the x axis; `path` returns its position and velocity."""
     watch = StepWatch(scene, dt_s, 64)

@@ -70,7 +70,7 @@ DECLARED = {
     "odd-profile": ("made(profiles={'odd': 'text'})", "profiles['odd'] must be a Profile, got 'text' (str)"),
     "changed-no-mapping": (
         "made(profiles={'tuned': Profile('x', dict, changed='friction')})",
-        "profiles['tuned'].changed must be a mapping of names to reasons, got 'friction'",
+        "profiles['tuned'].changed must be a mapping, got 'friction'",
     ),
     "changed-no-reason": (
         "made(profiles={'tuned': Profile('x', dict, changed={'friction': None})})",

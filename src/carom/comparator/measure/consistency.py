@@ -11,15 +11,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from carom.comparator.scales import Scales, compute_lengths, compute_own_scales, find_largest
+from carom.comparator.scales import Array, Scales, compute_lengths, compute_own_scales, find_largest
 from carom.comparator.slowing import Slowing
 from carom.comparator.thresholds import THRESHOLDS
 from carom.model.scene import Wall
 from carom.model.trace import Trace, rim_speeds, velocities, wall_index
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,9 +91,8 @@ def measure_consistency(trace: Trace, scales: Scales, until_s: float = math.inf)
 
     Only times up to `until_s` are checked, because there is no free flight after a disc comes to rest.
     """
-    disc, since_s, velocity_error, spun, position_error, allowed = np.concatenate(
-        list(_iterate_flights(trace, until_s)), axis=1
-    )
+    flights = np.concatenate(list(_iterate_flights(trace, until_s)), axis=1)
+    disc, since_s, velocity_error, spun, position_error, allowed = flights
     reach = compute_own_scales(trace).reach_m[disc.astype(np.intp)]
 
     def find_worst(sizes: Array) -> Deviation:
@@ -159,10 +155,9 @@ def _iterate_flights(trace: Trace, until_s: float) -> Iterator[Array]:
         duration_s = np.diff(time)
         kept_fraction, flown_s = _compute_slowing(slowing, duration_s, np.hypot(*leaving.T))
         change = arriving - leaving * kept_fraction[:, None]
-        spun = np.abs(
-            np.concatenate([rims_arriving[rows], rims_end[[number]]])
-            - np.concatenate([start.surface_speed_m_s[[number]], rims_leaving[rows]]) * kept_fraction
-        )
+        rim_leaving = np.concatenate([start.surface_speed_m_s[[number]], rims_leaving[rows]])
+        rim_arriving = np.concatenate([rims_arriving[rows], rims_end[[number]]])
+        spun = np.abs(rim_arriving - rim_leaving * kept_fraction)
         path_error = _compute_path_errors(place, leaving * flown_s[:, None])
         allowed = trace.dt_s * np.concatenate([[0.0], closing[own_impacts], [0.0]])
         gx, gy = (0.0, 0.0) if disc.immovable else trace.scene.gravity_m_s2
@@ -209,9 +204,10 @@ def _compute_turn_places(trace: Trace, turning: Array) -> Array:
     slowing = Slowing.of(trace.scene)
     if slowing:  # only the velocity at the impact is known, so follow the flight backwards
         speed = compute_lengths(before)
-        waited = np.array(
-            [-_compute_slowing(slowing, -duration_s, fast)[1] for duration_s, fast in zip(waited, speed, strict=True)]
-        )
+        flown = [
+            _compute_slowing(slowing, -duration_s, fast)[1] for duration_s, fast in zip(waited, speed, strict=True)
+        ]
+        waited = -np.array(flown)
         if slowing.table_m_s2:  # the earlier path of a disc that has stopped is not known
             waited = np.where(speed > 0.0, waited, math.nan)
     places: Array = np.stack([state["position_first"], state["position_second"]]) + before * waited[..., None]
@@ -298,9 +294,8 @@ def _measure_momentum_error(trace: Trace) -> float:
     first, second = mass[impacts["first"]], mass[np.maximum(impacts["second"], 0)]
     is_known = (impacts["second"] >= 0) & np.isfinite([first, second, find_turn_times(trace)]).all(axis=0)
     changes = velocities(impacts, "after") - velocities(impacts, "before")
-    with np.errstate(invalid="ignore"):  # immovable discs are excluded
-        share = 1.0 / (1.0 + second / first)  # the first mass, divided by the sum of both masses
-        centre = share[:, None] * changes[0] + (1.0 - share)[:, None] * changes[1]
+    share = 1.0 / (1.0 + second / first)  # the first mass, divided by the sum of both masses; NaN if both are infinite
+    centre = share[:, None] * changes[0] + (1.0 - share)[:, None] * changes[1]
     error_m_s = np.hypot(*centre.T) - math.hypot(*trace.scene.gravity_m_s2) * _compute_contact_durations(trace)
     return find_largest(error_m_s[is_known & ~(error_m_s <= 0.0)], default=0.0)
 
@@ -329,26 +324,22 @@ def _measure_angular_error(trace: Trace) -> tuple[float, float, float]:
         known &= impacts["second"] >= 0
     # If a contact acts in a single step, `duration_s` is at most three steps.
     lasting = (impacts["second"] >= 0) & (duration_s > 3.0 * trace.dt_s * (1.0 + THRESHOLDS.rounding))
-    worst, worst_excess, arm = 0.0, 0.0, math.nan
-    for k, (side, sign) in enumerate((("first", 1.0), ("second", -1.0))):
-        body = np.maximum(impacts[side], 0)
-        inertia, radius = start.inertia[body], start.radius_m[body]
-        from_velocity = sign * np.sum(change[k] * tangent, axis=1)
-        with np.errstate(invalid="ignore"):  # discs that can't turn are excluded below
-            from_spin = inertia * spun[k]
-        is_checked = known & (impacts[side] >= 0) & start.movable[body] & np.isfinite(inertia)
-        error = np.where(is_checked, np.maximum(np.abs(from_spin - from_velocity) - pulled, 0.0), 0.0)
-        shorter = (from_spin * from_velocity >= 0.0) & (np.abs(from_spin) <= np.abs(from_velocity))
-        explained = np.where(shorter, np.abs(from_velocity) * closing * trace.dt_s / radius, 0.0)
-        explained += np.where(lasting, np.hypot(*change[k].T) * closing * duration_s / radius, 0.0)
-        beyond = np.maximum(error - explained, 0.0)
-        if len(error):
-            worst_row = int(np.argmax(error))
-            if error[worst_row] > worst:
-                worst, turned, pushed = (float(row[worst_row]) for row in (error, from_spin, from_velocity))
-                arm = turned / pushed + 0.0 if pushed else math.nan
-            worst_excess = max(worst_excess, float(np.max(beyond)))
-    return worst, worst_excess, arm
+    bodies = np.stack([impacts["first"], impacts["second"]])
+    discs = np.maximum(bodies, 0)
+    inertia, radius = start.inertia[discs], start.radius_m[discs]
+    from_velocity = np.array([[1.0], [-1.0]]) * np.sum(change * tangent, axis=2)
+    from_spin = inertia * spun  # NaN for discs that can't turn; they are excluded below
+    is_checked = known & (bodies >= 0) & start.movable[discs] & np.isfinite(inertia)
+    error = np.where(is_checked, np.maximum(np.abs(from_spin - from_velocity) - pulled, 0.0), 0.0)
+    shorter = (from_spin * from_velocity >= 0.0) & (np.abs(from_spin) <= np.abs(from_velocity))
+    explained = np.where(shorter, np.abs(from_velocity) * closing * trace.dt_s / radius, 0.0)
+    explained += np.where(lasting, compute_lengths(change) * closing * duration_s / radius, 0.0)
+    excess = float(np.max(error - explained, initial=0.0))
+    if not np.any(error > 0.0):
+        return 0.0, excess, math.nan
+    worst = np.unravel_index(np.argmax(error), error.shape)
+    arm = float(from_spin[worst] / from_velocity[worst]) + 0.0 if from_velocity[worst] else math.nan
+    return float(error[worst]), excess, arm
 
 
 def _compute_contact_durations(trace: Trace) -> Array:

@@ -10,34 +10,68 @@ the coefficient of friction f (at most 1) cause in a step. Third, an impact may 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from carom.comparator.align_impacts import AlignedRun
 from carom.comparator.grades import Grade, find_worst_grade
-from carom.comparator.measure.contact_intervals import (
-    LAST,
-    ContactQuality,
-    Ends,
-    find_contact_intervals,
-    measure_contact_quality,
-    measure_late_ends,
-)
-from carom.comparator.scales import compute_lengths
+from carom.comparator.scales import Array, compute_lengths
 from carom.comparator.stepwise.resting_pairs import RESTING_STEPS
 from carom.comparator.thresholds import THRESHOLDS
 from carom.model.flights import free_flights
 from carom.model.scene import Scene
 from carom.model.step_windows import States
-from carom.model.trace import Outcome, Trace, wall_index
+from carom.model.trace import Mode, Outcome, Trace, wall_index
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.pit.solve import start_pit_run
 
-Array = NDArray[np.float64]
+#: Number of final states over which a disc's speed is averaged, because a disc that jitters is fast in one state and
+#: slow in the next.
+LAST = 8
+
+
+class ContactInterval(NamedTuple):
+    """Time interval in which a disc is in contact with a half-plane wall, with the wall's body number and normal."""
+
+    disc: int
+    wall: int
+    normal: tuple[float, float]
+    begin_s: float
+    end_s: float
+
+
+class ContactQuality(NamedTuple):
+    """Gaps and hops of discs that should stay on their walls; NaN if no contact was observed.
+
+    Attributes:
+        gap_m: Distance between a disc and its wall, averaged over the final states; negative for an overlap. The value
+            is that of the disc with the largest gap or overlap.
+        hop_m_s: Root mean square of a disc's speed perpendicular to its wall, over the final states.
+        take_offs: Fraction of the states in which a disc moves away from its wall faster than half the speed gained by
+            falling for one step.
+    """
+
+    gap_m: float
+    hop_m_s: float
+    take_offs: float
+
+
+class Ends(NamedTuple):
+    """How late the discs of a run stop bouncing and stop sliding, in seconds; negative if early, NaN if unknown.
+
+    Attributes:
+        bounces_s: Lateness of the last state in which a disc's speed perpendicular to its wall exceeds the speed gained
+            by falling for `RESTING_STEPS` steps.
+        slips_s: Lateness of the last state in which friction needs more than `RESTING_STEPS` steps to stop a sliding
+            disc.
+    """
+
+    bounces_s: float
+    slips_s: float
 
 
 class ContactErrors(NamedTuple):
@@ -54,8 +88,6 @@ class ContactScore:
 
     Attributes:
         begin_s: Time at which lasting contact begins in the reference, in seconds.
-        end_s: End of the comparison, in seconds: the end of the reference, or the first simultaneous impacts that have
-            no unique result.
         compared_states: Number of states that were compared.
         errors: Errors of the run.
         pit: Errors of PIT with the same step size; None for a run without steps.
@@ -67,7 +99,7 @@ class ContactScore:
             and radius. Friction does not change this momentum. NaN if a disc meets other discs or several walls.
         rest_m_s: Largest mean final speed of a disc that should rest; NaN if no disc should rest.
         frozen: Whether a disc stands still at the end although it should move.
-        quality: Gaps, overlaps and hops of discs that should stay on their walls.
+        quality: Gaps and hops of discs that should stay on their walls.
         late: How late the bounces and the sliding of discs end.
         late_allowed: Largest allowed errors of the times in `late`. A method can't show hops that are shorter than its
             step dt, so with restitution e its bounces may end early by ``dt / (1 - e)``. The allowed errors are larger
@@ -76,7 +108,6 @@ class ContactScore:
     """
 
     begin_s: float
-    end_s: float
     compared_states: int
     errors: ContactErrors
     pit: ContactErrors | None
@@ -89,11 +120,6 @@ class ContactScore:
     late: Ends
     late_allowed: Ends
     grade: Grade
-
-    @property
-    def ends_in_time(self) -> bool:
-        """Whether bouncing and sliding end within the allowed errors of their times."""
-        return not any(abs(late) > allowed_s for late, allowed_s in zip(self.late, self.late_allowed, strict=True))
 
 
 def score_contact(run: AlignedRun) -> ContactScore | None:
@@ -140,9 +166,11 @@ def score_contact(run: AlignedRun) -> ContactScore | None:
     moves = rest_m_s > fast or quality.hop_m_s > fast
     wrong = moves or frozen or not all(math.isfinite(error) for error in own_errors)
     exact = ContactErrors(place, run.rounding * scales.speed_m_s, run.rounding * scales.rim_m_s)
-    score = ContactScore(
+    grade = Grade.WRONG if wrong else _grade_contact(own_errors, exact, allowed)
+    if dt_s and any(abs(late_s) > most_s for late_s, most_s in zip(late, late_allowed, strict=True)):
+        grade = find_worst_grade(grade, Grade.INACCURATE)
+    return ContactScore(
         begin_s=begin_s,
-        end_s=end_s,
         compared_states=len(truth.time_s),
         errors=own_errors,
         pit=pit,
@@ -154,10 +182,8 @@ def score_contact(run: AlignedRun) -> ContactScore | None:
         quality=quality,
         late=late,
         late_allowed=late_allowed,
-        grade=Grade.WRONG if wrong else _grade_contact(own_errors, exact, allowed),
+        grade=grade,
     )
-    in_time = score.ends_in_time or not dt_s
-    return score if in_time else replace(score, grade=find_worst_grade(score.grade, Grade.INACCURATE))
 
 
 def _compute_allowed_lateness(reference: Trace, pit: Ends, observed_s: Array, dt_s: float) -> Ends:
@@ -239,29 +265,24 @@ def _find_greatest_length(vectors: Array) -> float:
 
 
 def _measure_errors(reference: Trace, truth: States, observed: States) -> ContactErrors:
+    place, velocity = observed.position_m - truth.position_m, observed.velocity_m_s - truth.velocity_m_s
     rims = reference.scene.arrays.radius_m * (observed.spins - truth.spins)
-    return ContactErrors(
-        _find_greatest_length(observed.position_m - truth.position_m),
-        _find_greatest_length(observed.velocity_m_s - truth.velocity_m_s),
-        float(np.max(np.abs(rims))) if reference.scene.arrays.turns else 0.0,
-    )
+    rim = float(np.max(np.abs(rims))) if reference.scene.arrays.turns else 0.0
+    return ContactErrors(_find_greatest_length(place), _find_greatest_length(velocity), rim)
 
 
 @lru_cache(maxsize=32)
 def _compute_pit_states(scene: Scene, dt_s: float, times_s: tuple[float, ...]) -> States:
     """Return PIT's states at ascending times of frames, each after the frame's check for overlap."""
     run = start_pit_run(scene, FrameClock(step_s=dt_s))
+    fall = np.where(scene.arrays.movable[:, None], np.array(scene.gravity_m_s2), 0.0)
     places, velocities, spins = [], [], []
     for time_s in times_s:
         run.advance_frames(round(time_s / dt_s) + 1 - run.frames)
-        at_s = run.time_s  # time of the next frame
-        places.append(run.positions())
-        velocities.append(run.velocities())
+        back_s = run.time_s - time_s  # the run's state is that of the next frame
+        velocities.append(run.velocities() - fall * back_s)
+        places.append(run.positions() - velocities[-1] * back_s - 0.5 * fall * back_s * back_s)
         spins.append(np.zeros(len(scene.discs)) if (run_spins := run.spins()) is None else run_spins)
-        back_s = at_s - time_s
-        fall = np.where(scene.arrays.movable[:, None], np.array(scene.gravity_m_s2), 0.0)
-        velocities[-1] = velocities[-1] - fall * back_s
-        places[-1] = places[-1] - velocities[-1] * back_s - 0.5 * fall * back_s * back_s
     return States(np.array(times_s), np.array(places), np.array(velocities), np.array(spins))
 
 
@@ -299,3 +320,83 @@ def _grade_contact(own_errors: ContactErrors, exact: ContactErrors, allowed: Con
 
     parts = {Grade.EXACT: 0.0, Grade.CLOSE: THRESHOLDS.close, Grade.SAMPLED: 1.0}
     return next((grade for grade, part in parts.items() if is_within(part)), Grade.INACCURATE)
+
+
+def find_contact_intervals(reference: Trace) -> list[ContactInterval]:
+    """Return the intervals in which discs of the reference are in contact with half-plane walls."""
+    walls, found = reference.scene.arrays.walls, list[ContactInterval]()
+    if reference.modes is None:
+        return found
+    begins: dict[int, tuple[int, float]] = {}
+    mode_changes = [
+        (int(row["disc"]), int(row["wall"]), float(row["time_s"]), int(row["after"])) for row in reference.modes
+    ]
+    mode_changes += [(disc, 0, reference.end_time_s, Mode.FLIGHT) for disc in range(len(reference.scene.discs))]
+    for disc, wall, time_s, after in mode_changes:
+        if after != Mode.FLIGHT:
+            begins.setdefault(disc, (wall, time_s))
+        elif disc in begins:
+            begin_wall, begin_s = begins.pop(disc)
+            if isinstance(face := walls[wall_index(begin_wall)], tuple):
+                found.append(ContactInterval(disc, begin_wall, face[2:], begin_s, time_s))
+    return found
+
+
+def measure_contact_quality(reference: Trace, truth: States, observed: States, dt_s: float) -> ContactQuality:
+    """Measure gaps and hops of discs at instants at which they touch walls in the reference."""
+    slow = 0.5 * math.hypot(*reference.scene.gravity_m_s2) * dt_s
+    gaps, hops, left = [math.nan], [math.nan], [math.nan]
+    for touch in find_contact_intervals(reference):
+        inside = (observed.time_s >= touch.begin_s) & (observed.time_s <= touch.end_s)
+        if not inside.any():
+            continue
+        gap = (observed.position_m - truth.position_m)[inside, touch.disc] @ touch.normal
+        speed = observed.velocity_m_s[inside, touch.disc] @ touch.normal
+        left.append(float(np.mean(speed > slow)))
+        if inside[-1]:
+            gaps.append(float(np.mean(gap[-LAST:])))
+            hops.append(math.sqrt(float(np.mean(speed[-LAST:] ** 2))))
+    return ContactQuality(_find_largest_known(gaps), float(np.fmax.reduce(hops)), float(np.fmax.reduce(left)))
+
+
+def measure_late_ends(reference: Trace, truth: States, observed: States, dt_s: float, until_s: float) -> Ends:
+    """Measure how late the discs of a run stop bouncing and sliding, from states of both runs at the same instants.
+
+    A disc counts as stopped when it stays slower than the speed gained or lost in `RESTING_STEPS` steps. So hops and
+    slides that are too small for this step size are ignored in both runs.
+    """
+    arrays, few = reference.scene.arrays, RESTING_STEPS * dt_s
+    bounces, slips = [math.nan], [math.nan]
+    for touch in find_contact_intervals(reference):
+        if touch.begin_s > until_s:
+            continue
+        rows = truth.time_s <= min(touch.end_s, until_s)
+        times_s = truth.time_s[rows]
+        velocity = [states.velocity_m_s[rows, touch.disc] for states in (truth, observed)]
+        (nx, ny), (gx, gy) = touch.normal, reference.scene.gravity_m_s2
+        if touch.begin_s > 0.0:
+            hops = [np.abs(of_states @ touch.normal) for of_states in velocity]
+            bounces.append(_measure_lateness(times_s, hops, RESTING_STEPS * math.hypot(gx, gy) * dt_s))
+        friction = arrays.materials[wall_index(touch.wall)].friction
+        if not friction or observed.spin_rad_s is None:
+            continue
+        slip_deceleration = -(gx * nx + gy * ny) * friction * (1.0 + 1.0 / float(arrays.inertia[touch.disc]))
+        rim, along = float(arrays.radius_m[touch.disc]), np.array([ny, -nx])
+        rims = [rim * states.spins[rows, touch.disc] for states in (truth, observed)]
+        slip = [np.abs(of_states @ along + spun) for of_states, spun in zip(velocity, rims, strict=True)]
+        slips.append(_measure_lateness(times_s, slip, slip_deceleration * few))
+    return Ends(_find_largest_known(bounces), _find_largest_known(slips))
+
+
+def _find_largest_known(values: list[float]) -> float:
+    """Return the value with the largest magnitude; NaN if all are NaN."""
+    return max(values, key=lambda value: -1.0 if math.isnan(value) else abs(value))
+
+
+def _measure_lateness(times_s: Array, speeds: Sequence[Array], fast: float) -> float:
+    """Return how much later the last fast state is in the observed run than in the reference, in seconds.
+
+    `speeds` contains the speeds in the reference, and then those in the observed run.
+    """
+    expected_s, found_s = (float(np.max(times_s[speed > fast], initial=0.0)) for speed in speeds)
+    return found_s - expected_s

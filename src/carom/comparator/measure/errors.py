@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from carom.comparator.match_impacts import Alignment
 from carom.comparator.non_finite import find_finite_impacts
-from carom.comparator.scales import Scales, compute_lengths, find_largest
+from carom.comparator.scales import Array, Scales, compute_lengths, find_largest
 from carom.comparator.thresholds import THRESHOLDS
 from carom.core.impact_law import ContactFrictions, RoughBodies
 from carom.model.energy import compute_kinetic_energies
@@ -21,15 +21,9 @@ from carom.model.scene import Need
 from carom.model.trace import Trace, rim_speeds, velocities
 from carom.support.structured_arrays import join_rows
 
-Array = NDArray[np.float64]
-
-#: Features with which a scene does not conserve energy.
-_NOT_CONSERVED = frozenset(
-    {
-        *(Need.RESTITUTION, Need.GRAVITY, Need.DAMPING, Need.TABLE_FRICTION, Need.FRICTION),
-        *(Need.DRIVEN_DISCS, Need.DRIVEN_WALLS),
-    }
-)
+#: Features with which a scene does not conserve kinetic energy.
+_DRIVEN = {Need.DRIVEN_DISCS, Need.DRIVEN_WALLS}
+_NOT_CONSERVED = _DRIVEN | {Need.RESTITUTION, Need.GRAVITY, Need.DAMPING, Need.TABLE_FRICTION, Need.FRICTION}
 
 #: A body that is slower than this fraction of the scene's greatest speed counts as resting, so its direction is not
 #: compared.
@@ -133,10 +127,10 @@ class Errors:
     final_velocity: float = _declare_metric("final velocity")
     final_spin: float = _declare_metric("final spin")
 
-
-_LARGEST_OF_IMPACTS = (
-    *("time_s", "reported_time_s", "velocity", "spin", "along_normal", "across_normal", "direction_rad"),
-)
+    def list_final_errors(self) -> Array:
+        """Return the final errors of energy, position, velocity and spin, without sign; 0 if not measured."""
+        errors = np.abs([self.energy, self.final_position, self.final_velocity, self.final_spin])
+        return np.where(np.isnan(errors), 0.0, errors)
 
 
 class MatchedRun(NamedTuple):
@@ -194,15 +188,16 @@ def _build_measured(
 ) -> Measured:
     """Return all errors of a run. `impact_errors` has a row for each name in `_IMPACT_ERRORS`, and one for `time_s`."""
     errors = dict(zip((*_IMPACT_ERRORS, "time_s"), impact_errors, strict=True))
+    largest = {one.name: find_largest(errors[one.name]) for one in fields(Errors) if one.name in errors}
     restitution = errors["restitution_error"]
+    largest["restitution"] = find_largest(restitution[~np.isnan(restitution)])
     final_position, final_velocity, final_spin = ends.max(axis=1).tolist()
     return Measured(
         reference=run.reference,
         alignment=run.alignment,
         of_impacts=errors,
         largest=Errors(
-            **{name: find_largest(errors[name]) for name in _LARGEST_OF_IMPACTS},
-            restitution=find_largest(restitution[~np.isnan(restitution)]),
+            **largest,
             energy=energy,
             momentum=momentum,
             final_position=final_position / scales.length_m,
@@ -311,10 +306,8 @@ def _measure_impact_errors(runs: Sequence[MatchedRun], scales: Scales) -> Array:
     normal, after, true_after = expected["normal"], velocities(found, "after"), velocities(expected, "after")
     difference = np.where(known[:, :, None], after - true_after, 0.0)
     across = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
-    spun = np.concatenate(
-        [rim_speeds(run.observed, "after")[:, o] - rim_speeds(run.reference, "after")[:, r] for run, r, o in matched],
-        axis=1,
-    )
+    true_rims = np.concatenate([rim_speeds(run.reference, "after")[:, r] for run, r, _ in matched], axis=1)
+    spun = np.concatenate([rim_speeds(run.observed, "after")[:, o] for run, _, o in matched], axis=1) - true_rims
     restitution = compute_restitutions(velocities(found, "before"), after, found["normal"])
     restitution[~known.all(axis=0)] = math.nan
     parts = (

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from carom.comparator.measure.errors import build_impact_bodies, compute_restitutions, larger_error
 from carom.comparator.non_finite import find_finite_impacts
-from carom.comparator.scales import Scales, compute_median
+from carom.comparator.scales import Array, Scales, compute_median
 from carom.comparator.slowing import Slowing
 from carom.comparator.stepwise import body_states
 from carom.comparator.stepwise.scene_bodies import FiniteWall, SceneBodies
@@ -33,7 +33,6 @@ from carom.model.disc_arrays import HalfPlane
 from carom.model.flights import free_flights
 from carom.model.trace import STATE_DTYPE, Trace, rim_speeds, turn_times, velocities, wall_index
 
-Array = NDArray[np.float64]
 Vector = tuple[float, float]
 
 
@@ -159,8 +158,8 @@ def measure_local_errors(trace: Trace, scales: Scales) -> LocalErrors:
     start, bodies = state["time_s"], _Bodies(trace, state, belt_speeds)
     # An impact with NaN or an infinity has no local error, because a verdict reports such impacts.
     known = np.isfinite(bodies.position).all(axis=(0, 2)) & np.isfinite(start) & find_finite_impacts(trace)
-    turns = [i for i, drive in zip(scene.driven_discs, scene.disc_drives, strict=True) if len(drive.legs) > 1]
-    for disc in turns:  # a disc with a prescribed motion has no straight path
+    turning = [i for i, drive in zip(scene.driven_discs, scene.disc_drives, strict=True) if len(drive.legs) > 1]
+    for disc in turning:  # a disc whose prescribed velocity changes has no straight path
         known &= (impacts["first"] != disc) & (impacts["second"] != disc)
     wait, normal = np.full(len(impacts), math.nan), np.zeros((len(impacts), 2))
     pairs, walls = np.flatnonzero(known & ~bodies.wall), np.flatnonzero(known & bodies.wall)
@@ -177,16 +176,12 @@ def measure_local_errors(trace: Trace, scales: Scales) -> LocalErrors:
     normal[disc_rows] /= np.hypot(*normal[disc_rows].T)[:, None]
     normal[~happens] = math.nan
     after, rim = velocities(impacts, "after"), rim_speeds(trace, "after") + belt_speeds
-    predicted, predicted_rim = bodies.compute_after(
-        np.stack([normal, _find_pit_normals(trace, bodies, start, wait, normal)])
-    )
-    (expected, sampled), (expected_rim, sampled_rim) = predicted, predicted_rim
+    normals = np.stack([normal, _find_pit_normals(trace, bodies, start, wait, normal)])
+    (expected, sampled), (expected_rim, sampled_rim) = bodies.compute_after(normals)
     energy, expected_energy = bodies.compute_energies(np.stack([after, expected]), np.stack([rim, expected_rim]))
     instant = np.where(happens, start + wait, math.nan)
-    velocity, sampling_velocity, solver_velocity = (
-        larger_error(difference) / scales.speed_m_s
-        for difference in (after - expected, sampled - expected, after - sampled)
-    )
+    differences = (after - expected, sampled - expected, after - sampled)
+    velocity, sampling_velocity, solver_velocity = (larger_error(one) / scales.speed_m_s for one in differences)
     rims = np.abs([rim - expected_rim, sampled_rim - expected_rim, rim - sampled_rim]).max(axis=1)  # keeps NaN
     spin, sampling_spin, solver_spin = rims / scales.rim_m_s if scene.turns else np.full_like(rims, math.nan)
     return LocalErrors(
@@ -221,8 +216,7 @@ def _compute_time_to_contact(bodies: _Bodies, rows: NDArray[np.intp]) -> Array:
     wait_s = np.asarray(time_of_impact(p1, v1, r1, p2, v2, r2), dtype=np.float64)
     d, u, reach = p2 - p1, v2 - v1, r1 + r2
     a, b, c = (u * u).sum(axis=1), (d * u).sum(axis=1), (d * d).sum(axis=1) - reach**2
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ago = c / (np.sqrt(np.maximum(b * b - a * c, 0.0)) - b)
+    ago = c / (np.sqrt(np.maximum(b * b - a * c, 0.0)) - b)
     return np.where((wait_s == 0.0) & (c < 0.0), ago, wait_s)
 
 
@@ -278,9 +272,8 @@ def _find_pit_normals(trace: Trace, bodies: _Bodies, begun_s: Array, wait: Array
     # On a half-plane wall, a late impact has the same normal and lever arm as an exact one.
     found = np.where(bodies.wall[:, None], normal, math.nan)
     d, u = (states[1] - states[0] for states in (bodies.position, bodies.velocity))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        # Rounding must not delay a contact at a step boundary to the next boundary.
-        steps = np.maximum(np.ceil(wait / dt_s * (1.0 - 2.0**-40)), 0.0)
+    # Rounding must not delay a contact at a step boundary to the next boundary.
+    steps = np.maximum(np.ceil(wait / dt_s * (1.0 - 2.0**-40)), 0.0)
     arrays = trace.scene.arrays
     for k in () if arrays.has_half_planes else np.flatnonzero(bodies.wall & np.isfinite(steps)).tolist():
         number = wall_index(int(trace.impacts["second"][k]))

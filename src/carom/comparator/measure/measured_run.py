@@ -11,16 +11,11 @@ from numpy.typing import NDArray
 from carom.comparator.align_impacts import AlignedRun
 from carom.comparator.measure.consistency import Consistency, find_turn_times, measure_consistency
 from carom.comparator.measure.contact import ContactScore, score_contact
-from carom.comparator.measure.errors import MatchedRun, Measured, measure_errors, unknown_velocities
+from carom.comparator.measure.errors import MatchedRun, Measured, measure_errors
 from carom.comparator.measure.friction_branch import WrongBranches, find_wrong_branches
 from carom.comparator.measure.local_errors import LocalErrors, measure_local_errors
 from carom.comparator.measure.reported_impacts import ReportComparison, compare_reports_with_states
-from carom.comparator.measure.sampling_cost import (
-    SamplingCost,
-    measure_changes,
-    measure_impact_errors,
-    measure_sampling_cost,
-)
+from carom.comparator.measure.sampling_cost import SamplingCost, measure_sampling_cost
 from carom.comparator.measure.simultaneous_impacts import ConventionMatch, match_outcome
 from carom.comparator.measure.stepwise_score import LocalScore, score_steps
 from carom.comparator.non_finite import find_non_finite
@@ -34,11 +29,6 @@ class MeasuredRun(AlignedRun):
 
     Attributes:
         measured: Errors of the run relative to the reference.
-        impact_errors: Errors of velocity and spin at each impact of the reference, shape ``(2, m)``; see
-            `measure_impact_errors`.
-        changes: Changes of velocity and spin at each impact of the reference, shape ``(2, m)``.
-        unknown_velocity_impacts: Indices of the run's impacts after which a body's velocity is unknown; see
-            `unknown_velocities`.
         sampling: Errors of PIT with the same step size relative to the reference; None without PIT.
         measured_against_pit: Errors of the run relative to PIT with the same step size; None without PIT.
         sampling_cost: Largest errors of PIT over the phases of the step; None without PIT.
@@ -58,9 +48,6 @@ class MeasuredRun(AlignedRun):
     """
 
     measured: Measured
-    impact_errors: NDArray[np.float64]
-    changes: NDArray[np.float64]
-    unknown_velocity_impacts: tuple[int, ...]
     sampling: Measured | None
     measured_against_pit: Measured | None
     sampling_cost: SamplingCost | None
@@ -78,10 +65,8 @@ class MeasuredRun(AlignedRun):
         own_scales, impacts = self.baseline.find_own_scales(measured.reference), measured.matched
         velocity = measured.of_impacts["velocity"] * self.scales.speed_m_s
         rim = measured.of_impacts["spin"] * self.scales.rim_m_s
-        is_rounding = (velocity <= self.rounding * own_scales.speed_m_s[impacts]) & ~(
-            rim > self.rounding * own_scales.rim_m_s[impacts]
-        )
-        return bool(is_rounding.all())
+        is_rounding = velocity <= self.rounding * own_scales.speed_m_s[impacts]
+        return bool((is_rounding & ~(rim > self.rounding * own_scales.rim_m_s[impacts])).all())
 
     def compute_end_rounding(self, measured: Measured, *, exactly: bool) -> NDArray[np.float64]:
         """Return the largest rounding errors of final positions, velocities and rim speeds; see `Measured.ends`.
@@ -94,9 +79,7 @@ class MeasuredRun(AlignedRun):
         if exactly and self.observed.dt_s:
             step_m = own_scales.final_speed_m_s * self.observed.dt_s
             # The position of a disc that never moves is not rounded at each step.
-            most_m = np.where(
-                own_scales.final_speed_m_s > 0.0, THRESHOLDS.close * step_m, self.rounding * own_scales.reach_m
-            )
+            most_m = np.where(step_m > 0.0, THRESHOLDS.close * step_m, self.rounding * own_scales.reach_m)
             place = np.minimum(place, most_m)
         return np.stack([place, self.rounding * own_scales.final_speed_m_s, self.rounding * own_scales.final_rim_m_s])
 
@@ -119,9 +102,6 @@ def measure_run(aligned: AlignedRun) -> MeasuredRun:
     return MeasuredRun.of(
         aligned,
         measured=measured,
-        impact_errors=measure_impact_errors(measured, scales, aligned.compared.impacts),
-        changes=aligned.baseline.compute_once(measure_changes, lambda: measure_changes(reference, scales)),
-        unknown_velocity_impacts=tuple(np.flatnonzero(unknown_velocities(observed).any(axis=0)).tolist()),
         sampling=sampled,
         measured_against_pit=against_pit,
         sampling_cost=cost,

@@ -13,13 +13,12 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from carom.comparator.align_impacts import AlignedRun
 from carom.comparator.match_impacts import ComparisonRange, match_impacts
 from carom.comparator.measure.errors import MatchedRun, Measured, larger_error, measure_errors
 from carom.comparator.non_finite import find_non_finite
-from carom.comparator.scales import Scales, compute_scales, find_largest
+from carom.comparator.scales import Array, Scales, compute_scales, find_largest
 from carom.comparator.shifted_scenes import build_shifted_scenes, list_even_phases
 from carom.comparator.thresholds import THRESHOLDS
 from carom.errors import InputError
@@ -27,8 +26,6 @@ from carom.model.scene import Scene
 from carom.model.trace import Trace, rim_speeds, velocities
 from carom.solvers.pic import solve_pic
 from carom.solvers.pit.solve import solve_pit
-
-Array = NDArray[np.float64]
 
 #: Number of cached results, one per scene, step size and choice of phases. This number suffices for all scenes of the
 #: catalogue at three step sizes each.
@@ -52,13 +49,8 @@ class SamplingCost:
             such phase.
         found_off_s: The largest error of the impact's time over the same phases as in `found`, in seconds, shape
             ``(m,)``.
-        energy: Error of the final kinetic energy, divided by the scene's energy. For several phases, this
-            error and the final errors below are the largest over phase 0 and all phases at which PIT has no missed or
-            spurious impact.
-        final_position: Largest error of a final position, divided by the largest radius; 0 if not measured.
-        final_velocity: Largest error of a final velocity, divided by the scene's greatest speed; 0 if not measured.
-        final_spin: Largest error of a final rim speed (spin times radius), divided by the scene's greatest disc or rim
-            speed; 0 if not measured.
+        final: Final errors, see `Errors.list_final_errors`. For several phases, each value is the largest over phase 0
+            and all phases at which PIT has no missed or spurious impact.
         late_s: Largest error of an impact's time at any of the phases, in seconds; infinite if an impact is missed or
             spurious.
         phases: Number of phases at which PIT was run.
@@ -69,27 +61,26 @@ class SamplingCost:
     errors: Array
     found: Array
     found_off_s: Array
-    energy: float
-    final_position: float
-    final_velocity: float
-    final_spin: float
+    final: Array
     late_s: float
     phases: int = 1
     close_phases: int = 0
 
     @classmethod
-    def of(cls, dt_s: float, errors: Array, measured: Measured) -> SamplingCost:
-        """Return the cost of sampling at one phase, from PIT's errors at that phase."""
+    def of(cls, dt_s: float, measured: Measured, scales: Scales, impacts: int) -> SamplingCost:
+        """Return the cost of sampling at one phase, from PIT's errors at that phase.
+
+        `impacts` is the number of reliable impacts.
+        """
+        errors = measure_impact_errors(measured, scales, impacts)
         worst, alignment, matched = measured.largest, measured.alignment, measured.matched
-        ends = (worst.final_position, worst.final_velocity, worst.final_spin)
         all_found = not (alignment.missed or alignment.spurious or alignment.undecided)
         late_s = (abs(worst.time_s) if matched else 0.0) if all_found else math.inf
-        first_missed, off_s = min(alignment.missed, default=errors.shape[1]), np.zeros(errors.shape[1])
+        first_missed, off_s = min(alignment.missed, default=impacts), np.zeros(impacts)
         off_s[matched] = np.abs(measured.of_impacts["time_s"])
         is_found = np.arange(len(off_s)) < first_missed
         found, found_off_s = np.where(is_found, errors, 0.0), np.where(is_found, off_s, 0.0)
-        place, velocity, spin = (0.0 if math.isnan(error) else error for error in ends)
-        return cls(dt_s, errors, found, found_off_s, abs(worst.energy), place, velocity, spin, late_s)
+        return cls(dt_s, errors, found, found_off_s, worst.list_final_errors(), late_s)
 
     @classmethod
     def combine(cls, costs: Sequence[SamplingCost]) -> SamplingCost:
@@ -102,17 +93,12 @@ class SamplingCost:
             np.maximum.accumulate(np.max([getattr(cost, name) for cost in costs], axis=0), axis=-1)
             for name in ("errors", "found", "found_off_s")
         )
-        ends = [costs[0], *(cost for cost in costs[1:] if math.isfinite(cost.late_s))]
-        names = ("energy", "final_position", "final_velocity", "final_spin")
-        energy, place, velocity, spin = (max(getattr(cost, name) for cost in ends) for name in names)
+        final = np.max([costs[0].final, *(cost.final for cost in costs[1:] if math.isfinite(cost.late_s))], axis=0)
         # Impacts have grade *close* if time errors are at most `part` of a step, and other errors are at most `part` of
         # PIT's largest error so far.
         part, rounding, dt_s = THRESHOLDS.close, THRESHOLDS.rounding, costs[0].dt_s
         is_close = (late_s <= part * dt_s) & (all_errors <= part * errors + rounding).all(axis=(1, 2))
-        close_phases = int(is_close.sum())
-        return cls(
-            dt_s, errors, found, off_s, energy, place, velocity, spin, find_largest(late_s), len(costs), close_phases
-        )
+        return cls(dt_s, errors, found, off_s, final, find_largest(late_s), len(costs), int(is_close.sum()))
 
 
 def measure_sampling_cost(aligned: AlignedRun, pit: Trace, measured: Measured, measured_run: Measured) -> SamplingCost:
@@ -128,7 +114,7 @@ def measure_sampling_cost(aligned: AlignedRun, pit: Trace, measured: Measured, m
     reference, impacts, cut = aligned.reference, aligned.compared.impacts, not aligned.compared.is_whole_run
 
     def measure_even_phases() -> tuple[list[SamplingCost], SamplingCost]:
-        costs = [SamplingCost.of(pit.dt_s, measure_impact_errors(measured, aligned.scales, impacts), measured)]
+        costs = [SamplingCost.of(pit.dt_s, measured, aligned.scales, impacts)]
         if pit.dt_s and impacts:
             phases = list_even_phases(THRESHOLDS.phases)[1:]  # at phase 0, the scene is not shifted
             costs += _measure_costs_at_phases(reference.scene, pit.dt_s, impacts, cut, phases)
@@ -191,20 +177,15 @@ def _measure_costs_at_phases(
     """
     reference = solve_pic(scene, max_impacts=reliable_impacts if cut else None)
     scales = compute_scales(scene, reference)
-    shifted_scenes = build_shifted_scenes(reference, dt_s, phases)
-    return tuple(
-        SamplingCost.of(dt_s, measure_impact_errors(measured, scales, reliable_impacts), measured)
-        for measured in measure_errors(
-            _run_shifted_scenes(reference, shifted_scenes, dt_s, reliable_impacts, cut), scales
-        )
-    )
+    runs = _run_shifted_scenes(reference, dt_s, phases, reliable_impacts, cut)
+    return tuple(SamplingCost.of(dt_s, measured, scales, reliable_impacts) for measured in measure_errors(runs, scales))
 
 
 def _run_shifted_scenes(
-    reference: Trace, shifted_scenes: Iterable[Scene], dt_s: float, reliable_impacts: int, cut: bool
+    reference: Trace, dt_s: float, phases: Iterable[float], reliable_impacts: int, cut: bool
 ) -> Iterator[MatchedRun]:
     """Run shifted scenes with PIT and PIC, and match their impacts up to the first that differs from `reference`."""
-    for shifted_scene in shifted_scenes:
+    for shifted_scene in build_shifted_scenes(reference, dt_s, phases):
         try:
             truth = solve_pic(shifted_scene, max_impacts=reliable_impacts + 1)
             pit = solve_pit(shifted_scene, frame_rate_hz=1.0 / dt_s)

@@ -78,7 +78,7 @@ class Group(NamedTuple):
     Attributes:
         time_s: The instant.
         discs: Numbers of the discs, ascending.
-        contacts: The contacts.
+        contacts: The contacts, except those of two immovable bodies.
         motion_m_s: Velocity and rim speed before the impacts, one row per disc, shape ``(k, 3)``.
     """
 
@@ -120,7 +120,8 @@ def find_first_group(reference: Trace) -> Group | None:
     flights = {flight.disc: flight for flight in last_flights if flight.impact >= begin and flight.end_s >= at_s}
     position = np.array([flights[disc].position_at(time_s) for disc in range(len(scene.discs))])
     extent = float(np.max(np.abs(position)) + 2.0 * np.max(scene.arrays.radius_m))
-    contacts = list(_find_touching_bodies(scene, position, time_s, SAME * extent))
+    touching = _find_touching_bodies(scene, position, time_s, SAME * extent)
+    contacts = [contact for contact in touching if sum(_inverse_masses_of(scene, contact)) > 0.0]
     discs = {int(impacts["first"][index]), max(int(impacts["second"][index]), int(impacts["first"][index]))}
     while True:  # add bodies that touch the group's movable discs, until there are no more
         linked = {
@@ -264,8 +265,6 @@ def _apply_impact(scene: Scene, contact: TouchingBodies, motion: Motions, row: d
     first, second, normal, wall_m_s = contact
     is_wall, start, after = second < 0, scene.arrays, motion.copy()
     weights = dict(zip((first, second), _inverse_masses_of(scene, contact), strict=True))
-    if sum(weights.values()) == 0.0:
-        return motion
     surface = start.materials[wall_index(second)] if is_wall else scene
     sides = [(first, -1.0)] if is_wall else [(first, -1.0), (second, 1.0)]
     normal_impulse = (1.0 + surface.restitution) * _compute_closing_speed(contact, motion, row) / sum(weights.values())
@@ -282,14 +281,12 @@ def _apply_impact(scene: Scene, contact: TouchingBodies, motion: Motions, row: d
         slip -= float(np.array(wall_m_s) @ tangent)
         slip += start.belt_of_wall(wall_index(second))
     inverse_effective_mass = sum(weights[body] * (1.0 + 1.0 / start.inertia[body]) for body, _ in sides)
-    angular_impulse = friction_impulse = primitives.tangential_impulse(
-        *law, slip, inverse_effective_mass, normal_impulse
-    )
+    friction_impulse = primitives.tangential_impulse(*law, slip, inverse_effective_mass, normal_impulse)
+    angular_impulse = friction_impulse
     if resists:  # for an impact on a wall, impulses are divided by the disc's mass
-        rim, weight = motion[row[first], 2], weights[first]
-        friction, turning, _ = primitives.frictional_impulses(
-            *law, resists, slip, rim, 1.0 / start.inertia[first], normal_impulse * weight
-        )
+        rim, weight, inverse = motion[row[first], 2], weights[first], 1.0 / start.inertia[first]
+        pushed = normal_impulse * weight
+        friction, turning, _ = primitives.frictional_impulses(*law, resists, slip, rim, inverse, pushed)
         friction_impulse, angular_impulse = friction / weight, turning / weight
     for body, sign in sides:
         after[row[body], :2] += sign * friction_impulse * weights[body] * tangent
@@ -306,7 +303,7 @@ def _solve_at_once(scene: Scene, group: Group, row: dict[int, int], tolerance: f
     """
     if scene.arrays.has_friction:
         return None
-    contacts = [c for c in group.contacts if sum(_inverse_masses_of(scene, c)) > 0.0]
+    contacts = group.contacts
     if len(contacts) > MOST_AT_ONCE:
         return None
     jacobian = np.zeros((len(contacts), 2 * len(row)))

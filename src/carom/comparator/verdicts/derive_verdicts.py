@@ -11,25 +11,31 @@ from numpy.typing import NDArray
 
 from carom.comparator.align_impacts import MOST_EDITS
 from carom.comparator.grades import Grade
+from carom.comparator.measure.consistency import Deviation
 from carom.comparator.measure.contact import ContactErrors, ContactScore
+from carom.comparator.measure.errors import unknown_velocities
 from carom.comparator.measure.measured_run import MeasuredRun
 from carom.comparator.scales import find_largest
 from carom.comparator.thresholds import THRESHOLDS
 from carom.comparator.verdict import Finding, Verdict
-from carom.comparator.verdicts.contradictions import format_seconds_and_steps, report_contradictions, report_drifts
+from carom.comparator.verdicts import stepwise_verdicts
 from carom.comparator.verdicts.judged_run import JudgedRun
-from carom.comparator.verdicts.stepwise_verdicts import (
-    report_bad_steps,
-    report_divergence,
-    report_misreports,
-    report_polygons,
-    report_sinking,
-)
 from carom.model.trace import Outcome, pair_name
-from carom.support.formatting import format_count, format_instant, format_metres, format_number, format_seconds
+from carom.support.formatting import (
+    format_count,
+    format_instant,
+    format_metres,
+    format_number,
+    format_seconds,
+    format_steps,
+)
 
 #: Descriptions of a disc's final motion other than resting, sliding and rolling, by outcome of the reference.
 _OTHER_ENDINGS = {Outcome.GLIDES: ", gliding along a wall", Outcome.CRUSHED: ", crushed between two walls"}
+
+#: If friction's lever arm differs from the disc's radius by less than this fraction, their difference is shown, because
+#: their quotient would be shown as 1.
+_NEAR_THE_RIM = 5e-4
 
 
 def derive_verdicts(run: MeasuredRun, grade_before_tie: Grade | None) -> JudgedRun:
@@ -40,8 +46,8 @@ def derive_verdicts(run: MeasuredRun, grade_before_tie: Grade | None) -> JudgedR
     judged = JudgedRun.of(
         run,
         grade_before_tie=grade_before_tie,
-        drifts=tuple(report_drifts(run)),
-        contradictions=tuple(report_contradictions(run)),
+        drifts=tuple(_report_drifts(run)),
+        contradictions=tuple(_report_contradictions(run)),
     )
     found = [Finding(Verdict.NOT_FINITE, run.non_finite)] if run.non_finite else []
     found += _report_convention(judged)
@@ -49,13 +55,13 @@ def derive_verdicts(run: MeasuredRun, grade_before_tie: Grade | None) -> JudgedR
     if not judged.has_exact_steps:
         found += _report_ending(judged)
         if judged.has_diverged_before_miss:  # after two trajectories diverge, impacts only match by chance
-            found += [*report_divergence(judged), *report_misreports(judged)]
+            found += [*stepwise_verdicts.report_divergence(judged), *stepwise_verdicts.report_misreports(judged)]
         else:
             found += [*_report_missed_and_spurious(judged), *_report_order(judged), *_report_timing(judged)]
             found += [*_report_velocities(judged), *_report_spins(judged), *_report_end_state(judged)]
-    found += [*judged.drifts, *judged.contradictions, *report_sinking(judged)]
-    found += list(report_bad_steps(judged, has_findings=bool(found)))
-    found += report_polygons(judged) if found else ()
+    found += [*judged.drifts, *judged.contradictions, *stepwise_verdicts.report_sinking(judged)]
+    found += list(stepwise_verdicts.report_bad_steps(judged, has_findings=bool(found)))
+    found += stepwise_verdicts.report_polygons(judged) if found else ()
     if (contact := judged.contact) is not None and contact.grade is not Grade.EXACT:
         found.append(Finding(Verdict.CONTACT, _format_contact(contact)))
     if found:
@@ -175,7 +181,7 @@ def _report_timing(judged: JudgedRun) -> Iterator[Finding]:
     for verdict, sign in ((Verdict.LATE, 1.0), (Verdict.EARLY, -1.0)):
         worst = find_largest([sign * error for error in errors if sign * error > 0.0], default=0.0)
         if worst > judged.rounding_s:
-            yield Finding(verdict, f"by up to {format_seconds_and_steps(worst, judged)}")
+            yield Finding(verdict, f"by up to {_format_seconds_and_steps(worst, judged)}")
 
 
 def _report_velocities(judged: JudgedRun) -> Iterator[Finding]:
@@ -203,7 +209,7 @@ def _report_velocities(judged: JudgedRun) -> Iterator[Finding]:
 
 def _report_unknown_velocities(judged: JudgedRun) -> Iterator[Finding]:
     impacts = judged.observed.impacts
-    if unknown := judged.unknown_velocity_impacts:
+    if unknown := np.flatnonzero(unknown_velocities(judged.observed).any(axis=0)).tolist():
         first = _format_first(unknown, impacts)
         reason = f"{len(unknown)} of {len(impacts)} impacts, {first}: only the last one in its step is compared"
         yield Finding(Verdict.NOT_TOLD_APART, reason)
@@ -264,3 +270,64 @@ def _format_contact(score: ContactScore) -> str:
         off = f"{format_number(score.momentum_m_s, 3)} m/s"
         wrong += f"; angular momentum about the wall, which friction can't change, is off by {off}"
     return f"from {format_instant(score.begin_s)} on by up to {describe(score.errors)}{wrong}{pit}"
+
+
+def _report_drifts(run: MeasuredRun) -> Iterator[Finding]:
+    """Report positions and angular momenta that do not agree with a run's own impacts."""
+    consistency = run.consistency
+    if consistency is None:
+        return
+    if consistency.strayed > run.place_rounding:
+        position = consistency.position
+        reason = f"{_format_size(position.size)} times the largest radius, {_format_since(position)}"
+        if consistency.strayed_excess > run.place_rounding:
+            reason += f"; {format_number(consistency.excess.size, 3)} more than the overlap gained in a step explains"
+        yield Finding(Verdict.DRIFTS, reason)
+    if consistency.angular > run.rounding:
+        reason = f"{_format_size(consistency.angular)} times the scene's greatest disc or rim speed"
+        if math.isfinite(consistency.arm):
+            distance, excess = f"{format_number(consistency.arm, 4)} times its radius", consistency.arm - 1.0
+            if abs(excess) < _NEAR_THE_RIM:
+                side = "outside" if excess > 0.0 else "inside"
+                distance = f"{format_number(abs(excess), 3)} of its radius {side} its rim"
+            reason += f"; a disc turns as if friction acted at {distance}"
+        if consistency.angular_excess > run.rounding:
+            more = format_number(consistency.angular_excess, 3)
+            reason += f"; {more} more than the overlap gained in a step explains"
+        yield Finding(Verdict.ANGULAR, reason)
+
+
+def _report_contradictions(run: MeasuredRun) -> Iterator[Finding]:
+    """Report contradictions between a run's states, velocities, reported times and normals."""
+    found, rounding = run.consistency, run.rounding
+    if found is None:
+        return
+    speed, rims = "times the scene's greatest speed", "times the scene's greatest disc or rim speed"
+    if not found.velocity.size <= rounding:
+        yield Finding(Verdict.TURNS, f"{_format_size(found.velocity.size)} {speed}, {_format_since(found.velocity)}")
+    if not found.spin.size <= rounding:
+        yield Finding(Verdict.SPINS, f"{_format_size(found.spin.size)} {rims}, {_format_since(found.spin)}")
+    if not found.momentum <= rounding:
+        reason = f"{_format_size(found.momentum)} {speed}, in the velocity of the two discs' centre of mass"
+        yield Finding(Verdict.MOMENTUM, reason)
+    if not found.stamp_s <= rounding * run.scales.time_s:
+        yield Finding(Verdict.WRONG_STAMP, f"by up to {_format_seconds_and_steps(found.stamp_s, run)}")
+    if not found.across <= rounding:
+        angle = f"{format_number(math.degrees(found.normal_rad), 3)} degrees"
+        yield Finding(Verdict.WRONG_NORMAL, f"{angle} from the velocity change at the impact with the largest error")
+    if not found.normal_length <= rounding:
+        yield Finding(Verdict.WRONG_NORMAL, f"their length differs from 1 {_format_size(found.normal_length)}")
+
+
+def _format_size(size: float) -> str:
+    return f"by up to {format_number(size, 3)}"
+
+
+def _format_since(slip: Deviation) -> str:
+    return f"disc {slip.disc} after {format_instant(slip.since_s)}"
+
+
+def _format_seconds_and_steps(time_s: float, run: MeasuredRun) -> str:
+    """Format a time in seconds and, if the run has steps, in steps."""
+    dt_s = run.observed.dt_s
+    return format_seconds(time_s) + (f", {format_steps(time_s, dt_s)}" if dt_s else "")

@@ -116,25 +116,26 @@ def _describe_costs(local: LocalScore) -> Iterator[str]:
 
 def _describe_faults(local: LocalScore) -> Iterator[str]:
     """Describe each fault that makes the steps of a run inaccurate, with numbers."""
-    judged = f"of {local.judged} separate impacts"
+
+    def describe_part(count: int, one: str, many: str) -> str:
+        return f"{count} of {local.judged} separate impacts {one if count == 1 else many}"
+
     if local.worse_than_pit:
         free = math.isinf(local.ratio[1])
         worst = "some although PIT has no error" if free else f"up to {format_number(local.ratio[1], 4)} times as large"
         typical = local.restitution[0]
         restitution_text = f", restitution off by {format_number(typical, 3)} at the median" if typical > 0.0 else ""
-        worse = f"{local.worse_than_pit} {judged} {'has' if local.worse_than_pit == 1 else 'have'}"
-        yield f"{worse} larger errors than PIT, {worst}{restitution_text}"
+        yield f"{describe_part(local.worse_than_pit, 'has', 'have')} larger errors than PIT, {worst}{restitution_text}"
     if local.early:
-        early = f"{local.early} {judged} {'is' if local.early == 1 else 'are'}"
-        yield f"{early} early by up to {format_number(local.early_steps, 3)} steps"
+        yield f"{describe_part(local.early, 'is', 'are')} early by up to {format_number(local.early_steps, 3)} steps"
     if local.ahead:
         yield (
             f"{format_count(local.ahead, 'time')} a disc changes its velocity more than two steps before the impact, "
             "because of the engine's contact margin"
         )
     if local.too_late:
-        late = f"{local.too_late} {judged} {'is' if local.too_late == 1 else 'are'}"
-        yield f"{late} over a step late, up to {format_number(local.late_steps[1], 3)} steps"
+        late_steps = format_number(local.late_steps[1], 3)
+        yield f"{describe_part(local.too_late, 'is', 'are')} over a step late, up to {late_steps} steps"
     if local.drifts:
         steps, drift = format_count(local.drifts, "step"), format_number(local.drift, 3)
         yield f"positions do not follow from velocities in {steps}, by up to {drift} radii"

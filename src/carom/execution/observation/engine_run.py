@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any, cast
 
@@ -16,10 +16,9 @@ from carom.engines.registry import has_part, load_adapter
 from carom.execution.adapter_profile import load_supported_adapter, prepare_settings
 from carom.execution.codec import CarriedTrace
 from carom.execution.job import PIT_METHOD, Answer, Job, JobTask, SettingOverrides, Status
-from carom.execution.observation.final_state import LastStep
+from carom.execution.observation.final_state import LastStep, compute_gravity
 from carom.execution.observation.free_flight import QUIET_STEPS, FreeFlight
 from carom.execution.observation.impact_collector import ImpactCollector
-from carom.execution.observation.open_contact import compute_gravity
 from carom.execution.observation.state_rows import StateRows
 from carom.execution.observation.step_cutter import Cutter
 from carom.execution.observation.validate_observation import Validator
@@ -33,7 +32,6 @@ from carom.execution.validate_adapter import (
     to_whole_number,
 )
 from carom.model.scene import Scene
-from carom.model.step_windows import States
 from carom.model.trace import Outcome, Samples, Trace, resolve_profile
 from carom.support.limits import LARGEST
 
@@ -150,11 +148,9 @@ def choose_stored_steps(steps: int) -> frozenset[int]:
     stored. If stored steps were equally spaced, a disc that hops every two steps could seem to rest.
     """
     stretch = -(-steps // MOST_STORED_STATES)
-    stretches = range(0, steps, stretch)
-    return frozenset(
-        min(begin + 1 + int(stretch * phase), steps)
-        for begin, phase in zip(stretches, generate_phases(len(stretches)), strict=True)
-    )
+    begins = range(0, steps, stretch)
+    phases = generate_phases(len(begins))
+    return frozenset(min(begin + 1 + int(stretch * phase), steps) for begin, phase in zip(begins, phases, strict=True))
 
 
 class _Run:
@@ -179,8 +175,8 @@ class _Run:
         self.positions = [arrays.position_m]
         self.stride = -(-self.steps // MOST_SAMPLES)
         may_rest = scene.gravity_m_s2 != (0.0, 0.0) and bool(scene.walls) and len(scene.discs) <= MOST_STORED_DISCS
-        self.stored_states: list[tuple[float, Observation]] | None = [] if stepwise and may_rest else None
-        self.stored_steps = frozenset[int]() if self.stored_states is None else choose_stored_steps(self.steps)
+        self.stored_steps = choose_stored_steps(self.steps) if stepwise and may_rest else frozenset[int]()
+        self.stored, self.stored_count = StateRows(len(self.stored_steps), discs), 0
 
     @property
     def state(self) -> Observation:
@@ -204,7 +200,11 @@ class _Run:
             if takes_quiet_steps and not self.collector.open:
                 observed = self._take_quiet_steps(cast("QuietWorld", world), flight if straight else None)
             step = self.steps_taken + 1
-            pieces = _take_step_in_pieces(world, cutter, step, self.dt_s) if observed is None else (step * self.dt_s,)
+            pieces: Iterable[float] = (step * self.dt_s,)
+            if observed is None and cutter is not None:
+                pieces = cutter.take_step((step - 1) * self.dt_s, step * self.dt_s)
+            elif observed is None:
+                world.advance(1)
             for time_s in pieces:
                 if not self._add_state(world.observe() if observed is None else observed, time_s):
                     return
@@ -257,9 +257,10 @@ class _Run:
     def _keep_states(self, steps: range, row: int) -> None:
         """Store some of the states after `steps` for the trace. Row number `row` contains the first of these states."""
         rows, shift = self.rows, row - steps.start
-        if self.stored_states is not None:
-            stored = (step for step in steps if step in self.stored_steps)
-            self.stored_states += [(step * self.dt_s, rows.observation(step + shift)) for step in stored]
+        for step in sorted(self.stored_steps.intersection(steps)):
+            self.stored.numbers[self.stored_count] = rows.numbers[step + shift]
+            self.stored.time_s[self.stored_count] = step * self.dt_s
+            self.stored_count += 1
         if self.samples:
             self.positions += [rows.position_m[step + shift].copy() for step in steps if step % self.stride == 0]
 
@@ -304,6 +305,7 @@ class _Run:
     def build_trace(self, method: str) -> Trace:
         """Return the trace, with the final state advanced to the end of the scene."""
         self._pass_on_states()
+        self.stored.has_spins = self.rows.has_spins
         completed, duration_s = self.outcome is Outcome.COMPLETED, self.scene.duration_s
         impacts, effective, states, spins = self.collector.finish()
         last = LastStep(self.scene, *self.find_last_state(self.row), self.steps_taken * self.dt_s, self.state)
@@ -321,10 +323,9 @@ class _Run:
                 discs, until_s = [*range(len(self.scene.discs))], duration_s
             last = last.undo_later_impacts(discs, until_s, impacts, turned_s, spins)
         if self.samples and completed:
-            self.positions += [
-                last.state.position_m + last.state.velocity_m_s * ((step - self.steps_taken) * self.dt_s)
-                for step in range(len(self.positions) * self.stride, self.steps + 1, self.stride)
-            ]
+            for step in range(len(self.positions) * self.stride, self.steps + 1, self.stride):
+                seconds = (step - self.steps_taken) * self.dt_s
+                self.positions.append(last.state.position_m + last.state.velocity_m_s * seconds)
         final = last.move_to(duration_s if completed else last.end_s)
         instants_s = np.arange(len(self.positions), dtype=np.float64) * (self.stride * self.dt_s)
         return Trace(
@@ -343,24 +344,8 @@ class _Run:
             spins=spins,
             final_spin_rad_s=final.spin_rad_s,
             local_truth=None if self.watch is None else self.watch.finish(),
-            observed_states=_build_states(self.stored_states) if self.stored_states else None,
+            observed_states=self.stored.states(slice(self.stored_count)) if self.stored_count else None,
         )
-
-
-def _build_states(stored_states: Sequence[tuple[float, Observation]]) -> States:
-    times, observations = zip(*stored_states, strict=True)
-    positions = np.array([state.position_m for state in observations])
-    velocities = np.array([state.velocity_m_s for state in observations])
-    spins = [state.spin_rad_s for state in observations if state.spin_rad_s is not None]
-    return States(np.array(times), positions, velocities, np.array(spins) if len(spins) == len(times) else None)
-
-
-def _take_step_in_pieces(world: World, cutter: Cutter | None, step: int, dt_s: float) -> Iterable[float]:
-    """Take step number `step` (from 1), whole or in pieces, and return the time at the end of each piece."""
-    if cutter is not None:
-        return cutter.take_step((step - 1) * dt_s, step * dt_s)
-    world.advance(1)
-    return (step * dt_s,)
 
 
 def _classify_end(warning: str) -> tuple[Outcome, tuple[str, ...]]:

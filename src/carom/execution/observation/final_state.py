@@ -12,10 +12,14 @@ from numpy.typing import NDArray
 from carom.comparator.slowing import Slowing
 from carom.comparator.stepwise.resting_pairs import RESTING_STEPS
 from carom.engines.api import Observation
-from carom.execution.observation.open_contact import compute_gravity
 from carom.model.scene import Scene
 
 Array = NDArray[np.float64]
+
+
+def compute_gravity(scene: Scene) -> Array:
+    """Return each disc's acceleration in free flight, in metres per second squared, shape ``(n, 2)``."""
+    return np.array([(0.0, 0.0) if disc.immovable else scene.gravity_m_s2 for disc in scene.discs])
 
 
 @dataclass(frozen=True)

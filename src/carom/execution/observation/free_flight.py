@@ -151,9 +151,8 @@ class FreeFlight:
 
     def _compute_outline_wait(self, outline: Outline, p: Array, v: Array) -> float:
         """Return a lower bound of the seconds until a disc comes near a wall, computed from distances and speeds."""
-        away = np.array(
-            [outline.compute_gap(x, y, reach) for (x, y), reach in zip(p.tolist(), self._margin.tolist(), strict=True)]
-        )
+        margins = self._margin.tolist()
+        away = np.array([outline.compute_gap(x, y, reach) for (x, y), reach in zip(p.tolist(), margins, strict=True)])
         speed = np.hypot(v[:, 0], v[:, 1])
         waits = np.maximum(away[speed > 0.0], 0.0) / speed[speed > 0.0]
         return float(np.min(waits, initial=math.inf))

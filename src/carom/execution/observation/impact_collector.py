@@ -9,33 +9,32 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import count
 
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.comparator.non_finite import has_turned
-from carom.comparator.slowing import Slowing
+from carom.comparator.slowing import Slowing, find_nearest_time
+from carom.comparator.thresholds import THRESHOLDS
 from carom.engines.api import Contact, Observation
-from carom.execution.observation.open_contact import (
-    Motion,
-    OpenContact,
-    Pair,
-    compute_gravity,
-    compute_relative_velocity,
-    compute_separation_speed,
-)
+from carom.execution.observation.final_state import Array, compute_gravity
 from carom.model.disc_arrays import STANDS
+from carom.model.prescribed_motion import Course
 from carom.model.scene import Scene
 from carom.model.trace import STATE_DTYPE, ImpactRecord, Vector, build_impact_array, build_spin_array, wall_index
 
+#: Numbers of two bodies.
+Pair = tuple[int, int]
+
+#: Velocity and spin of a body.
+Motion = tuple[float, float, float]
+
+#: Motions of the two bodies of a contact.
+Motions = tuple[Motion, Motion]
+
 #: A row of `STATE_DTYPE`.
 _State = tuple[float, Vector, Vector]
-#: Velocities and spins of two bodies: first and second body before a contact, first and second body after it.
-_Velocities = tuple[Vector, Vector, Vector, Vector]
-_Spins = tuple[float, float, float, float]
 _UNKNOWN: Vector = (math.nan, math.nan)
 _NOWHERE: Vector = (0.0, 0.0)
 
@@ -43,6 +42,170 @@ _NOWHERE: Vector = (0.0, 0.0)
 #: in this number of steps. An engine may need one step to test for contact, and another step to change the velocities.
 #: A leapfrog scheme, whose positions and velocities belong to times half a step apart, adds half a step.
 _REST_STEPS = 2.5
+
+
+@dataclass(eq=False)
+class OpenContact:
+    """A contact that may continue in the next step.
+
+    Attributes:
+        number: Number of the contact, counted in the order in which contacts began.
+        reported: The contact as reported in its first step.
+        before: Velocities and spins of the two bodies before the contact's first step.
+        start_s: Time at the start of the contact's first step, in seconds.
+        start: State at the start of the contact's first step.
+        after: Velocities and spins after the contact's last step so far.
+        end_s: Time at the end of the contact's last step so far, in seconds.
+        end: State at the end of the contact's last step so far.
+        is_isolated: Whether the two bodies had no other contacts during the steps of this contact.
+        steps: Number of the contact's steps so far.
+        impulse: Sum of the impulses of all steps. If no impulses are reported, sum of the changes of relative velocity.
+        impulse_vector: Sum over all steps of the impulse times the normal vector.
+        weighted_length: Sum over all steps of the impulse times the length of the normal vector.
+        at_rest: Copy of the contact at the end of the step in which the pair came to rest; None if the pair does not
+            rest.
+    """
+
+    number: int
+    reported: Contact
+    before: Motions
+    start_s: float
+    start: Observation
+    after: Motions
+    end_s: float
+    end: Observation
+    is_isolated: bool = True
+    steps: int = 0
+    impulse: float = 0.0
+    impulse_vector: Vector = (0.0, 0.0)
+    weighted_length: float = 0.0
+    at_rest: OpenContact | None = None
+
+    @property
+    def pair(self) -> Pair:
+        """Numbers of the two bodies."""
+        return (self.reported.first, self.reported.second)
+
+    def cut_at_rest(self) -> OpenContact:
+        """Return the contact as it was at the end of the step in which the pair came to rest.
+
+        If the pair does not rest, return the whole contact.
+        """
+        return self if self.at_rest is None or self.at_rest.steps == self.steps else self.at_rest
+
+    def add(self, impulse: float, normal: Vector) -> None:
+        """Add the impulse of a step."""
+        (x, y), (nx, ny) = self.impulse_vector, normal
+        self.steps += 1
+        self.impulse += impulse
+        self.impulse_vector = (x + impulse * nx, y + impulse * ny)
+        self.weighted_length += impulse * math.hypot(*normal)
+
+    def has_turned(self, float_bits: int) -> bool:
+        """Whether a velocity changed by more than rounding; see `carom.comparator.non_finite.find_turned_impacts`."""
+        velocities = [(x, y) for x, y, _ in (*self.before, *self.after)]
+        changes = [(ux - x, uy - y) for (x, y, _), (ux, uy, _) in zip(self.before, self.after, strict=True)]
+        greatest, change = (max(math.sqrt(x * x + y * y) for x, y in one) for one in (velocities, changes))
+        return change > THRESHOLDS.rounding_of(float_bits) * greatest
+
+    def compute_normal(self) -> Vector:
+        """Return a normal vector with the direction of the total impulse and the mean length of the steps' normals.
+
+        If the contact has one step or no impulse, return its first normal.
+        """
+        size = math.hypot(*self.impulse_vector)
+        if self.steps == 1 or not (size > 0.0 and self.impulse > 0.0):
+            return self.reported.normal
+        length = self.weighted_length / self.impulse
+        return (length * self.impulse_vector[0] / size, length * self.impulse_vector[1] / size)
+
+    def compute_landing_time(self, gravity: Array, leg: Course) -> float:
+        """Return the instant at which two bodies meet, for a pair that comes to rest.
+
+        `compute_turn_time` needs a free path after the impact, but resting bodies do not separate. At the returned
+        instant, the bodies on their free paths before the impact reach the distance that they have while they rest.
+        This distance changes at the normal speed that the bodies have at the end of the contact. The free path is a
+        parabola, or a line if gravity accelerates both bodies equally.
+
+        Args:
+            gravity: Acceleration of each disc, from `compute_gravity`.
+            leg: Motion of the wall, if the second body is a wall.
+        """
+        d0, u0 = self._compute_relative_motion(self.start, self.start_s, leg)
+        d1, u1 = self._compute_relative_motion(self.end, self.end_s, leg)
+        normal = np.array(self.compute_normal())
+        normal /= np.hypot(*normal)
+        duration_s = self.end_s - self.start_s
+        bend = float(self._compute_relative_pull(gravity) @ normal) / 2
+        closing = float((u1 - u0) @ normal)
+        gap = float((d0 - d1 + u1 * duration_s) @ normal)
+        # The result is the first root of `gap - closing t + bend t^2 = 0`. The formula below avoids the subtraction of
+        # nearly equal numbers, which would lose digits.
+        square = closing * closing - 4.0 * bend * gap
+        if not (square >= 0.0 and closing + math.sqrt(square) > 0.0):
+            return math.nan
+        return self.start_s + 2.0 * gap / (closing + math.sqrt(square))
+
+    def compute_turn_time(self, gravity: Array, slowing: Slowing, leg: Course) -> float:
+        """Return the instant at which the free paths before and after the contact are nearest to each other.
+
+        Let d0 and u0 be the relative position and velocity at the time t0, in the last state before the contact. Let d1
+        and u1 be the relative position and velocity at the time t1, in the first state after the contact. The paths are
+        the lines d0 + u0 (t - t0) and d1 + u1 (t - t1). The difference of the paths is a linear function of t with
+        slope u0 - u1. The difference is also linear under gravity, where both paths are parabolas of the same
+        curvature. With damping, the paths are lines in undamped time: the time that an undamped disc needs for the same
+        distance. On a table that slows discs, the paths have different curvatures. The nearest instant is found by
+        least squares.
+
+        Args:
+            gravity: Acceleration of each disc, from `compute_gravity`.
+            slowing: Law that slows discs down.
+            leg: Motion of the wall, if the second body is a wall.
+        """
+        d0, u0 = self._compute_relative_motion(self.start, self.start_s, leg)
+        d1, u1 = self._compute_relative_motion(self.end, self.end_s, leg)
+        duration_s = self.end_s - self.start_s
+        pull = self._compute_relative_pull(gravity)
+        if slowing.table_m_s2:
+            return find_nearest_time(lambda time_s: self._compute_gap_on_table(slowing, leg, time_s), self.end_s)
+        flown_time_s = slowing.damping.to_undamped(duration_s)
+        u1 = u1 / slowing.damping.compute_kept_fraction(duration_s)
+        slope = u0 - u1 + pull * duration_s
+        squared = float(slope @ slope)
+        if squared == 0.0:
+            return math.nan
+        # Times are counted from the contact's start, since large times would have larger rounding errors.
+        offset = d0 - (d1 - u1 * flown_time_s + pull * (duration_s * duration_s / 2))
+        turn_s = self.start_s + slowing.damping.to_damped(-float(offset @ slope) / squared)
+        return turn_s if math.isfinite(turn_s) else math.nan
+
+    def _compute_gap_on_table(self, slowing: Slowing, leg: Course, time_s: float) -> tuple[Array, Array]:
+        """Return how far the free paths before and after the contact differ, and how fast this difference changes."""
+        motions = []
+        for state, since_s in ((self.start, self.start_s), (self.end, self.end_s)):
+            speed, elapsed_s = np.hypot(*state.velocity_m_s.T), np.array(time_s - since_s)
+            place = state.position_m + state.velocity_m_s * slowing.compute_flown_times(elapsed_s, speed)[:, None]
+            velocity = state.velocity_m_s * slowing.compute_kept_fractions(elapsed_s, speed)[:, None]
+            moved = replace(state, position_m=place, velocity_m_s=velocity)
+            motions.append(self._compute_relative_motion(moved, time_s, leg))
+        (d0, u0), (d1, u1) = motions
+        return d0 - d1, u0 - u1
+
+    def _compute_relative_pull(self, gravity: Array) -> Array:
+        first, second = self.pair
+        pull: Array = gravity[second] - gravity[first] if second >= 0 else -gravity[first]
+        return pull
+
+    def _compute_relative_motion(self, state: Observation, time_s: float, leg: Course) -> tuple[Array, Array]:
+        """Return position and velocity of the second body relative to the first.
+
+        The position of a wall is its displacement since time 0.
+        """
+        first, second = self.pair
+        place, velocity = state.position_m, state.velocity_m_s
+        if second < 0:
+            return leg.moved_at(time_s) - place[first], leg.velocity - velocity[first]
+        return place[second] - place[first], velocity[second] - velocity[first]
 
 
 class ImpactCollector:
@@ -176,9 +339,9 @@ class ImpactCollector:
             elif body in touched:
                 motion[body] = self._motion_of(observation, body)
         after = (motion[first], motion[second])
-        approaches = compute_separation_speed(motions_before, contact.normal) < 0.0
+        approaches = _compute_separation_speed(motions_before, contact.normal) < 0.0
         known = self.open.get(pair)
-        if known and approaches and compute_separation_speed(known.after, known.reported.normal) > 0.0:
+        if known and approaches and _compute_separation_speed(known.after, known.reported.normal) > 0.0:
             # The two bodies separated, and a third body pushed them together again, so this contact is a second impact.
             self._close(pair)
         if pair not in self.open:
@@ -189,11 +352,11 @@ class ImpactCollector:
         known.is_isolated = known.is_isolated and all(touched[body] <= 1 for body in pair)
         impulse = contact.impulse_n_s
         if impulse is None:
-            impulse = math.dist(compute_relative_velocity(after), compute_relative_velocity(motions_before))
+            impulse = math.dist(_compute_relative_velocity(after), _compute_relative_velocity(motions_before))
         known.add(impulse, contact.normal)
         # Free fall during `_REST_STEPS` steps adds this speed. A pair that is faster does not rest.
         slowest = _REST_STEPS * self._pull * (time_s - self._last_s)
-        if not abs(compute_separation_speed(after, contact.normal)) <= slowest:
+        if not abs(_compute_separation_speed(after, contact.normal)) <= slowest:
             known.at_rest = None
         elif known.at_rest is None:
             known.at_rest = replace(known)
@@ -220,11 +383,10 @@ class ImpactCollector:
     def _close(self, pair: Pair) -> None:
         open_contact = self.open.pop(pair)
         contact = open_contact.cut_at_rest()
-        velocities, spins = _split_motions((*contact.before, *contact.after))
         # If the velocities before and after the contact are equal, the two paths differ only by rounding, and their
         # intersection has no physical meaning.
         effective = math.nan
-        if contact.is_isolated and has_turned(velocities[:2], velocities[2:], self._float_bits):
+        if contact.is_isolated and contact.has_turned(self._float_bits):
             drive = self._walls[wall_index(pair[1])] if pair[1] < 0 else STANDS
             leg = drive.leg_at(0.5 * (contact.start_s + contact.end_s))
             if contact is open_contact:
@@ -235,51 +397,36 @@ class ImpactCollector:
         # body, a disc falls on a parabola.
         falls = self._pull > 0.0
         bent = falls and len(self._list_movable(pair)) < len(pair)
-        if falls and not bent and math.isfinite(effective):
-            velocities = self._correct_for_gravity(effective, pair, contact, velocities)
-        if self._slowing:
-            velocities, spins = self._correct_for_slowing(effective, contact)
-        own_spins = spins if self._turns else None
-        record = ImpactRecord(contact.reported.time_s, *pair, contact.compute_normal(), *velocities, own_spins)
+        motions = [*contact.before, *contact.after]
+        if self._slowing or (falls and not bent and math.isfinite(effective)):
+            motions = self._compute_motions_at_impact(effective, contact)
+        a, b, c, d = motions
+        spins = (a[2], b[2], c[2], d[2]) if self._turns else None
+        velocities = (a[:2], b[:2], c[:2], d[:2])
+        record = ImpactRecord(contact.reported.time_s, *pair, contact.compute_normal(), *velocities, spins)
         state = _build_state(pair, contact.start_s, contact.start if contact.is_isolated and not bent else None)
         self._done.append((contact.number, record, effective, state))
 
-    def _correct_for_gravity(
-        self, time_s: float, pair: Pair, contact: OpenContact, velocities: _Velocities
-    ) -> _Velocities:
-        """Return the velocities of two falling discs at the instant of their impact, given velocities at step ends.
+    def _compute_motions_at_impact(self, effective_s: float, contact: OpenContact) -> list[Motion]:
+        """Return velocities and spins of two falling, damped or braked discs at their impact, given those at step ends.
 
-        Gravity acts between the impact and the next step boundary. Without this correction, the velocity after the
-        impact would contain up to one step of gravity's acceleration.
+        Between the impact and a step boundary, gravity or slowing changes the velocities. A scene never has both. For
+        slowed discs, the instant may be before the contact's start or after its end by at most the contact's duration.
+        If the instant can't be computed, the reported instant is used.
         """
-        at_s = min(max(time_s, contact.start_s), contact.end_s)
-        gx, gy = _to_vector(self._gravity, pair[0])
-        a, b, c, d = (
-            (vx + gx * t, vy + gy * t) for (vx, vy), t in zip(velocities, contact.compute_durations(at_s), strict=True)
-        )
-        return a, b, c, d
-
-    def _correct_for_slowing(self, effective_s: float, contact: OpenContact) -> tuple[_Velocities, _Spins]:
-        """Return velocities and spins of damped or braked discs at an impact, given velocities and spins at step ends.
-
-        If the instant can't be computed, the reported instant is used. The instant may be before the contact's start or
-        after its end by at most the contact's duration.
-        """
-        duration_s = contact.end_s - contact.start_s
+        beyond_s = contact.end_s - contact.start_s if self._slowing else 0.0
         at_s = effective_s if math.isfinite(effective_s) else contact.reported.time_s
-        at_s = min(max(at_s, contact.start_s - duration_s), contact.end_s + duration_s)
+        at_s = min(max(at_s, contact.start_s - beyond_s), contact.end_s + beyond_s)
+        gx, gy = _to_vector(self._gravity, contact.reported.first)
         motions = []
-        durations_s = contact.compute_durations(at_s)
-        for (vx, vy, spin), seconds in zip((*contact.before, *contact.after), durations_s, strict=True):
-            kept = self._slowing.compute_kept_fraction(seconds, math.hypot(vx, vy))
-            motions.append((vx * kept, vy * kept, spin * kept))
-        return _split_motions(motions)
-
-
-def _split_motions(motions: Sequence[Motion]) -> tuple[_Velocities, _Spins]:
-    """Return the velocities and the spins of two bodies before and after a contact."""
-    (a, b, s), (c, d, t), (e, f, u), (g, h, v) = motions
-    return ((a, b), (c, d), (e, f), (g, h)), (s, t, u, v)
+        for both, since_s in ((contact.before, contact.start_s), (contact.after, contact.end_s)):
+            for vx, vy, spin in both:
+                if self._slowing:
+                    kept = self._slowing.compute_kept_fraction(at_s - since_s, math.hypot(vx, vy))
+                    motions.append((vx * kept, vy * kept, spin * kept))
+                else:
+                    motions.append((vx + gx * (at_s - since_s), vy + gy * (at_s - since_s), spin))
+        return motions
 
 
 def _build_state(pair: Pair, time_s: float, state: Observation | None) -> _State:
@@ -296,3 +443,15 @@ def _build_state(pair: Pair, time_s: float, state: Observation | None) -> _State
 
 def _to_vector(array: NDArray[np.float64], body: int) -> Vector:
     return (float(array[body, 0]), float(array[body, 1]))
+
+
+def _compute_relative_velocity(motions: Motions) -> Vector:
+    """Return the velocity of the second body relative to the first."""
+    (ux, uy, _), (vx, vy, _) = motions
+    return (vx - ux, vy - uy)
+
+
+def _compute_separation_speed(motions: Motions, normal: Vector) -> float:
+    """Return the speed along the normal at which two bodies separate; negative if they approach."""
+    x, y = _compute_relative_velocity(motions)
+    return x * normal[0] + y * normal[1]

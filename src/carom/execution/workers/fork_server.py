@@ -127,9 +127,8 @@ class ForkServer:
         with self._lock:
             if self._lost:
                 return None
-            (stdin, requests), (answers, stdout), (printed, stderr), (status, status_file) = (
-                os.pipe() for _ in range(_STREAMS)
-            )
+            pipes = [os.pipe() for _ in range(_STREAMS)]
+            (stdin, requests), (answers, stdout), (printed, stderr), (status, status_file) = pipes
             child_files = (stdin, stdout, stderr, status_file)
             pidfds: list[int] = []
             try:

@@ -19,12 +19,12 @@ import threading
 import time
 from contextlib import suppress
 from functools import cache
-from typing import Any, BinaryIO, TypeVar, get_type_hints
+from typing import Any, BinaryIO, get_type_hints
 
 from carom.errors import CaromError
 from carom.execution.codec import Codec
 from carom.execution.exception_text import describe_exception, exception_message
-from carom.execution.job import Answer, Status, Task, UnavailableError, UnsupportedError
+from carom.execution.job import Answer, Status, T, Task, UnavailableError, UnsupportedError
 
 #: ASCII's record separator, which separates the output of one task from the output of the next.
 TASK_END = b"\x1e"
@@ -36,8 +36,6 @@ ANSWERS_CLOSED = 74
 #: Seconds between checks whether the watchdog still runs. Only systems that do not end a worker with its watchdog need
 #: these checks.
 WATCHDOG_CHECK_S = 0.5
-
-T = TypeVar("T")
 
 
 def carry_out(task: Task[T]) -> Answer[T]:

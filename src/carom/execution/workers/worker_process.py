@@ -16,13 +16,13 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from typing import Any, TypeVar
+from typing import Any
 
 from pydantic import ValidationError
 
 from carom.errors import AdapterError
 from carom.execution.codec import Codec
-from carom.execution.job import Answer, Status, Task
+from carom.execution.job import Answer, Status, T, Task
 from carom.execution.workers.fork_server import ForkServer, list_search_path
 from carom.execution.workers.worker_main import ANSWERS_CLOSED, TASK_END, build_codec
 from carom.execution.workers.working_folder import Folder
@@ -40,8 +40,6 @@ SHOWN_BYTES = 60
 GRACE_S = 5.0
 #: Seconds between checks whether the worker was closed, during a wait for an answer.
 CLOSED_CHECK_S = 0.2
-
-T = TypeVar("T")
 
 
 class ClosedError(Exception):

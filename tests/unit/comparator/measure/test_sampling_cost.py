@@ -120,7 +120,7 @@ def test_non_finite_run_has_an_infinite_price(value: float) -> None:
     final = run.final_velocity_m_s.copy()
     final[1, 0] = value
     score = score_run(dataclasses.replace(run, final_velocity_m_s=final))
-    assert score.momentum_error == score.total.final_velocity == math.inf
+    assert score.total.momentum == score.total.final_velocity == math.inf
     for broken in (score, score_run(alter_impact(run, 0, velocity_first_after=(value, 0.0)))):
         assert (broken.price_paid, broken.grade) == (math.inf, Grade.WRONG)
 
