@@ -68,7 +68,7 @@ def build_bench(*names: str) -> Bench:
 def build_cell_result(line: StressRow, method: Method) -> CellResult:
     """Return a cell: PIC passes, a default fails at once, and the others half way."""
     shown = (f"scenes/{line.name}-{method.engine}-{method.profile}.toml",)
-    ended = partial(CellResult, line.kind, line.name, method.name, scenes=shown)
+    ended = partial(CellResult, scenes=shown)
     good = method.engine == "pic"
     if line.kind == "relation":
         return ended(CellEnding.HOLDS, 0.0) if good else ended(CellEnding.VIOLATED, 0.1)

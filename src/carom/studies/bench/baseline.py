@@ -20,8 +20,8 @@ from carom.execution.job import Method
 from carom.report import formatting
 from carom.report.document import Column, Media, Section, Table
 from carom.report.files import FORMATS
-from carom.studies.bench.axes import ErrorKind
 from carom.studies.bench.convergence import CONFIDENCE, compute_student_quantile
+from carom.studies.bench.options import ErrorKind
 from carom.studies.bench.result import Bench, Point
 from carom.studies.bench.tables import format_error, format_point_name
 from carom.studies.bench.timing_pass import At

@@ -21,8 +21,9 @@ from carom.execution.timing import Timing, time_run
 from carom.report import formatting
 from carom.studies.bench.convergence import fit_power
 from carom.studies.bench.gas import build_gas_scene
-from carom.studies.bench.options import GrowthOptions
+from carom.studies.bench.options import BenchPlan
 from carom.studies.bench.own_methods import add_own_methods, list_own_methods
+from carom.studies.bench.result import MethodResult
 
 #: Numbers of discs for engines, and for Carom's own methods.
 SIZES = (10, 100, 300, 1_000, 3_000, 10_000)
@@ -156,12 +157,10 @@ class GrowthPoint:
 
 
 @dataclass(frozen=True)
-class GrowthCurve:
+class GrowthCurve(MethodResult):
     """Results of one engine and profile for all numbers of discs, with or without gravity.
 
     Attributes:
-        engine: Name of the adapter.
-        profile: Name of the profile.
         points: Points, ordered by the number of discs.
         time_exponent: Exponent of the power law of run time against the number of discs, and its confidence interval:
             (exponent, low, high).
@@ -169,17 +168,10 @@ class GrowthCurve:
         gravity: Whether the discs fall.
     """
 
-    engine: str
-    profile: str
     points: tuple[GrowthPoint, ...]
     time_exponent: tuple[float, float, float]
     memory_exponent: tuple[float, float, float]
     gravity: bool = False
-
-    @property
-    def method(self) -> Method:
-        """Engine and profile."""
-        return Method(self.engine, self.profile)
 
     @property
     def ran(self) -> list[GrowthPoint]:
@@ -207,7 +199,7 @@ class Growth:
 
 
 def measure_growth(
-    options: GrowthOptions,
+    plan: BenchPlan,
     *,
     notes: MemoryJournal[GrowthKey, GrowthRun] | None = None,
     progress: Progress = no_progress,
@@ -216,7 +208,7 @@ def measure_growth(
     """Run gases with more and more discs, with and without gravity, until the time limit is reached.
 
     Args:
-        options: Options of the bench.
+        plan: Options of the bench. All runs have the last of its profiles.
         notes: Journal of finished runs, to which new runs are added. Runs that were omitted for lack of time are tried
             again.
         progress: Function that is called with the number of finished runs, the number of all runs, and a description.
@@ -225,12 +217,12 @@ def measure_growth(
     Raises:
         UnknownNameError: An engine does not exist.
     """
-    engine_names, sizes, budget_s = options.engines, options.sizes, options.budget_s
-    with options.open_local_pool(1) as pool:
+    engine_names, sizes, budget_s = plan.engines, plan.sizes, plan.budget_s
+    with plan.open_local_pool(1) as pool:
         infos = select_engines(describe_engines(engine_names, pool), engine_names)
-        infos = add_own_methods(infos, engine_names, pool, needs_own_methods=options.own)
+        infos = add_own_methods(infos, engine_names, pool, needs_own_methods=plan.own)
         own_methods = list_own_methods(engine_names)  # these methods do not use the requested profile
-        methods = {info.name: own_methods.get(info.name, Method(info.name, options.profile)) for info in infos}
+        methods = {info.name: own_methods.get(info.name, Method(info.name, plan.profiles[-1])) for info in infos}
         environment = describe_environment(infos)
         planned_runs = [
             (size, gravity, info)
@@ -260,7 +252,7 @@ def measure_growth(
             progress(done, len(planned_runs), f"{description}{formatting.format_time_left(remaining_s)}")
             curve_points, method = points[curve], methods[info.name]
             key = GrowthKey(size, method, find_versions(info.name), environment.machine, gravity, STEPS)
-            reason = info.unavailable or _find_skip_reason(curve_points, size, min(available_s, options.time_limit_s))
+            reason = info.unavailable or _find_skip_reason(curve_points, size, min(available_s, plan.time_limit_s))
             refused = Answer[GrowthRun](Status.UNSUPPORTED, reason) if reason else None
             pool.renew()
             request = TaskRequest(size, key, GrowthTask(size, method, environment.date, gravity), refused)

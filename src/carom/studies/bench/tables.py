@@ -16,10 +16,9 @@ from carom.engines.registry import format_engine_argument
 from carom.execution.job import Method
 from carom.report import formatting
 from carom.report.document import Cell, Column, Media, Table
-from carom.studies.bench.axes import TARGETS, ErrorKind
 from carom.studies.bench.convergence import Convergence, ConvergenceOrder
 from carom.studies.bench.machine_noise import Spread
-from carom.studies.bench.options import BenchPlan
+from carom.studies.bench.options import TARGETS, BenchPlan, ErrorKind
 from carom.studies.bench.result import Bench, Curve, Point, SceneBench, find_cheapest, read_run_time, sort_best_first
 from carom.studies.bench.timing_pass import CellTiming
 

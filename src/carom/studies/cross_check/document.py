@@ -19,7 +19,6 @@ from carom.report.results_file.line_types import RowLine, Summary
 from carom.studies.cross_check.grid import Grid, build_grid, read_grid
 from carom.studies.cross_check.headline import build_headline
 from carom.studies.cross_check.options import compute_default_dts
-from carom.studies.cross_check.play_page import PLAY_PAGE, build_play_page
 from carom.studies.cross_check.sections import fault_pictures, grade_tables, reference, runs, scenes
 from carom.studies.cross_check.sections.impact_tables import build_impact_tables_section
 from carom.studies.cross_check.sections.sampling_cost import build_sampling_cost_section
@@ -131,8 +130,8 @@ def _render_report(results: Results, fail_on: Grade | None) -> Report:
         "results.jsonl": format_records(results),
         "junit.xml": render_junit(results, fail_on),
     }
-    if page := build_play_page(trace.scene for trace in results.references.values()):
-        files[PLAY_PAGE] = page
+    if page := scenes.build_play_page(trace.scene for trace in results.references.values()):
+        files[scenes.PLAY_PAGE] = page
     return Report(results, document, files)
 
 

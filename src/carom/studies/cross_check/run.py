@@ -37,8 +37,7 @@ from carom.execution.timing import TimeTask, Timing
 from carom.model.scene import Scene, to_scene
 from carom.model.trace import Setting, Trace
 from carom.studies.cross_check.options import Options
-from carom.studies.cross_check.plan import Plan, build_plan
-from carom.studies.cross_check.settings_override import resolve_settings
+from carom.studies.cross_check.plan import Plan, build_plan, resolve_settings
 from carom.support.limits import DEFAULT_TIME_LIMIT_S, MOST_DISCS_DRAWN
 from carom.support.options import build_step_kind, check_value
 

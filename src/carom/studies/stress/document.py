@@ -345,7 +345,10 @@ def _describe_bug_reports(results: StressResults, bug_reports: list[StressRow]) 
 
 def _format_json(results: StressResults) -> str:
     def list_cell_fields(row: StressRow) -> list[dict[str, Any]]:
-        return [{**fields_of(one), "ending": one.ending.in_files} for _, one in _list_cells(results, row)]
+        return [
+            {"kind": row.kind, "test": row.name, "method": method.name, **fields_of(one), "ending": one.ending.in_files}
+            for method, one in _list_cells(results, row)
+        ]
 
     engines = [(method, results.engines[method.engine]) for method in results.methods]
     methods = [

@@ -6,7 +6,6 @@ Values are tried from harmless to extreme until the method fails. Then the inter
 from __future__ import annotations
 
 import math
-from functools import partial
 from typing import NamedTuple
 
 from carom.errors import InputError
@@ -43,7 +42,7 @@ def find_failure(stress_test: StressTest, method: Method, runner: TaskRunner, *,
     ladder = iter(stress_test.build_ladder(quick))
     runs = 0
     resolution = QUICK_RESOLUTION if quick else RESOLUTION
-    cell = partial(CellResult, "attack", stress_test.name, method.name)
+
     passed: _TriedValue | None = None
     failed: _TriedValue | None = None
     value = next(ladder, None)
@@ -58,13 +57,13 @@ def find_failure(stress_test: StressTest, method: Method, runner: TaskRunner, *,
                 value = stress_test.find_middle_value(passed.value, failed.value, resolution) if passed else None
     except _NotRunError as error:
         reason, status = error.args
-        return UnsavedResult(cell(CellEnding.NOT_RUN, reason=reason, runs=runs, status=status))
+        return UnsavedResult(CellResult(CellEnding.NOT_RUN, reason=reason, runs=runs, status=status))
     reported = failed or passed
     assert reported is not None  # noqa: S101 - a ladder has at least one value
     description = f"{reported.trial.scene.description} Here {method.name} {'fails' if failed else 'passes'}."
     scene = rename_scene(f"{stress_test.name}/{method.engine}/{method.profile}", reported.trial.scene, description)
     broke = CellEnding.FAILS_AT_SIZE if passed else CellEnding.FAILS_AT_START
-    result = cell(
+    result = CellResult(
         broke if failed else CellEnding.PASSES,
         value=reported.value,
         passes_until=passed.value if passed else None,

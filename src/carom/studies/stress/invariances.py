@@ -11,7 +11,6 @@ import cmath
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -291,7 +290,6 @@ def check_invariance(invariance: Invariance, method: Method, runner: TaskRunner)
             raise _StoppedError(said.rstrip("; "), answer.status)
         return answer.value
 
-    cell = partial(CellResult, "relation", invariance.name, method.name)
     value, status = None, Status.RAN
     try:
         value = invariance.deviation(invariance.base(), run)
@@ -303,9 +301,9 @@ def check_invariance(invariance: Invariance, method: Method, runner: TaskRunner)
         why = "the second run can't start from the final state of the first run"
         reason = f"no second scene: {why} ({str(error).splitlines()[0]})"
     if status in {Status.UNAVAILABLE, Status.UNSUPPORTED}:
-        return UnsavedResult(cell(CellEnding.NOT_RUN, reason=reason, status=status))
+        return UnsavedResult(CellResult(CellEnding.NOT_RUN, reason=reason, status=status))
     ending = CellEnding.VIOLATED if reason else CellEnding.HOLDS
-    result = cell(ending, value, reason=reason, runs=len(used), status=status)
+    result = CellResult(ending, value, reason=reason, runs=len(used), status=status)
     return UnsavedResult(result, _build_named_scenes(invariance, method, used))
 
 

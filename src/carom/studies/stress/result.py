@@ -51,9 +51,6 @@ class CellResult:
     """A cell of the table: the result of one stress test, invariance or reported bug with one method.
 
     Attributes:
-        kind: "attack" for a stress test, "relation" for an invariance, "complaint" for a reported bug.
-        test: Name of the stress test, invariance or reported bug.
-        method: Name of the method.
         ending: Outcome of the test.
         value: For a stress test, the value at which the method fails, or the most extreme tested value if it passes.
             For an invariance or a reported bug, the deviation. None if there is no number.
@@ -65,9 +62,6 @@ class CellResult:
         status: How the run that determined the result ended, or why it could not start.
     """
 
-    kind: str
-    test: str
-    method: str
     ending: CellEnding
     value: float | None = None
     passes_until: float | None = None

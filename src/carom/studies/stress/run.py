@@ -20,10 +20,9 @@ from carom.execution.pool import TaskRunner
 from carom.execution.scheduler import DependentTasks, TaskRequest, run_tasks
 from carom.report.formatting import capitalise
 from carom.studies.stress.bug_reports import check_bug_report
-from carom.studies.stress.contact import CONTACT_TESTS
+from carom.studies.stress.contact import CONTACT_TESTS, FRICTION_TESTS
 from carom.studies.stress.failure_search import find_failure
 from carom.studies.stress.finite_walls import WALL_TESTS
-from carom.studies.stress.friction import FRICTION_TESTS
 from carom.studies.stress.invariances import DEVIATION_LIMIT, check_invariance, list_invariances
 from carom.studies.stress.many_discs import MANY_DISC_TESTS
 from carom.studies.stress.options import StressOptions
@@ -135,7 +134,7 @@ class TableCell(DependentTasks[CellResult]):
 def _request_cell(cell: TableCell, refused: Answer[Any] | None) -> TaskRequest[tuple[str, str], CellKey, CellResult]:
     known, subject = None, (cell.row.name, cell.method.name)
     if refused is not None:
-        result = CellResult(cell.row.kind, *subject, CellEnding.NOT_RUN, reason=refused.problem, status=refused.status)
+        result = CellResult(CellEnding.NOT_RUN, reason=refused.problem, status=refused.status)
         known = Answer(Status.RAN, value=result)
     return TaskRequest(subject, (cell.row.kind, *subject), cell, known)
 

@@ -123,7 +123,7 @@ def test_methods_beyond_the_scoring_budget_have_a_reason(scene: Scene, monkeypat
     """When the budget for scoring is used up, PIT's remaining step is not scored, and the reason is the budget."""
     plan = BenchPlan(engines=("pic", "pit"), dts=(1 / 60, 1 / 120), phases=1, timing=False)
     # Each look at the clock takes a second: of the finer steps one of two fits into half of the budget.
-    monkeypatch.setattr("carom.studies.bench.scoring_pass.time", Clock(1.0))
+    monkeypatch.setattr("carom.studies.bench.run.time", Clock(1.0))
     found = measure_work_precision([scene], replace(plan, budget_s=24.0), InProcessPool()).scenes[0]
     unscored = {(c.engine, c.profile, p.dt_s): p.reason for c in found.curves for p in c.points if p.reason}
     assert unscored == {("pit", "tuned", 1 / 120): "the 12 s for scoring this scene are used up; raise --budget"}

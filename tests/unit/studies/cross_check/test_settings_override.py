@@ -22,9 +22,8 @@ from carom.report.render.markdown import render_markdown
 from carom.report.results_file.results_jsonl import format_records
 from carom.studies.cross_check.document import cross_check_document
 from carom.studies.cross_check.options import Options
-from carom.studies.cross_check.plan import Plan, build_plan
+from carom.studies.cross_check.plan import Plan, build_plan, resolve_settings
 from carom.studies.cross_check.run import execute
-from carom.studies.cross_check.settings_override import resolve_settings
 from carom.studies.diff.compare_records import compare_records
 
 
