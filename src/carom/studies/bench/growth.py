@@ -274,10 +274,9 @@ def _find_skip_reason(curve_points: Sequence[GrowthPoint], size: int, allowed_s:
     if curve_points and curve_points[-1].reason:  # a method that failed with fewer discs also fails with more discs
         first = next(point for point in curve_points if point.reason)
         return f"failed with {first.discs} discs"
-    completed_points = [point for point in curve_points if not point.reason]
-    if len(completed_points) < 2:
+    if len(curve_points) < 2:
         return ""
-    last, before = completed_points[-1], completed_points[-2]
+    before, last = curve_points[-2:]
     spent, earlier = (point.advance_s + point.prepare_s for point in (last, before))
     # Fixed costs can hide growth with few discs. Therefore the run time is expected to grow at least in proportion to
     # the number of discs.

@@ -20,7 +20,6 @@ from carom.studies.cross_check.grid import Grid, build_grid, read_grid
 from carom.studies.cross_check.headline import build_headline
 from carom.studies.cross_check.options import compute_default_dts
 from carom.studies.cross_check.sections import fault_pictures, grade_tables, reference, runs, scenes
-from carom.studies.cross_check.sections.impact_tables import build_impact_tables_section
 from carom.studies.cross_check.sections.sampling_cost import build_sampling_cost_section
 from carom.studies.cross_check.sections.skipping import build_skipping_section
 from carom.studies.cross_check.sections.stepwise import build_steps_section
@@ -68,7 +67,7 @@ def _build_document(title: str, about: str, grid: Grid) -> Document:
         *build_provenance(results.environment, results.command or _format_python_call(grid), results.elapsed_s),
         runs.build_settings_section(grid),
         runs.build_cells_section(grid),
-        build_impact_tables_section(grid),
+        runs.build_impact_tables_section(grid),
     )
     return Document(
         title, build_headline(grid), sections, about=about, replay_link=grade_tables.find_first_replay(grid)

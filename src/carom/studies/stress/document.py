@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from carom.engines.registry import format_engine_argument
 from carom.execution.job import Method, Status
 from carom.report import formatting
 from carom.report.document import Block, Cell, Column, Document, Legend, Lines, Media, Section, Table, Text
 from carom.report.files import fields_of, format_json
-from carom.report.provenance import build_provenance
+from carom.report.provenance import build_provenance, format_command
 from carom.report.render.html import render_html
 from carom.report.render.markdown import render_markdown
 from carom.studies.stress.result import CellEnding, CellResult, StressResults, StressRow
@@ -249,8 +247,7 @@ def _format_number(value: float | None) -> str:
 def _format_command(method: Method, result: CellResult) -> str:
     if not result.scenes or result.ending is CellEnding.NOT_RUN:
         return ""
-    words = ("carom", "run", *result.scenes, "-e", format_engine_argument(method.engine), "-p", method.profile)
-    return shlex.join(words)
+    return format_command(("run", *result.scenes), method)
 
 
 def _list_cells(results: StressResults, row: StressRow) -> list[tuple[Method, CellResult]]:

@@ -21,8 +21,8 @@ from carom.studies.stress.stress_test import CheckResult, StressTest, Trial
 RESOLUTION, QUICK_RESOLUTION = 1.1, 3.2
 
 
-class _NotRunError(Exception):
-    """The method is unavailable, or does not support the scene. The error's arguments are the reason and the status."""
+class NotCompletedError(Exception):
+    """A run could not start, or ended early. The error's arguments are the reason and the status."""
 
 
 class _TriedValue(NamedTuple):
@@ -55,7 +55,7 @@ def find_failure(stress_test: StressTest, method: Method, runner: TaskRunner, *,
                 value = next(ladder, None)
             else:
                 value = stress_test.find_middle_value(passed.value, failed.value, resolution) if passed else None
-    except _NotRunError as error:
+    except NotCompletedError as error:
         reason, status = error.args
         return UnsavedResult(CellResult(CellEnding.NOT_RUN, reason=reason, runs=runs, status=status))
     reported = failed or passed
@@ -93,7 +93,7 @@ def _try_value(
     If the engine fails, the result is a failure with the engine's error as the reason.
 
     Raises:
-        _NotRunError: The engine is unavailable, or does not support the scene at the harmless end.
+        NotCompletedError: The engine is unavailable, or does not support the scene at the harmless end.
     """
     try:
         trials = stress_test.trials(value)
@@ -104,7 +104,7 @@ def _try_value(
         answer = observe(trial.scene, method, runner)
         status = answer.status
         if status is Status.UNAVAILABLE or (value == stress_test.harmless and status is Status.UNSUPPORTED):
-            raise _NotRunError(answer.problem, status)
+            raise NotCompletedError(answer.problem, status)
         found = (
             CheckResult(math.nan, answer.problem, status=status) if answer.value is None else trial.check(answer.value)
         )

@@ -22,7 +22,7 @@ from carom.execution.job import Method, Status
 from carom.execution.pool import TaskRunner
 from carom.model.scene import Disc, Scene
 from carom.model.trace import Outcome, Trace
-from carom.studies.stress.failure_search import observe, rename_scene
+from carom.studies.stress.failure_search import NotCompletedError, observe, rename_scene
 from carom.studies.stress.result import CellEnding, CellResult, UnsavedResult
 from carom.support.formatting import format_number
 
@@ -284,10 +284,10 @@ def check_invariance(invariance: Invariance, method: Method, runner: TaskRunner)
         used.append(scene)
         answer = observe(scene, method, runner)
         if answer.value is None:
-            raise _StoppedError(answer.problem, answer.status)
+            raise NotCompletedError(answer.problem, answer.status)
         if answer.value.outcome is not Outcome.COMPLETED:
             said = "; ".join((answer.value.outcome.value, *answer.value.notes))
-            raise _StoppedError(said.rstrip("; "), answer.status)
+            raise NotCompletedError(said.rstrip("; "), answer.status)
         return answer.value
 
     value, status = None, Status.RAN
@@ -295,7 +295,7 @@ def check_invariance(invariance: Invariance, method: Method, runner: TaskRunner)
         value = invariance.deviation(invariance.base(), run)
         deviates = f"the result deviates by {format_number(value)} times the largest radius or the greatest speed"
         reason = "" if value <= DEVIATION_LIMIT else deviates
-    except _StoppedError as error:
+    except NotCompletedError as error:
         reason, status = error.args
     except InputError as error:
         why = "the second run can't start from the final state of the first run"
@@ -305,10 +305,6 @@ def check_invariance(invariance: Invariance, method: Method, runner: TaskRunner)
     ending = CellEnding.VIOLATED if reason else CellEnding.HOLDS
     result = CellResult(ending, value, reason=reason, runs=len(used), status=status)
     return UnsavedResult(result, _build_named_scenes(invariance, method, used))
-
-
-class _StoppedError(Exception):
-    """One of the runs for an invariance failed. The error's arguments are the reason and the status."""
 
 
 def _build_named_scenes(invariance: Invariance, method: Method, used: list[Scene]) -> tuple[Scene, ...]:

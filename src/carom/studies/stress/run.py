@@ -22,11 +22,10 @@ from carom.report.formatting import capitalise
 from carom.studies.stress.bug_reports import check_bug_report
 from carom.studies.stress.contact import CONTACT_TESTS, FRICTION_TESTS
 from carom.studies.stress.failure_search import find_failure
-from carom.studies.stress.finite_walls import WALL_TESTS
 from carom.studies.stress.invariances import DEVIATION_LIMIT, check_invariance, list_invariances
 from carom.studies.stress.many_discs import MANY_DISC_TESTS
 from carom.studies.stress.options import StressOptions
-from carom.studies.stress.pairs import DT_S, PAIR_TESTS
+from carom.studies.stress.pairs import DT_S, PAIR_TESTS, WALL_TESTS
 from carom.studies.stress.result import CellEnding, CellResult, StressResults, StressRow, UnsavedResult
 from carom.support.escaping import build_name_hints
 from carom.support.folders import claim_while_writing

@@ -33,10 +33,6 @@ METHOD_DETAIL = (
     "a group of scenes shows how many of the graded scenes are exact or close, and links to the worst scene. "
     f"{Mark.WRONG.symbol} in a corner of a cell means that an impact is missed in one or more scenes of the group. "
 )
-METHOD_SHORT = (
-    "The numbers after - and + count missed and invented impacts. The error is the largest velocity or spin error, "
-    "divided by PIT's error{median}."
-)
 SCENE_NOTE = (
     "Each row shows the largest errors of a run. Times with + are late. n/a means that no impact was found, or that "
     "the trajectory diverged. A number with \N{MULTIPLICATION SIGN} is the error divided by PIT's."
@@ -61,16 +57,14 @@ def build_methods_section(grid: Grid) -> Section:
     methods, is_single_scene = grid.compared, len(grid.rows) == 1
     impacts = _find_impacts(grid, methods)
     heading = f"{grid.rows[0].name}: every" if is_single_scene else "Every"
-    short = METHOD_SHORT.format(median="" if is_single_scene else " (median over scenes)")
     symbols = dict.fromkeys(f"{mark.symbol} {mark.css.replace('-', ' ')}" for mark in grid.marks)
     blocks: tuple[Block, ...] = (
         *(_build_run_tables(grid) if is_single_scene else (_build_counts_table(grid, methods),)),
         _build_method_table(grid, methods, impacts if len(impacts) <= MOST_IMPACT_COLUMNS else ()),
         Legend(tuple((mark.cell, mark.meaning) for mark in grid.marks), Media.PAGE),
-        Text(METHOD_NOTE, Media.ON_PAPER),
+        Text(METHOD_NOTE, Media.IN_FULL),
         Text(METHOD_DETAIL + RANKING_NOTE, Media.ON_PAPER, folded=True),
         *(() if is_single_scene else (Text("  ".join(symbols), Media.DETAIL),)),
-        Text(short, Media.DETAIL),
     )
     title = f"{heading} method against PIC, at {grid.step_phrase}"
     return Section(title, blocks if methods else (), short="Every method")

@@ -34,9 +34,6 @@ DETAIL_NOTE = (
     "the engine's own state before the impact. Time errors do not count, because checking once per step is late by up "
     "to a step. Scenes without a unique answer are omitted."
 )
-SHORT_NOTE = (
-    "error / PIT's: the largest velocity or spin error, divided by PIT's largest error over all phases of the step"
-)
 
 
 class EngineCost(NamedTuple):
@@ -117,9 +114,8 @@ def build_sampling_cost_section(grid: Grid) -> Section:
     blocks = (
         *((chart,) if any(cost.own_errors for cost in found) else ()),
         Table(columns, found, only=Media.IN_FULL),
-        Text(NOTE, Media.ON_PAPER),
+        Text(NOTE, Media.IN_FULL),
         Text(DETAIL_NOTE, Media.ON_PAPER, folded=True),
-        Text(SHORT_NOTE, Media.DETAIL),
     )
     return Section("The cost of sampling", blocks)
 
