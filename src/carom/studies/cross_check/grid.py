@@ -190,13 +190,11 @@ class GridRow(NamedTuple):
     Attributes:
         name: Name of the scene.
         description: Short description of the scene.
-        certified: Description of the impacts whose error bounds are proven; empty if unknown.
         cells: Cells of the scene, in the order of the grid's methods.
     """
 
     name: str
     description: str
-    certified: str
     cells: tuple[GridCell, ...]
 
 
@@ -277,9 +275,8 @@ def _assemble_grid(summary: Summary, lines: Sequence[RowLine], rows: Sequence[Ro
     scenes = {line.scene: row.job.scene.description if row else "" for line, row in zip(lines, rows, strict=True)}
 
     def build_row(name: str) -> GridRow:
-        certified = str(results.certified.get(name, "")).partition(";")[0].partition(":")[0]
         cells = tuple(coarsest.get((name, one)) or _build_absent_cell(name, one) for one in methods)
-        return GridRow(name, scenes[name], certified, cells)
+        return GridRow(name, scenes[name], cells)
 
     return Grid(tuple(methods), tuple(map(build_row, scenes)), runs, "the largest step size", results)
 

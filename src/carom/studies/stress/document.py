@@ -116,17 +116,14 @@ def _build_method_blocks(results: StressResults, kinds: Mapping[str, list[Stress
             columns.append(Column(head, count, f"of {len(rows)}", number=True, only=only))
     if stress_tests:
         columns.append(
-            Column("fails first", lambda method: _find_first_failure(results, stress_tests, method)[1], only=Media.PAGE)
+            Column("fails first", lambda one: _find_first_failure(results, stress_tests, one)[1], only=Media.IN_FULL)
         )
-    long = stress_tests if len(results.methods) > SENTENCES else []
-    if long:
+    if stress_tests and len(results.methods) > SENTENCES:
         said = (_describe_method(results, stress_tests, method, short=True) for method in results.methods)
         yield Lines(tuple(said), Media.TERMINAL)
     yield Table(columns, results.methods, css="methods")
     if stress_tests:
         yield Text(HEAT, Media.TERMINAL | Media.DETAIL)
-    if long:
-        yield Lines(tuple(_describe_method(results, stress_tests, method) for method in results.methods), Media.IN_FULL)
     marks = ((Cell(word, symbol=sign, css=css), meaning) for (sign, css), word, meaning in _MEANINGS)
     yield Legend(tuple(marks), Media.PAGE)
 

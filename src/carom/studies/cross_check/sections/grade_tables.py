@@ -18,8 +18,6 @@ from carom.studies.cross_check.grid import RANKING_NOTE, Grid, GridCell, compute
 
 #: Largest number of rows in the table of impacts.
 MOST_IMPACT_ROWS = 40
-#: Largest number of columns with impacts in the table of methods.
-MOST_IMPACT_COLUMNS = 4
 #: Largest number of columns with methods on a terminal.
 MOST_METHOD_COLUMNS = 3
 
@@ -55,26 +53,20 @@ def build_methods_section(grid: Grid) -> Section:
     For a single scene, the section also has the errors of each run.
     """
     methods, is_single_scene = grid.compared, len(grid.rows) == 1
-    impacts = _find_impacts(grid, methods)
     heading = f"{grid.rows[0].name}: every" if is_single_scene else "Every"
-    symbols = dict.fromkeys(f"{mark.symbol} {mark.css.replace('-', ' ')}" for mark in grid.marks)
     blocks: tuple[Block, ...] = (
         *(_build_run_tables(grid) if is_single_scene else (_build_counts_table(grid, methods),)),
-        _build_method_table(grid, methods, impacts if len(impacts) <= MOST_IMPACT_COLUMNS else ()),
+        _build_method_table(grid, methods),
         Legend(tuple((mark.cell, mark.meaning) for mark in grid.marks), Media.PAGE),
         Text(METHOD_NOTE, Media.IN_FULL),
         Text(METHOD_DETAIL + RANKING_NOTE, Media.ON_PAPER, folded=True),
-        *(() if is_single_scene else (Text("  ".join(symbols), Media.DETAIL),)),
     )
     title = f"{heading} method against PIC, at {grid.step_phrase}"
     return Section(title, blocks if methods else (), short="Every method")
 
 
-def _build_method_table(grid: Grid, methods: Sequence[Method], impacts: Sequence[_Impact]) -> Table:
-    """Return a table with one row per method, which summarises its grades, wrong impacts and errors.
-
-    For a single scene, the table also has a column for each given impact.
-    """
+def _build_method_table(grid: Grid, methods: Sequence[Method]) -> Table:
+    """Return a table with one row per method, which summarises its grades, wrong impacts and errors."""
     numbers = (
         Column("impacts", lambda method: _format_lost(grid.list_cells(method)), "- +", number=True),
         Column("error", lambda method: _format_cost(grid.list_cells(method)), "/ PIT's", number=True),
@@ -83,10 +75,6 @@ def _build_method_table(grid: Grid, methods: Sequence[Method], impacts: Sequence
         columns: tuple[Column, ...] = (
             Column("grade", lambda method: _build_linked_cell(grid.list_cells(method)[0])),
             *numbers,
-            *(
-                Column(impact.bodies, partial(_format_impact_result, impact=impact), f"{impact.time_text} s")
-                for impact in impacts
-            ),
         )
     else:
         groups = formatting.group_by((_read_group(row.name), row.name) for row in grid.rows)
@@ -272,10 +260,8 @@ def build_impacts_section(grid: Grid) -> Section:
     if len(grid.rows) != 1 or not methods:
         return Section("", ())
     impacts = _find_impacts(grid, methods)
-    # If there are few impacts, a page already shows them in the table of methods. A terminal only has space for few
-    # methods.
-    media = Media.DETAIL if len(impacts) <= MOST_IMPACT_COLUMNS else Media.IN_FULL
-    media |= Media.TERMINAL if len(methods) <= MOST_METHOD_COLUMNS else Media.DETAIL
+    # A terminal only has space for few methods.
+    media = Media.EVERYWHERE if len(methods) <= MOST_METHOD_COLUMNS else Media.IN_FULL
     columns = [
         Column("bodies", lambda impact: impact.bodies),
         Column("time, s", lambda impact: impact.time_text, number=True),

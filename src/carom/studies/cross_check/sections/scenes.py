@@ -45,16 +45,15 @@ SHORT_NOTE = (
 
 def build_scenes_section(grid: Grid) -> Section:
     """Return a section with a table of all scenes and engines."""
-    columns = [Column("scene", lambda row: Cell(row.name, row.certified, title=row.description))]
+    columns = [Column("scene", lambda row: Cell(row.name, title=row.description))]
     contents = {method: tuple((cell.mark, cell.figure) for cell in grid.list_cells(method)) for method in grid.methods}
     columns += [
         Column(method.heading, partial(_build_cell, grid.methods.index(method)), "" if others else method.profile_shown)
         for *others, method in merge_own_profiles(contents)
     ]
-    legend = Legend(tuple((mark.cell, mark.meaning) for mark in grid.marks), Media.MARKDOWN | Media.DETAIL)
     rows = select_worst(grid.rows, MOST_SCENES, lambda row: row.cells)
     blocks: tuple[Block, ...] = (
-        legend,
+        Legend(tuple((mark.cell, mark.meaning) for mark in grid.marks), Media.MARKDOWN | Media.DETAIL),
         Table(columns, rows, css="grid", only=Media.IN_FULL),
         *build_omission_note(rows, grid.rows, "scenes", Media.IN_FULL),
         Text(FIGURE_NOTE, Media.ON_PAPER),

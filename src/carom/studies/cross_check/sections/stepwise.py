@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 
 from carom.comparator import LocalScore, Verdict
 from carom.report import formatting
@@ -55,7 +55,7 @@ def build_steps_section(grid: Grid) -> Section:
     ) -> Column:
         return Column(head, lambda cell: format_score(cell.line.local_truth), subheading, number=True, only=only)
 
-    diverged = Column("diverged at", _format_divergence_time, only=Media.ON_PAPER)
+    diverged = Column("diverged at", _format_divergence_time)
     columns = (
         *(() if is_single_scene else (Column("scene", lambda cell: cell.scene),)),
         Column("method", lambda cell: cell.method.title),
@@ -82,7 +82,6 @@ def build_steps_section(grid: Grid) -> Section:
     blocks: tuple[Block, ...] = (
         Table(columns, listed, folded=folded, css="cells", only=media),
         *build_omission_note(listed, cells, "runs", media),
-        *(Text(line, media) for line in (_describe_divergence(cells) if is_single_scene else ())),
         Text(NOTE, Media.ON_PAPER),
         Text(DETAIL_NOTE, Media.ON_PAPER, folded=True),
         Text(SHORT_NOTE, media & ~Media.ON_PAPER),
@@ -142,17 +141,3 @@ def _compute_entangled_fraction(local: LocalScore) -> float:
 def _format_divergence_time(cell: GridCell) -> str:
     time_s = cell.line.diverged_s
     return "" if time_s is None else formatting.format_seconds(time_s)
-
-
-def _describe_divergence(cells: Sequence[GridCell]) -> Iterator[str]:
-    """Yield a sentence with the times at which methods and PIT diverged from the reference, if any did."""
-    lines = [cell.line for cell in cells if cell.line.diverged_s is not None]
-    times_s = sorted(line.diverged_s for line in lines if line.diverged_s is not None)
-    pit_times_s = {line.pit_diverged_s for line in lines if line.pit_diverged_s is not None}
-    if times_s:
-        first, last = formatting.format_seconds(times_s[0]), formatting.format_seconds(times_s[-1])
-        time_text = f"at {first}" if first == last else f"between {first} and {last}"
-        pit = [formatting.format_seconds(time_s) for time_s in sorted(pit_times_s)]
-        also_pit = f"; PIT diverged at {formatting.join_words(pit)}" if pit else ""
-        methods = formatting.format_count(len(times_s), "method")
-        yield f"{methods} diverged from the reference's trajectory {time_text}{also_pit}."
