@@ -17,7 +17,7 @@ from carom.execution.environment import Environment, describe_environment, measu
 from carom.execution.job import Answer, Method, Progress, Status, UnsupportedError, no_progress
 from carom.execution.journal import Journal, JournalEntry, MemoryJournal
 from carom.execution.scheduler import TaskRequest, run_tasks
-from carom.execution.timing import Timing, time_run
+from carom.execution.timing import time_run
 from carom.report import formatting
 from carom.studies.bench.convergence import fit_power
 from carom.studies.bench.gas import build_gas_scene
@@ -52,21 +52,31 @@ START_S = 2.0
 
 
 @dataclass(frozen=True)
-class GrowthRun:
-    """Run time and memory of one run.
+class GrowthPoint:
+    """Results for one number of discs.
 
     Attributes:
-        timing: Run times.
-        before_bytes: Memory of the process before the world was built, in bytes.
-        peak_bytes: Peak memory of the process, in bytes.
-        bench_start: Start time (UTC) of the bench that ran the gas. Only run times with the same start time are
-            comparable.
+        discs: Number of discs.
+        prepare_s: Seconds to build the world; NaN if the gas was not run.
+        advance_s: Seconds for all steps; NaN if the gas was not run.
+        memory_bytes: Peak memory of the process minus its memory before the world was built; NaN if the gas was not
+            run.
+        peak_bytes: Peak memory of the process; NaN if the gas was not run.
+        ratio: `advance_s` divided by that of PIT with the same number of discs. NaN if the two run times were not
+            measured in one session of the bench.
+        reason: Reason why the gas was not run; empty if it was run.
+        bench_start: Start time (UTC) of the bench that ran the gas; empty if the gas was not run. Only run times with
+            the same start time are comparable.
     """
 
-    timing: Timing
-    before_bytes: int
-    peak_bytes: int
-    bench_start: str
+    discs: int
+    prepare_s: float = math.nan
+    advance_s: float = math.nan
+    memory_bytes: float = math.nan
+    peak_bytes: float = math.nan
+    ratio: float = math.nan
+    reason: str = ""
+    bench_start: str = ""
 
 
 @dataclass(frozen=True)
@@ -83,7 +93,7 @@ class GrowthTask:
         """Name of the adapter."""
         return self.method.engine
 
-    def carry_out(self) -> GrowthRun:
+    def carry_out(self) -> GrowthPoint:
         """Run the gas, and return the run time and the memory.
 
         Raises:
@@ -101,7 +111,9 @@ class GrowthTask:
         time_run(adapter, small, profile, DT_S, steps=1, runs=1, zero=True)
         before = measure_resident_bytes() or 0
         timing = time_run(adapter, scene, profile, DT_S, steps=STEPS, runs=REPEATS, enough_s=SHORT_S)
-        return GrowthRun(timing, before, measure_resident_bytes("VmHWM") or 0, self.bench_start)
+        peak = float(measure_resident_bytes("VmHWM") or 0)
+        memory = max(0.0, peak - before)
+        return GrowthPoint(self.discs, timing.prepare_s, timing.advance_s, memory, peak, bench_start=self.bench_start)
 
 
 @dataclass(frozen=True)
@@ -126,34 +138,7 @@ class GrowthKey:
 
 
 #: Function that opens the journal of a growth bench.
-growth_journal = partial(Journal[GrowthKey, GrowthRun], "growth", JournalEntry[GrowthKey, GrowthRun])
-
-
-@dataclass(frozen=True)
-class GrowthPoint:
-    """Results for one number of discs.
-
-    Attributes:
-        discs: Number of discs.
-        prepare_s: Seconds to build the world; NaN if the gas was not run.
-        advance_s: Seconds for all steps; NaN if the gas was not run.
-        memory_bytes: Peak memory of the process minus its memory before the world was built; NaN if the gas was not
-            run.
-        peak_bytes: Peak memory of the process; NaN if the gas was not run.
-        ratio: `advance_s` divided by that of PIT with the same number of discs. NaN if the two run times were not
-            measured in one session of the bench.
-        reason: Reason why the gas was not run; empty if it was run.
-        bench_start: Start time (UTC) of the bench that ran the gas; empty if the gas was not run.
-    """
-
-    discs: int
-    prepare_s: float = math.nan
-    advance_s: float = math.nan
-    memory_bytes: float = math.nan
-    peak_bytes: float = math.nan
-    ratio: float = math.nan
-    reason: str = ""
-    bench_start: str = ""
+growth_journal = partial(Journal[GrowthKey, GrowthPoint], "growth", JournalEntry[GrowthKey, GrowthPoint])
 
 
 @dataclass(frozen=True)
@@ -201,7 +186,7 @@ class Growth:
 def measure_growth(
     plan: BenchPlan,
     *,
-    notes: MemoryJournal[GrowthKey, GrowthRun] | None = None,
+    notes: MemoryJournal[GrowthKey, GrowthPoint] | None = None,
     progress: Progress = no_progress,
     command: str = "",
 ) -> Growth:
@@ -253,12 +238,14 @@ def measure_growth(
             curve_points, method = points[curve], methods[info.name]
             key = GrowthKey(size, method, find_versions(info.name), environment.machine, gravity, STEPS)
             reason = info.unavailable or _find_skip_reason(curve_points, size, min(available_s, plan.time_limit_s))
-            refused = Answer[GrowthRun](Status.UNSUPPORTED, reason) if reason else None
+            refused = Answer[GrowthPoint](Status.UNSUPPORTED, reason) if reason else None
             pool.renew()
             request = TaskRequest(size, key, GrowthTask(size, method, environment.date, gravity), refused)
             ((_, answer),) = run_tasks([request], pool, notes, one_at_a_time=True)
             spent[curve] += time.perf_counter() - before
-            curve_points.append(_build_point(size, answer))
+            has_begun = answer.status in {Status.CRASHED, Status.TIMED_OUT}
+            failed = GrowthPoint(size, reason=answer.problem if has_begun else answer.reason)
+            curve_points.append(answer.value or failed)
     curves = []
     for (name, gravity), curve_points in points.items():
         pit = {(point.discs, point.bench_start): point.advance_s for point in points.get(("pit", gravity), ())}
@@ -286,17 +273,6 @@ def _find_skip_reason(curve_points: Sequence[GrowthPoint], size: int, allowed_s:
         return ""
     expected = f"it would take about {expected_s:.0f} s according to the run with {last.discs} discs"
     return f"{expected}, and only {allowed_s:.0f} s are left; raise --budget or --time-limit"
-
-
-def _build_point(discs: int, answer: Answer[GrowthRun]) -> GrowthPoint:
-    grown = answer.value
-    if grown is None:
-        started = answer.status in {Status.CRASHED, Status.TIMED_OUT}
-        return GrowthPoint(discs, reason=answer.problem if started else answer.reason)
-    memory, peak = float(max(0, grown.peak_bytes - grown.before_bytes)), float(grown.peak_bytes)
-    return GrowthPoint(
-        discs, grown.timing.prepare_s, grown.timing.advance_s, memory, peak, bench_start=grown.bench_start
-    )
 
 
 def select_same_method(points: Sequence[GrowthPoint]) -> list[GrowthPoint]:

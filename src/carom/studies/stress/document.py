@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from functools import partial
 from pathlib import Path
-from typing import Any
 from urllib.parse import quote
 
 from carom.execution.job import Method, Status
@@ -338,15 +337,9 @@ def _describe_bug_reports(results: StressResults, bug_reports: list[StressRow]) 
 
 
 def _format_json(results: StressResults) -> str:
-    def list_cell_fields(row: StressRow) -> list[dict[str, Any]]:
-        return [
-            {"kind": row.kind, "test": row.name, "method": method.name, **fields_of(one), "ending": one.ending.in_files}
-            for method, one in _list_cells(results, row)
-        ]
-
     engines = [(method, results.engines[method.engine]) for method in results.methods]
     methods = [
         {**fields_of(one), "version": engine.version, "unavailable": engine.unavailable} for one, engine in engines
     ]
-    rows = [{**fields_of(row), "cells": list_cell_fields(row)} for row in results.rows]
+    rows = [{**fields_of(row), "cells": [cell for _, cell in _list_cells(results, row)]} for row in results.rows]
     return format_json("stress", results, leave_out=("engines", "cells", "rows"), methods=methods, lines=rows)

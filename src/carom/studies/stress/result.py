@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
-from typing import Self
 
 from carom.engines.registry import EngineInfo
 from carom.execution.environment import Environment
@@ -21,29 +20,16 @@ SCENES, STRESS = "scenes", "stress/"
 
 
 class CellEnding(StrEnum):
-    """Outcome of a test with one method. Each value is the phrase that the report shows.
+    """Outcome of a test with one method. Each value is the phrase that the report shows."""
 
-    Attributes:
-        in_files: Name of the outcome in ``stress.json``. It stays the same if a member of this class is renamed.
-    """
-
-    in_files: str
-
-    FAILS_AT_SIZE = "fails at this size", "gives_way"
-    PASSES = "passes to the end", "stands"
-    FAILS_AT_START = "fails at the harmless end", "never_stood"
-    HOLDS = "holds", "holds"
-    VIOLATED = "fails", "fails"
-    SEEN = "still seen", "still_does"
-    NOT_SEEN = "not seen", "does_not"
-    NOT_RUN = "not run", "not_run"
-
-    def __new__(cls, phrase: str, in_files: str) -> Self:
-        """Create a member whose value is the phrase."""
-        ending = str.__new__(cls, phrase)
-        ending._value_ = phrase
-        ending.in_files = in_files
-        return ending
+    FAILS_AT_SIZE = "fails at this size"
+    PASSES = "passes to the end"
+    FAILS_AT_START = "fails at the harmless end"
+    HOLDS = "holds"
+    VIOLATED = "fails"
+    SEEN = "still seen"
+    NOT_SEEN = "not seen"
+    NOT_RUN = "not run"
 
 
 @dataclass(frozen=True)
