@@ -109,16 +109,12 @@ def _build_jobs(
     steps = {scene.name: sorted(set(plan.dts or _compute_default_steps(scene)), reverse=True) for scene in plain}
     all_methods = list_methods(infos, profiles, [dt_s for scene_steps in steps.values() for dt_s in scene_steps], pool)
     added = list_own_methods(plan.engines)
-    methods_at_step = {
-        (name, dt_s): [added[name]] if name in added else methods
-        for (name, dt_s), methods in all_methods.by_engine_and_step.items()
-    }
     jobs = [
         Job(scene, method, dt_s, refinement, phase)
         for scene in plain
         for info in infos
         for refinement, dt_s in enumerate(steps[scene.name])
-        for method in methods_at_step[info.name, dt_s]
+        for method in ([added[info.name]] if info.name in added else all_methods.by_engine_and_step[info.name, dt_s])
         if method != EXACT_METHOD or refinement == 0
         for phase in list_even_phases(plan.phases)
     ]
@@ -163,8 +159,7 @@ def _score_scene(
             missing = (job for job in at_step[method] if build_job_key(job) not in notes.entries)
             more_steps = sum(estimate_steps(job) for job in missing if methods.find_job_refusal(job) is None)
             if more_steps and step_s * (steps + more_steps) > left_s:
-                beyond = f"the {budget_s:.0f} s for scoring this scene are used up; raise --budget"
-                unscored[method, dt_s] = beyond
+                unscored[method, dt_s] = f"the {budget_s:.0f} s for scoring this scene are used up; raise --budget"
                 continue
             steps += more_steps
             chosen += at_step[method]

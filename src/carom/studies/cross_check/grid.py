@@ -20,7 +20,6 @@ from carom.execution.job import Method, Status
 from carom.execution.results import Results, Row
 from carom.model.trace import Trace
 from carom.report import formatting
-from carom.report.document import Media, Text
 from carom.report.outcome_marks import BROKEN, Mark, parse_mark
 from carom.report.results_file.line_types import RowLine, SceneLine, Summary
 from carom.report.results_file.lines_from_rows import build_line, build_summary, list_reasons
@@ -306,22 +305,22 @@ def merge_own_profiles(contents: Mapping[Method, object]) -> list[list[Method]]:
     return list(formatting.group_by(found).values())
 
 
-def select_worst(items: Sequence[T], max_items: int, cells_of: Callable[[T], Sequence[GridCell]]) -> Sequence[T]:
-    """Return the `max_items` items whose cells have the worst grades, in their original order."""
+def select_worst(
+    items: Sequence[T], max_items: int, cells_of: Callable[[T], Sequence[GridCell]]
+) -> tuple[Sequence[T], str]:
+    """Return the `max_items` items whose cells have the worst grades, in their original order.
+
+    Also return a note if items are omitted, and an empty text if not.
+    """
     if len(items) <= max_items:
-        return items
+        return items, ""
 
     def severity(place: int) -> list[int]:
         return sorted((-1 if cell.rank is None else cell.rank for cell in cells_of(items[place])), reverse=True)
 
-    return [items[place] for place in sorted(heapq.nlargest(max_items, range(len(items)), severity))]
-
-
-def build_omission_note(listed: Sequence[T], items: Sequence[T], noun: str, media: Media) -> tuple[Text, ...]:
-    """Return a note if `select_worst` has omitted items, and an empty tuple if not."""
-    shown = f"{len(listed):,} of {len(items):,} {noun} are shown"
-    worst = f"{shown}, those with the worst grades; results.jsonl has all."
-    return (Text(worst, media),) if len(listed) < len(items) else ()
+    listed = [items[place] for place in sorted(heapq.nlargest(max_items, range(len(items)), severity))]
+    shown = f"{max_items:,} of {len(items):,} rows are shown"
+    return listed, f"{shown}, those with the worst grades; results.jsonl has all."
 
 
 RANKING_NOTE = (

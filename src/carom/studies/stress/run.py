@@ -6,8 +6,8 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
+from itertools import product
 from pathlib import Path
-from typing import Any
 
 from carom.catalogue import BugReport, all_scenes
 from carom.errors import UnknownNameError
@@ -88,11 +88,14 @@ def run_stress_campaign(
         columns = [method for info in infos for method in methods.by_engine_and_step[info.name, DT_S]]
         environment = describe_environment(infos)
         stamp = options.stamp | {"carom": environment.carom, "versions": environment.versions}
-        asks = [
-            _request_cell(TableCell(row, method, options.quick, out), methods.find_refusal(method, DT_S))
-            for row in rows
-            for method in columns
-        ]
+        asks = []
+        for row, method in product(rows, columns):
+            known, subject = None, (row.name, method.name)
+            if (refused := methods.find_refusal(method, DT_S)) is not None:
+                not_run = CellResult(CellEnding.NOT_RUN, reason=refused.problem, status=refused.status)
+                known = Answer(Status.RAN, value=not_run)
+            task = TableCell(row, method, options.quick, out)
+            asks.append(TaskRequest(subject, (row.kind, *subject), task, known))
         cells: dict[tuple[str, str], CellResult] = {}
         with (
             claim_while_writing(out, PURPOSE),
@@ -128,14 +131,6 @@ class TableCell(DependentTasks[CellResult]):
         """Save the scenes, and return the result with their file names."""
         assert answer.value is not None  # noqa: S101 - `run` always returns a value
         return Answer(answer.status, value=answer.value.save(self.out))
-
-
-def _request_cell(cell: TableCell, refused: Answer[Any] | None) -> TaskRequest[tuple[str, str], CellKey, CellResult]:
-    known, subject = None, (cell.row.name, cell.method.name)
-    if refused is not None:
-        result = CellResult(CellEnding.NOT_RUN, reason=refused.problem, status=refused.status)
-        known = Answer(Status.RAN, value=result)
-    return TaskRequest(subject, (cell.row.kind, *subject), cell, known)
 
 
 @cache

@@ -14,7 +14,7 @@ from carom.report import formatting
 from carom.report.document import Block, Cell, Column, Legend, Lines, Media, Replays, Section, Table, Text
 from carom.report.files import pack_data
 from carom.report.outcome_marks import Mark
-from carom.studies.cross_check.grid import Grid, GridRow, build_omission_note, merge_own_profiles, select_worst
+from carom.studies.cross_check.grid import Grid, GridRow, merge_own_profiles, select_worst
 from carom.support.escaping import escape_controls
 
 #: File name of the page in the folder of a report.
@@ -51,11 +51,10 @@ def build_scenes_section(grid: Grid) -> Section:
         Column(method.heading, partial(_build_cell, grid.methods.index(method)), "" if others else method.profile_shown)
         for *others, method in merge_own_profiles(contents)
     ]
-    rows = select_worst(grid.rows, MOST_SCENES, lambda row: row.cells)
+    rows, note = select_worst(grid.rows, MOST_SCENES, lambda row: row.cells)
     blocks: tuple[Block, ...] = (
         Legend(tuple((mark.cell, mark.meaning) for mark in grid.marks), Media.MARKDOWN | Media.DETAIL),
-        Table(columns, rows, css="grid", only=Media.IN_FULL),
-        *build_omission_note(rows, grid.rows, "scenes", Media.IN_FULL),
+        Table(columns, rows, note=note, css="grid", only=Media.IN_FULL),
         Text(FIGURE_NOTE, Media.ON_PAPER),
         Text(FIGURE_DETAIL, Media.ON_PAPER, folded=True),
         Text(SHORT_NOTE, Media.DETAIL),

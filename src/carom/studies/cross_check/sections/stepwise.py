@@ -9,7 +9,7 @@ from carom.comparator import LocalScore, Verdict
 from carom.report import formatting
 from carom.report.document import Block, Column, Media, Section, Table, Text
 from carom.report.outcome_marks import Mark, mark_of_grade
-from carom.studies.cross_check.grid import Grid, GridCell, build_omission_note, select_worst
+from carom.studies.cross_check.grid import Grid, GridCell, select_worst
 
 #: Largest number of listed runs.
 MOST_RUNS = 1000
@@ -77,11 +77,10 @@ def build_steps_section(grid: Grid) -> Section:
         build_column("entangled", lambda local: formatting.format_percent(_compute_entangled_fraction(local))),
         build_column("until", lambda local: formatting.format_seconds(local.until_s)),
     )
-    listed = select_worst(cells, MOST_RUNS, lambda cell: (cell,))
+    listed, note = select_worst(cells, MOST_RUNS, lambda cell: (cell,))
     folded = "" if is_single_scene else formatting.format_count(len(listed), "run")
     blocks: tuple[Block, ...] = (
-        Table(columns, listed, folded=folded, css="cells", only=media),
-        *build_omission_note(listed, cells, "runs", media),
+        Table(columns, listed, note=note, folded=folded, css="cells", only=media),
         Text(NOTE, Media.ON_PAPER),
         Text(DETAIL_NOTE, Media.ON_PAPER, folded=True),
         Text(SHORT_NOTE, media & ~Media.ON_PAPER),
