@@ -67,7 +67,6 @@ def _build_document(title: str, about: str, grid: Grid) -> Document:
         *build_provenance(results.environment, results.command or _format_python_call(grid), results.elapsed_s),
         runs.build_settings_section(grid),
         runs.build_cells_section(grid),
-        runs.build_impact_tables_section(grid),
     )
     return Document(
         title, build_headline(grid), sections, about=about, replay_link=grade_tables.find_first_replay(grid)

@@ -6,7 +6,7 @@ import pytest
 from tests.command import carom_command
 
 from carom.execution.results import Results
-from carom.report.document import Document, Media, Table, Text
+from carom.report.document import Document, Media, Table
 from carom.report.results_file.results_jsonl import format_records, read_records
 from carom.studies.cross_check.document import cross_check_document, rebuild_document
 from carom.studies.cross_check.grid import build_grid
