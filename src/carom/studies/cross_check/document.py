@@ -18,7 +18,6 @@ from carom.report.provenance import build_provenance
 from carom.report.results_file.line_types import RowLine, Summary
 from carom.studies.cross_check.grid import Grid, build_grid, read_grid
 from carom.studies.cross_check.headline import build_headline
-from carom.studies.cross_check.options import compute_default_dts
 from carom.studies.cross_check.sections import fault_pictures, grade_tables, reference, runs, scenes
 from carom.studies.cross_check.sections.sampling_cost import build_sampling_cost_section
 from carom.studies.cross_check.sections.skipping import build_skipping_section
@@ -64,7 +63,7 @@ def _build_document(title: str, about: str, grid: Grid) -> Document:
         reference.build_known_answers_section(grid),
         runs.build_run_time_section(grid),
         build_skipping_section(grid),
-        *build_provenance(results.environment, results.command or _format_python_call(grid), results.elapsed_s),
+        *build_provenance(results.environment, results.command, results.elapsed_s),
         runs.build_settings_section(grid),
         runs.build_cells_section(grid),
     )
@@ -148,15 +147,3 @@ def _replace_unreportable(results: Results) -> Results:
         return row
 
     return replace(results, rows=tuple(map(check, results.rows)))
-
-
-def _format_python_call(grid: Grid) -> str:
-    """Return a Python call that repeats a cross-check. Reports show it if the cross-check was started from Python."""
-    engines = list(dict.fromkeys(method.engine for method in grid.methods))
-    profiles = list(dict.fromkeys(method.profile for method in grid.methods))
-    overrides = next((dict(method.overrides) for method in grid.methods if method.overrides), {})
-    settings = f", settings={overrides!r}" if overrides else ""
-    jobs = [row.job for row in grid.results.rows]
-    has_default_steps = all(job.dt_s in compute_default_dts(job.scene) for job in jobs)
-    dts = "" if has_default_steps else f", dts={sorted({job.dt_s for job in jobs}, reverse=True)!r}"
-    return f"carom.cross_check(scenes, {engines!r}, profiles={profiles!r}{settings}{dts})"
