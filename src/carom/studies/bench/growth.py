@@ -202,19 +202,19 @@ def measure_growth(
     Raises:
         UnknownNameError: An engine does not exist.
     """
-    engine_names, sizes, budget_s = plan.engines, plan.sizes, plan.budget_s
+    budget_s = plan.budget_s
     with plan.open_local_pool(1) as pool:
-        infos = select_engines(describe_engines(engine_names, pool), engine_names)
-        infos = add_own_methods(infos, engine_names, pool, needs_own_methods=plan.own)
-        own_methods = list_own_methods(engine_names)  # these methods do not use the requested profile
+        infos = select_engines(describe_engines(plan.engines, pool), plan.engines)
+        infos = add_own_methods(infos, plan, pool)
+        own_methods = list_own_methods(plan)  # these methods do not use the requested profile
         methods = {info.name: own_methods.get(info.name, Method(info.name, plan.profiles[-1])) for info in infos}
         environment = describe_environment(infos)
         planned_runs = [
             (size, gravity, info)
-            for size in sorted(set(sizes or OWN_SIZES))
+            for size in sorted(set(plan.sizes or OWN_SIZES))
             for gravity in (False, True)
             for info in infos
-            if sizes or size <= SIZES[-1] or info.engine == "Carom"
+            if plan.sizes or size <= SIZES[-1] or info.engine == "Carom"
         ]
         started = time.perf_counter()
         points: dict[tuple[str, bool], list[GrowthPoint]] = {(i.name, gravity): [] for _, gravity, i in planned_runs}

@@ -64,7 +64,7 @@ def measure_work_precision(
     with pool:  # the processes of the pool end before the timing pass
         infos = select_engines(describe_engines(plan.engines, pool), plan.engines)
         profiles = select_profiles(infos, plan.profiles)
-        infos = add_own_methods(infos, plan.engines, pool, needs_own_methods=plan.own)
+        infos = add_own_methods(infos, plan, pool)
         jobs, methods = _build_jobs(scenes, infos, profiles, plan, pool)
         scored = []
         done = 0
@@ -108,7 +108,7 @@ def _build_jobs(
     plain, _ = resolve_scenes(scenes)
     steps = {scene.name: sorted(set(plan.dts or _compute_default_steps(scene)), reverse=True) for scene in plain}
     all_methods = list_methods(infos, profiles, [dt_s for scene_steps in steps.values() for dt_s in scene_steps], pool)
-    added = list_own_methods(plan.engines)
+    added = list_own_methods(plan)
     jobs = [
         Job(scene, method, dt_s, refinement, phase)
         for scene in plain

@@ -94,9 +94,7 @@ def _lively(value: float, phase: float) -> Trial:
 def _rests(value: float, phase: float) -> Trial:
     """Make a trial of a ball that bounces and comes to rest at least half a second before the end of the scene."""
     e, fall_s = 1.0 - value, (24 + phase) * DT_S
-    description = (
-        f"A ball that loses {format_number(value, 3)} of its speed at each bounce bounces until it comes to rest."
-    )
+    description = f"A ball that loses {format_number(value, 3)} of its speed at each bounce bounces until it rests."
     ends_s = math.ceil((fall_s * (1.0 + e) / value + 0.5) * RATE_HZ) * DT_S  # the scene ends at the end of a step
     check = build_closed_form_check([(0.0, 0.0)], 0, [(1.0 + e) * _G * fall_s])
     return _build_floor_trial(description, check, ends_s, up=0.5 * _G * fall_s**2, wall_restitution=e)
@@ -108,10 +106,8 @@ def _build_slope_trial(kind: str, value: float, side: float) -> Trial:
     tangent = steepest * (1.0 + side * value)
     normal_pull, pull = (_G * part / math.hypot(1.0, tangent) for part in (1.0, tangent))
     beyond = max(0.0, tangent - steepest)
-    description = (
-        f"A disc on a slope. Its tangent differs from the critical tangent {format_number(steepest, 3)} by a fraction "
-        f"of {format_number(side * value, 3)}."
-    )
+    relative = format_number(side * value, 3)
+    description = f"A disc on a slope. Relative distance from the critical slope {steepest:g}: {relative}."
     slip, fields = normal_pull * beyond * _LASTS_S, dict[str, Any]()
     along = (pull * _LASTS_S + _K * slip) / (1.0 + _K)
     rim = slip - along
@@ -208,28 +204,20 @@ def _build_head_on_trial(description: str, phase: float, friction: float, spin_r
 
 @stress_test
 def _friction(value: float) -> Iterator[Trial]:
-    description = (
-        f"With friction of {format_number(value, 3)}, a disc hits a floor at 45 degrees, and a spinning disc hits "
-        "a disc at rest head-on."
-    )
+    description = f"A disc hits a floor, or a spinning disc hits a disc, with friction of {format_number(value, 3)}."
     yield from (_build_wall_trial(description, phase, value, 0.5) for phase in PHASES)
     yield from (_build_head_on_trial(description, phase, value, 5.0) for phase in PHASES)
 
 
 @stress_test
 def _spin(value: float) -> Iterator[Trial]:
-    description = (
-        f"A disc that spins at {format_number(value, 3)} rad/s hits a disc at rest head-on. The friction is 0.1."
-    )
+    description = f"A disc that spins at {format_number(value, 3)} rad/s hits a disc head-on, with friction of 0.1."
     return (_build_head_on_trial(description, phase, 0.1, value) for phase in PHASES)
 
 
 @stress_test
 def _inertia(value: float) -> Iterator[Trial]:
-    description = (
-        f"A disc with a moment of inertia of {format_number(value, 3)} m R^2 hits a floor at 45 degrees. It "
-        "sticks during the impact, and leaves the floor without slip."
-    )
+    description = f"A disc with inertia {format_number(value, 3)} m R^2 hits a floor, and leaves it without slip."
     return (_build_wall_trial(description, phase, _GRIP, value) for phase in PHASES)
 
 
@@ -263,9 +251,7 @@ def _rolling(value: float) -> Iterator[Trial]:
     needed = speed / (1.0 + 1.0 / _K)
     friction = 1.2 * needed / fall * (1.0 - value) / (1.0 + value)
     bounces_s = 2.0 * drop_s * value / (1.0 - value)
-    description = (
-        f"A disc thrown along a floor bounces with restitution {format_number(value, 3)}, slides, and finally rolls."
-    )
+    description = f"A disc on a floor bounces with restitution {format_number(value, 3)}, slides, and finally rolls."
     lasts_s = math.ceil((drop_s + bounces_s + 0.2) * RATE_HZ) / RATE_HZ
     laws = {"wall_friction": friction, "wall_restitution": value}
     final = speed / (1.0 + _K)

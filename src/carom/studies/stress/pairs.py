@@ -151,9 +151,7 @@ def _thin_wall(value: float, phase: float) -> Trial:
 @stress_test_at_phases
 def _paddle(value: float, phase: float) -> Trial:
     speed = value * RADIUS_M * RATE_HZ
-    description = (
-        f"A wall without thickness moves {format_number(value, 3)} radii per step, and strikes a disc at rest head-on."
-    )
+    description = f"A thin wall moves {format_number(value, 3)} radii per step, and strikes a disc at rest head-on."
     start, wall = RADIUS_M + speed * _compute_impact_time(phase), _build_upright_wall(velocity_m_s=(speed, 0.0))
     return _build_one_impact_trial(description, phase, start, 0, wall, 2.0 * speed)
 
@@ -176,9 +174,7 @@ def _wall_end(value: float, phase: float) -> Trial:
     offset = Decimal(height) / Decimal(RADIUS_M)  # from the rounded height, as in the scene
     along = (1 - offset * offset).sqrt()
     after = complex(float(2 * offset * offset - 1), float(2 * offset * along)) * SPEED_M_S
-    description = (
-        f"A disc grazes a wall's end. It would miss the wall if it were {format_number(value, 3)} radii higher."
-    )
+    description = f"A disc grazes a wall's end. It would miss if it were {format_number(value, 3)} radii higher."
     start = complex(-RADIUS_M * float(along) - SPEED_M_S * _compute_impact_time(phase), height)
     wall = edges(-1j * _HALF_LENGTH_M, 0)
     return _build_one_impact_trial(description, phase, start, SPEED_M_S, wall, after)

@@ -37,7 +37,6 @@ SHORT_NOTE = (
 )
 #: Verdicts that follow only from the comparison of single steps.
 _OF_STEPS = (Verdict.PASSED_THROUGH, Verdict.TURNED_ALONE, Verdict.SINKS, Verdict.WORSE_STEPS)
-_OFF_PAPER: Media = Media.TERMINAL | Media.DETAIL
 
 
 def build_steps_section(grid: Grid) -> Section:
@@ -63,7 +62,7 @@ def build_steps_section(grid: Grid) -> Section:
         Column("steps", lambda cell: mark_of_grade(cell.line.local_truth.grade, cell.line.local_truth.float_bits).cell),
         *([diverged] if any(map(_format_divergence_time, cells)) else []),
         build_column("due", lambda local: str(local.due)),
-        build_column("impacts", _format_impacts, "- (PIT's) +", only=_OFF_PAPER),
+        build_column("impacts", _format_impacts, "- (PIT's) +", only=Media.TERMINAL | Media.DETAIL),
         build_column("missed", _format_missed, "(PIT's)"),
         build_column("invented", lambda local: str(local.invented)),
         build_column("early", lambda local: str(local.early + local.ahead), only=Media.EVERYWHERE),
@@ -72,8 +71,7 @@ def build_steps_section(grid: Grid) -> Section:
         build_column("error, median", lambda local: formatting.format_number(local.ratio[0])),
         build_column("error", lambda local: formatting.format_number(local.ratio[1], 4), "worst", Media.EVERYWHERE),
         build_column("above 1", lambda local: f"{local.worse_than_pit} of {local.judged}"),
-        build_column("energy", lambda local: formatting.format_number(local.energy), only=Media.ON_PAPER),
-        build_column("energy", lambda local: formatting.format_number(local.energy, 1), only=_OFF_PAPER),
+        build_column("energy", lambda local: formatting.format_number(local.energy), only=Media.EVERYWHERE),
         build_column("entangled", lambda local: formatting.format_percent(_compute_entangled_fraction(local))),
         build_column("until", lambda local: formatting.format_seconds(local.until_s)),
     )
