@@ -132,10 +132,8 @@ def read_baseline(path: Path, environment: Environment) -> dict[tuple[str, At], 
 def _read_point(point: dict[str, Any]) -> BaselinePoint:
     error = point["error"]
     ratios = (point["timing"] or {}).get("ratios") or ()
-    missed_and_spurious = int(point["missed"]) + int(point["spurious"])
-    return BaselinePoint(
-        [float(one) for one in ratios], math.nan if error is None else float(error), missed_and_spurious
-    )
+    losses = int(point["missed"]) + int(point["spurious"])
+    return BaselinePoint([float(one) for one in ratios], math.nan if error is None else float(error), losses)
 
 
 def compare_points(bench: Bench, before: dict[tuple[str, At], BaselinePoint]) -> list[PointChange]:

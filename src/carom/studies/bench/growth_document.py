@@ -42,9 +42,7 @@ def build_growth_document(growth: Growth) -> Document:
         if point.reason
     )
     sections = (
-        Section(
-            "Run time and memory against the number of discs", (Figures(figures, large=True), *_build_tables(growth))
-        ),
+        Section("Run time and memory by number of discs", (Figures(figures, large=True), *_build_tables(growth))),
         Section("Omitted runs", (Lines(left_out, Media.IN_FULL),) if left_out else (), level=3),
         *build_provenance(growth.environment, growth.command, growth.elapsed_s),
     )

@@ -177,16 +177,12 @@ class BenchPlan(LimitOptions):
     rounds: int = declare_option(
         7, build_whole_number_kind(LEAST_ROUNDS, MOST_ROUNDS), "Number of timing rounds.", "--rounds"
     )
-    seed: int = declare_option(
-        1, build_whole_number_kind(0, MOST_SEED), "Seed of the random order within a timing round.", "--seed"
-    )
+    seed: int = declare_option(1, build_whole_number_kind(0, MOST_SEED), "Seed of the order in a round.", "--seed")
     budget_s: float = declare_option(
         BUDGET_S, build_seconds_kind(), "Seconds per scene, half for scoring and half for timing.", "--budget"
     )
     timing: bool = declare_option(True, build_flag_kind(), "Measure run times.", "--timing/--no-timing")
-    own: bool = declare_option(
-        True, build_flag_kind(), "Run PIC and PIT in addition to the chosen engines.", "--own/--no-own"
-    )
+    own: bool = declare_option(True, build_flag_kind(), "Also run PIC and PIT.", "--own/--no-own")
     sizes: Sequence[int] | None = declare_option(
         None,
         build_whole_number_kind(1, MOST_DISCS),

@@ -204,14 +204,12 @@ def _rank_methods(
     return sorted(ranked, key=place.__getitem__)
 
 
-def _build_point(
-    method_step: At, phase_answers: Sequence[Answer[Measures] | None], unscored: str, kind: ErrorKind
-) -> Point:
+def _build_point(at: At, phase_answers: Sequence[Answer[Measures] | None], unscored: str, kind: ErrorKind) -> Point:
     """Combine the answers for all phases into the point of one method and step size.
 
     The answer of an omitted job is None.
     """
-    method, dt_s = method_step
+    method, dt_s = at
     answers = [answer for answer in phase_answers if answer is not None]
     measured = [answer.value for answer in answers if answer.value is not None]
     errors = [error for measures in measured if not math.isnan(error := compute_error(measures, kind))]

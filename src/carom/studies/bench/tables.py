@@ -27,9 +27,7 @@ TABLE_NOTE = (
     "Step sizes that miss an impact, or whose error is only rounding, are left out. Checking once per step has order "
     "1. A method does not converge if the whole confidence interval of its order is below 1/2."
 )
-TABLE_SHORT = (
-    "'ms' is the run time in ms. -n counts missed impacts, +n spurious ones. The error grows as (step size)^order."
-)
+TABLE_SHORT = "'ms' is the run time. -n counts missed impacts, +n spurious ones. The error grows as step size^order."
 EXACT = "exact"
 
 #: Smallest error that is shown in per cent. Smaller percentages, such as 0.0009 %, would be hard to read.

@@ -29,9 +29,7 @@ ABOUT = (
     "PIC computes the instant of each impact and is the reference. PIT checks for overlap once per step, so it "
     "finds impacts late or misses them. Each engine is compared with PIC and PIT."
 )
-FROM_RECORDS = (
-    "This report was rebuilt from results.jsonl, which contains no states. Replays and pictures need a new run."
-)
+FROM_RECORDS = "This report was rebuilt from results.jsonl, without states. Replays and pictures need a new run."
 
 #: Name of the study in its output folders.
 PURPOSE = "cross-check"
@@ -67,9 +65,7 @@ def _build_document(title: str, about: str, grid: Grid) -> Document:
         runs.build_settings_section(grid),
         runs.build_cells_section(grid),
     )
-    return Document(
-        title, build_headline(grid), sections, about=about, replay_link=grade_tables.find_first_replay(grid)
-    )
+    return Document(title, build_headline(grid), sections, about, grade_tables.find_first_replay(grid))
 
 
 class Report(NamedTuple):

@@ -305,21 +305,19 @@ def merge_own_profiles(contents: Mapping[Method, object]) -> list[list[Method]]:
     return list(formatting.group_by(found).values())
 
 
-def select_worst(
-    items: Sequence[T], max_items: int, cells_of: Callable[[T], Sequence[GridCell]]
-) -> tuple[Sequence[T], str]:
-    """Return the `max_items` items whose cells have the worst grades, in their original order.
+def select_worst(items: Sequence[T], most: int, cells_of: Callable[[T], Sequence[GridCell]]) -> tuple[Sequence[T], str]:
+    """Return the `most` items whose cells have the worst grades, in their original order.
 
     Also return a note if items are omitted, and an empty text if not.
     """
-    if len(items) <= max_items:
+    if len(items) <= most:
         return items, ""
 
     def severity(place: int) -> list[int]:
         return sorted((-1 if cell.rank is None else cell.rank for cell in cells_of(items[place])), reverse=True)
 
-    listed = [items[place] for place in sorted(heapq.nlargest(max_items, range(len(items)), severity))]
-    shown = f"{max_items:,} of {len(items):,} rows are shown"
+    listed = [items[place] for place in sorted(heapq.nlargest(most, range(len(items)), severity))]
+    shown = f"{most:,} of {len(items):,} rows are shown"
     return listed, f"{shown}, those with the worst grades; results.jsonl has all."
 
 

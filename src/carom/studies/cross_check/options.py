@@ -114,9 +114,7 @@ class Options(LimitOptions):
     certify_s: float = declare_option(
         CERTIFY_SECONDS, build_seconds_kind(), "Seconds per certified run.", "--certify-time"
     )
-    timing: bool = declare_option(
-        True, build_flag_kind(), "Time each scene at its largest step size.", "--timing/--no-timing"
-    )
+    timing: bool = declare_option(True, build_flag_kind(), "Time each scene's largest step.", "--timing/--no-timing")
     samples: bool = declare_option(True, build_flag_kind(), "Whether to keep states for drawing.")
 
     def list_steps(self, scene: Scene) -> tuple[float, ...]:

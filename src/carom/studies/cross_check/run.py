@@ -90,9 +90,8 @@ def run(
     check_value(build_step_kind(), "dt", dt)
     require_named(engine := resolve_engine(engine))
     with limits.open_pool() as pool:
-        overrides = (
-            resolve_settings(describe_engines([engine], pool)[0], settings, [profile], dt, pool) if settings else ()
-        )
+        infos = describe_engines([engine], pool) if settings else []
+        overrides = resolve_settings(infos[0], settings, [profile], dt, pool) if infos else ()
         job = Job(scene, Method(engine, profile, overrides), dt)
         answer = observe_job(job, pool, samples=True)
         if answer.status is Status.FAILED:

@@ -172,11 +172,9 @@ def _list_with_reciprocal(value: float) -> Sequence[float]:
 _GRIP = 10.0
 
 
-def _compute_tangential_impulse(
-    friction: float, normal_impulse: float, slip: float, inverse_effective_mass: float
-) -> float:
+def _compute_tangential_impulse(friction: float, normal_impulse: float, slip: float, inverse_mass: float) -> float:
     """Return the impulse of friction: the impulse that stops the slip, or that of sliding friction if it is smaller."""
-    return math.copysign(min(abs(slip) / inverse_effective_mass, friction * normal_impulse), slip)
+    return math.copysign(min(abs(slip) / inverse_mass, friction * normal_impulse), slip)
 
 
 def _build_wall_trial(description: str, phase: float, friction: float, inertia: float) -> Trial:

@@ -104,10 +104,8 @@ def _build_method_blocks(results: StressResults, kinds: Mapping[str, list[Stress
     """Yield a table with a heat map and the numbers of passed tests for each method, and texts about the methods."""
     stress_tests = kinds["attack"]
     columns = [Column("method", lambda method: method.label)]
-    for group, group_rows in formatting.group_by((row.group, row) for row in stress_tests).items():
-        columns.append(
-            Column(group or WORDS["attack"], partial(_build_heat_cell, results, group_rows), f"of {len(group_rows)}")
-        )
+    for group, tests in formatting.group_by((row.group, row) for row in stress_tests).items():
+        columns.append(Column(group or WORDS["attack"], partial(_build_heat_cell, results, tests), f"of {len(tests)}"))
     only = Media.IN_FULL if stress_tests else Media.EVERYWHERE  # a terminal shows sentences about the methods instead
     for (head, ending), rows in zip(_COUNTED, kinds.values(), strict=True):
         if rows:
@@ -337,9 +335,7 @@ def _describe_bug_reports(results: StressResults, bug_reports: list[StressRow]) 
 
 
 def _format_json(results: StressResults) -> str:
-    engines = [(method, results.engines[method.engine]) for method in results.methods]
-    methods = [
-        {**fields_of(one), "version": engine.version, "unavailable": engine.unavailable} for one, engine in engines
-    ]
+    infos = [(method, results.engines[method.engine]) for method in results.methods]
+    methods = [{**fields_of(one), "version": info.version, "unavailable": info.unavailable} for one, info in infos]
     rows = [{**fields_of(row), "cells": [cell for _, cell in _list_cells(results, row)]} for row in results.rows]
     return format_json("stress", results, leave_out=("engines", "cells", "rows"), methods=methods, lines=rows)

@@ -102,12 +102,10 @@ def _try_value(
     passed: list[_TriedValue] = []
     for trial in trials[::2] if quick else trials:
         answer = observe(trial.scene, method, runner)
-        status = answer.status
+        status, trace = answer.status, answer.value
         if status is Status.UNAVAILABLE or (value == stress_test.harmless and status is Status.UNSUPPORTED):
             raise NotCompletedError(answer.problem, status)
-        found = (
-            CheckResult(math.nan, answer.problem, status=status) if answer.value is None else trial.check(answer.value)
-        )
+        found = CheckResult(math.nan, answer.problem, status=status) if trace is None else trial.check(trace)
         tried = _TriedValue(value, trial, found)
         if not tried.passes:
             return tried, len(passed) + 1

@@ -169,9 +169,7 @@ def _select_rows(names: Sequence[str], quick: bool) -> tuple[StressRow, ...]:
     known = {row.name for row in everything}
     for name in names:
         if name not in known and name not in kinds:
-            hints = build_name_hints(
-                name, known, f"`carom stress --list` lists all names; the kinds are {', '.join(kinds)}"
-            )
+            hints = build_name_hints(name, known, f"`carom stress --list` lists all names; kinds: {', '.join(kinds)}")
             raise UnknownNameError(f"no stress test is named {name!r}", hints=hints)
     requested_kinds = {kinds[name] for name in names if name in kinds}
     return tuple(row for row in everything if row.name in names or row.kind in requested_kinds)

@@ -46,7 +46,7 @@ def test_report_command_rebuilds_report_from_records(folder: Path) -> None:
     done = carom_command("report", folder, "--page", page, "--markdown", "-", columns=120)
     assert done.exit_code == 0
     assert done.output.startswith("# Carom cross-check, from its records")
-    assert "which contains no states" in done.output
+    assert "rebuilt from results.jsonl, without states" in done.output
     assert "Every scene" in page.read_text(encoding="utf-8")
     again = carom_command("report", folder, "--page", page)
     assert again.exit_code == 2

@@ -179,11 +179,9 @@ def _build_counts_table(grid: Grid, methods: Sequence[Method]) -> Table:
     def count(marks: Sequence[Mark], method: Method) -> str:
         return str(sum(cell.mark in marks for cell in grid.list_cells(method)) or "")
 
-    ungraded_marks = tuple(mark for mark in Mark if mark.rank is None)
+    counted = {**_COUNTED, "n/a": tuple(mark for mark in Mark if mark.rank is None)}
     columns = [Column("method", lambda method: method.title)]
-    columns += [
-        Column(name, partial(count, marks), number=True) for name, marks in {**_COUNTED, "n/a": ungraded_marks}.items()
-    ]
+    columns += [Column(name, partial(count, marks), number=True) for name, marks in counted.items()]
     return Table(columns, methods, only=Media.TERMINAL, note="n/a means not graded or not run; -v lists the reasons")
 
 

@@ -60,9 +60,7 @@ def build_scenes_section(grid: Grid) -> Section:
         Text(SHORT_NOTE, Media.DETAIL),
         Replays(partial(pack_replays, grid)),
     )
-    return Section(
-        f"Every scene on every engine, at {grid.step_phrase}, compared with PIC", blocks, short="Every scene"
-    )
+    return Section(f"Every scene on every engine, at {grid.step_phrase}", blocks, short="Every scene")
 
 
 def _build_cell(column_number: int, row: GridRow) -> Cell:

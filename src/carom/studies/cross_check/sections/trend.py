@@ -139,9 +139,7 @@ def build_trend_section(grid: Grid) -> Section:
     wrong = "Scenes in which a method misses or invents an impact, has impacts out of order, or ends differently."
     velocity = "Velocity error. The shaded area extends from PIT's smallest to PIT's largest error."
     charts = (
-        Figure(
-            partial(_render_chart, trend, "Median velocity error against step size", _scale_velocity_axis), velocity
-        ),
+        Figure(partial(_render_chart, trend, "Median velocity error by step size", _scale_velocity_axis), velocity),
         Figure(partial(_render_chart, trend, "Scenes graded wrong, against step size", _scale_wrong_axis), wrong),
     )
     steps = [(k, f"step {formatting.format_fraction(part)}") for k, part in enumerate(trend.parts)]
