@@ -102,7 +102,7 @@ def _compute_energy_error(trace: Trace, known: KnownAnswer, scene: Scene) -> flo
         height = (np.array(place) - [0.0, floor]) @ np.array(scene.gravity_m_s2)
         return kinetic_energy(scene, np.array(velocity)) - float(weight @ height)
 
-    at_start = compute_energy([disc.position_m for disc in scene.discs], [disc.velocity_m_s for disc in scene.discs])
+    at_start = compute_energy(scene.arrays.position_m, scene.arrays.velocity_m_s)
     found = compute_energy(trace.final_position_m, trace.final_velocity_m_s)
     if known.final_velocity_m_s is None:
         expected = at_start if known.final_kinetic_energy_j is None else known.final_kinetic_energy_j
