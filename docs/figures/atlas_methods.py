@@ -221,7 +221,7 @@ def breaking(stress: dict[str, Any], attack: str, method: Method) -> str:
         return "-"
     cell = lines[attack]["cells"][columns.index((method.engine, method.profile))]
     value = "" if cell["value"] is None else format_number(cell["value"])
-    said = {"gives_way": value, "stands": f"passes to {value}", "never_stood": f"from {value}"}
+    said = {"fails_at_size": value, "passes": f"passes to {value}", "fails_at_start": f"from {value}"}
     return said.get(cell["ending"]) or str(cell["reason"]).partition(":")[0]
 
 

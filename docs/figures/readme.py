@@ -22,14 +22,13 @@ from docs.figures.raw_records import read_raw_records
 from carom.catalogue import find_scenes
 from carom.execution.job import Method
 from carom.report.svg import to_separate_svg
-from carom.studies.bench.axes import Diagram, ErrorKind
 from carom.studies.bench.convergence import Convergence, ConvergenceOrder
 from carom.studies.bench.document import describe_scene
 from carom.studies.bench.figure import render_diagram_svg
-from carom.studies.bench.machine_noise import Noise, Spread
+from carom.studies.bench.options import Diagram, ErrorKind
 from carom.studies.bench.result import Curve, Point, SceneBench
 from carom.studies.bench.tables import format_error
-from carom.studies.bench.timing_pass import CellTiming
+from carom.studies.bench.timing_pass import CellTiming, Noise, Spread
 from carom.studies.stress.result import CellEnding, CellResult, StressRow
 from carom.studies.stress.run import list_rows
 from carom.support.formatting import format_number
@@ -155,7 +154,7 @@ def stability_block() -> str:
 
 
 def _depth(line: StressRow, value: float) -> float:
-    result = CellResult("attack", line.name, "", CellEnding.FAILS_AT_SIZE, value, passes_until=value)
+    result = CellResult(CellEnding.FAILS_AT_SIZE, value, passes_until=value)
     return (line.compute_depth(result) or 0.0) if value > 0 else 1.0
 
 

@@ -12,8 +12,7 @@ from tests.journal_lines import read_canonical_lines
 from carom.catalogue import find_scenes
 from carom.errors import InputError
 from carom.execution.score_jobs import score_journal
-from carom.studies.bench.axes import ErrorKind
-from carom.studies.bench.options import BenchPlan
+from carom.studies.bench.options import BenchPlan, ErrorKind
 from carom.studies.bench.run import measure_work_precision
 
 GARBAGE = [

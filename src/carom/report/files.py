@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 #: Format version of each kind of file. A version increases if a field is removed or changes its meaning, but not if a
 #: field is added.
-FORMATS = {"results": 3, "bench": 1, "growth": 2, "stress": 3}
+FORMATS = {"results": 3, "bench": 1, "growth": 2, "stress": 4}
 
 
 def find_missing_package() -> str | None:

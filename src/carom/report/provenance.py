@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import shlex
+from collections.abc import Iterator, Sequence
 
+from carom.engines.registry import format_engine_argument
 from carom.execution.environment import Environment
+from carom.execution.job import Method
 from carom.report.document import Code, Facts, Media, Section
 from carom.support import formatting
 
@@ -31,3 +34,8 @@ def _list_facts(environment: Environment) -> tuple[tuple[str, str], ...]:
         ("Carom", f"Carom {environment.carom}"),
         ("Versions", ", ".join(f"{name} {version}" for name, version in environment.versions.items())),
     )
+
+
+def format_command(words: Sequence[str], method: Method, *options: str) -> str:
+    """Return a command of Carom for a method. `words` are the name of the command and its scenes."""
+    return shlex.join(("carom", *words, "-e", format_engine_argument(method.engine), "-p", method.profile, *options))

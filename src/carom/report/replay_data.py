@@ -7,7 +7,6 @@ opens one of the runs.
 from __future__ import annotations
 
 import math
-import shlex
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -15,7 +14,6 @@ import numpy as np
 import tomli_w
 
 from carom.comparator import Score
-from carom.engines.registry import format_engine_argument
 from carom.execution.job import Job
 from carom.execution.results import Row
 from carom.model.scene import Chain, Need, Ring, Scene, Wall
@@ -23,6 +21,7 @@ from carom.model.trace import Mode, Trace, format_setting
 from carom.report.impact_rows import NEAR_STEPS, Json, build_impact_rows
 from carom.report.outcome_marks import mark_of
 from carom.report.picture import ARC_PARTS
+from carom.report.provenance import format_command
 from carom.report.results_file.lines import build_line, list_reasons
 from carom.report.tracks import (
     Track,
@@ -57,8 +56,7 @@ _MOST_THROWN = 10
 def format_run_command(scene: str, job: Job) -> str:
     """Return the command that repeats a job. `scene` is the name or file of the scene."""
     overrides = (word for name, value in job.method.overrides for word in ("--set", f"{name}={format_setting(value)}"))
-    command = ("carom", "run", scene, "-e", format_engine_argument(job.engine), "-p", job.profile)
-    return shlex.join((*command, *overrides, "--dt", repr(job.dt_s)))
+    return format_command(("run", scene), job.method, *overrides, "--dt", repr(job.dt_s))
 
 
 def describe_run(row: Row, engine: str, key: str, command: str) -> Json:

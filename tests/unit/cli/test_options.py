@@ -16,7 +16,7 @@ from carom import studies
 from carom.errors import InputError, UnknownNameError
 from carom.solvers.certified.options import CertifyOptions
 from carom.studies.advise.options import AdviceOptions
-from carom.studies.bench.options import BenchPlan, GrowthOptions
+from carom.studies.bench.options import BenchPlan
 from carom.studies.cross_check.options import Options
 from carom.studies.diff.options import DiffOptions
 from carom.studies.history.options import HistoryOptions
@@ -25,11 +25,10 @@ from carom.studies.tune.options import TuneOptions
 from carom.support.limits import LARGEST, SMALLEST
 from carom.support.options import DeclaredOptions, Option, list_declared_options
 
-#: Each study with the command of its options; a growth bench has its options from `carom bench`.
+#: Each study with the command of its options.
 STUDIES: dict[type[DeclaredOptions], tuple[str, ...]] = {
     Options: ("run", "paper/missed"),
     BenchPlan: ("bench", "paper/missed"),
-    GrowthOptions: (),
     AdviceOptions: ("advise", "paper/missed"),
     StressOptions: ("stress",),
     TuneOptions: ("tune", "pymunk"),

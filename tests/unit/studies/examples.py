@@ -14,10 +14,9 @@ from carom.studies.advise.step_search import SearchEnding, StepAdvice, StepRange
 from carom.studies.advise.step_trial import StepTrial
 from carom.studies.bench.convergence import fit_order
 from carom.studies.bench.growth import Growth, GrowthCurve, GrowthPoint
-from carom.studies.bench.machine_noise import Noise, Spread
 from carom.studies.bench.options import BenchPlan
 from carom.studies.bench.result import Bench, Curve, Point, SceneBench, find_cheapest, find_pareto_front
-from carom.studies.bench.timing_pass import CellTiming
+from carom.studies.bench.timing_pass import CellTiming, Noise, Spread
 from carom.studies.stress import run as campaign
 from carom.studies.stress.result import CellEnding, CellResult, StressResults, StressRow
 
@@ -69,7 +68,7 @@ def build_bench(*names: str) -> Bench:
 def build_cell_result(line: StressRow, method: Method) -> CellResult:
     """Return a cell: PIC passes, a default fails at once, and the others half way."""
     shown = (f"scenes/{line.name}-{method.engine}-{method.profile}.toml",)
-    ended = partial(CellResult, line.kind, line.name, method.name, scenes=shown)
+    ended = partial(CellResult, scenes=shown)
     good = method.engine == "pic"
     if line.kind == "relation":
         return ended(CellEnding.HOLDS, 0.0) if good else ended(CellEnding.VIOLATED, 0.1)

@@ -23,7 +23,7 @@ from carom.execution.workers.worker_main import carry_out
 from carom.studies.advise.options import AdviceOptions
 from carom.studies.advise.run import advise
 from carom.studies.bench.growth import growth_journal, measure_growth
-from carom.studies.bench.options import BenchPlan, GrowthOptions
+from carom.studies.bench.options import BenchPlan
 from carom.studies.bench.run import measure_work_precision
 from carom.studies.bench.timing_pass import timing_journal
 from carom.studies.cross_check.options import Options
@@ -98,7 +98,7 @@ def bench(folder: Path, how: How) -> None:
 
 def run_growth(folder: Path, how: How) -> None:
     with growth_journal(folder / "a", **how) as journal:
-        measure_growth(GrowthOptions(["pic"], sizes=[2], **LIMITS), notes=journal)
+        measure_growth(BenchPlan(["pic"], sizes=[2], **LIMITS), notes=journal)
 
 
 def run_stress(folder: Path, how: How) -> None:

@@ -10,10 +10,9 @@ import typer
 from carom.cli import arguments, error_handling, output
 from carom.cli.command_line import get_command_line
 from carom.cli.exit_codes import ExitCode
-from carom.cli.options import add_options, build_typer_option
+from carom.cli.options import add_options
 from carom.errors import InputError
-from carom.studies.bench.axes import Diagram
-from carom.studies.bench.options import BenchPlan, GrowthOptions
+from carom.studies.bench.options import BenchPlan, Diagram
 
 
 @add_options(BenchPlan)
@@ -42,7 +41,6 @@ def bench(
             help="Instead of errors, measure how run time and memory grow with the number of discs. Takes no scenes.",
         ),
     ] = False,
-    discs: Annotated[list[str] | None, build_typer_option(GrowthOptions, "sizes")] = None,
 ) -> None:
     """Plot error against run time, and find the fastest engine for the accuracy you need.
 
@@ -55,7 +53,7 @@ def bench(
     if grow:
         if scenes:
             raise InputError(f"--grow takes no scene, got {scenes[0]!r}")
-        _run_growth(plan, discs, out, resume=resume, retry=retry, verbose=verbose)
+        _run_growth(plan, out, resume=resume, retry=retry, verbose=verbose)
         return
     from carom.execution.environment import describe_environment
     from carom.execution.score_jobs import score_journal
@@ -94,26 +92,22 @@ def bench(
         raise typer.Exit(ExitCode.VIOLATION)
 
 
-def _run_growth(
-    plan: BenchPlan, discs: list[str] | None, out: Path, *, resume: bool, retry: bool, verbose: bool
-) -> None:
+def _run_growth(plan: BenchPlan, out: Path, *, resume: bool, retry: bool, verbose: bool) -> None:
     from carom.report.files import require_report_extra
     from carom.studies.bench.growth import growth_journal, measure_growth
     from carom.studies.bench.growth_document import build_growth_document, write_growth
 
-    shared = ("engines", "budget_s", "own", "time_limit_s", "memory_limit_mb", "scheduler")
-    given_options = {"sizes": discs} | {name: getattr(plan, name) for name in shared}
-    if plan.profiles != BenchPlan.profiles:
-        if len(plan.profiles) > 1:
-            raise InputError(f"--grow runs one profile, got {len(plan.profiles)}")
-        (given_options["profile"],) = plan.profiles
-    options = GrowthOptions.parse_command_line(given_options)
+    if plan.profiles != BenchPlan.profiles and len(plan.profiles) > 1:
+        raise InputError(f"--grow runs one profile, got {len(plan.profiles)}")
+    if plan.scheduler is not None:
+        reason = "run time and memory are measured on this machine"
+        raise InputError(f"--scheduler must be left out, since {reason}, got {plan.scheduler!r}")
     require_report_extra()
     path = out / "growth.jsonl"
     with (
         error_handling.run_study(out, "bench", path) as progress,
         growth_journal(path, resume=resume, retry=retry) as journal,
     ):
-        found = measure_growth(options, notes=journal, progress=progress, command=get_command_line())
+        found = measure_growth(plan, notes=journal, progress=progress, command=get_command_line())
     document = build_growth_document(found)
     output.print_document(document, full=verbose, page=write_growth(found, document, out))

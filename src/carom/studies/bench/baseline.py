@@ -19,8 +19,8 @@ from carom.execution.environment import Environment
 from carom.execution.job import Method
 from carom.report.document import Column, Media, Section, Table
 from carom.report.files import FORMATS
-from carom.studies.bench.axes import ErrorKind
 from carom.studies.bench.convergence import CONFIDENCE, compute_student_quantile
+from carom.studies.bench.options import ErrorKind
 from carom.studies.bench.result import Bench, Point
 from carom.studies.bench.tables import format_error, format_point_name
 from carom.studies.bench.timing_pass import At
@@ -132,10 +132,8 @@ def read_baseline(path: Path, environment: Environment) -> dict[tuple[str, At], 
 def _read_point(point: dict[str, Any]) -> BaselinePoint:
     error = point["error"]
     ratios = (point["timing"] or {}).get("ratios") or ()
-    missed_and_spurious = int(point["missed"]) + int(point["spurious"])
-    return BaselinePoint(
-        [float(one) for one in ratios], math.nan if error is None else float(error), missed_and_spurious
-    )
+    losses = int(point["missed"]) + int(point["spurious"])
+    return BaselinePoint([float(one) for one in ratios], math.nan if error is None else float(error), losses)
 
 
 def compare_points(bench: Bench, before: dict[tuple[str, At], BaselinePoint]) -> list[PointChange]:

@@ -12,9 +12,9 @@ from carom.report.provenance import build_provenance, format_stamp_lines
 from carom.report.render.html import render_html
 from carom.report.svg import to_separate_svg
 from carom.studies.bench import tables
-from carom.studies.bench.axes import Diagram, ErrorKind
 from carom.studies.bench.baseline import PointChange, build_baseline_section, describe_baseline
 from carom.studies.bench.figure import render_diagram_png, render_diagram_svg
+from carom.studies.bench.options import Diagram, ErrorKind
 from carom.studies.bench.result import Bench, Point, SceneBench, read_run_time
 from carom.support import formatting
 from carom.support.folders import build_file_name, write_files

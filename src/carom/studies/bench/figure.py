@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from carom.comparator.thresholds import THRESHOLDS
 from carom.report import svg
-from carom.studies.bench.axes import Diagram, ErrorKind
+from carom.studies.bench.options import Diagram, ErrorKind
 from carom.studies.bench.result import Curve, Point, SceneBench, read_run_time
 from carom.studies.bench.tables import EXACT, build_point_anchor, format_milliseconds, format_point_name
 from carom.support import formatting

@@ -46,21 +46,18 @@ def build_hard_disc_gas(discs: int, packing: float, seed: int = 1) -> DiscArrays
     return DiscArrays(np.stack([x, y], axis=1), velocity, np.full(discs, radius_m), np.ones(discs), walls)
 
 
-def build_gas_scene(
-    discs: int, packing: float, *, duration_s: float = 1e4, touching: bool = False, gravity: bool = False
-) -> Scene:
-    """Return a hard-disc gas as a scene.
+def build_gas_scene(discs: int, packing: float, *, duration_s: float = 1e4, gravity: bool = False) -> Scene:
+    """Return a hard-disc gas as a scene, in which no bodies touch at the start.
 
     Args:
         discs: Number of discs.
         packing: Fraction of the box's area that the discs cover.
         duration_s: Duration, in seconds.
-        touching: Whether the outer discs touch the walls at the start; if false, no bodies touch.
         gravity: Whether the discs fall.
     """
     from carom.model.scene import Disc, Scene, Wall
 
-    shrink = 1.0 if touching else 1 - 2.0**-10
+    shrink = 1 - 2.0**-10
     gas = build_hard_disc_gas(discs, packing / shrink**2)
     states = zip(gas.position_m, gas.velocity_m_s, gas.radius_m, strict=True)
     return Scene(

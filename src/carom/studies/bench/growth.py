@@ -17,11 +17,12 @@ from carom.execution.environment import Environment, describe_environment, measu
 from carom.execution.job import Answer, Method, Progress, Status, UnsupportedError, no_progress
 from carom.execution.journal import Journal, JournalEntry, MemoryJournal
 from carom.execution.scheduler import TaskRequest, run_tasks
-from carom.execution.timing import Timing, time_run
+from carom.execution.timing import time_run
 from carom.studies.bench.convergence import fit_power
 from carom.studies.bench.gas import build_gas_scene
-from carom.studies.bench.options import GrowthOptions
+from carom.studies.bench.options import BenchPlan
 from carom.studies.bench.own_methods import add_own_methods, list_own_methods
+from carom.studies.bench.result import MethodResult
 from carom.support import formatting
 
 #: Numbers of discs for engines, and for Carom's own methods.
@@ -51,21 +52,31 @@ START_S = 2.0
 
 
 @dataclass(frozen=True)
-class GrowthRun:
-    """Run time and memory of one run.
+class GrowthPoint:
+    """Results for one number of discs.
 
     Attributes:
-        timing: Run times.
-        before_bytes: Memory of the process before the world was built, in bytes.
-        peak_bytes: Peak memory of the process, in bytes.
-        bench_start: Start time (UTC) of the bench that ran the gas. Only run times with the same start time are
-            comparable.
+        discs: Number of discs.
+        prepare_s: Seconds to build the world; NaN if the gas was not run.
+        advance_s: Seconds for all steps; NaN if the gas was not run.
+        memory_bytes: Peak memory of the process minus its memory before the world was built; NaN if the gas was not
+            run.
+        peak_bytes: Peak memory of the process; NaN if the gas was not run.
+        ratio: `advance_s` divided by that of PIT with the same number of discs. NaN if the two run times were not
+            measured in one session of the bench.
+        reason: Reason why the gas was not run; empty if it was run.
+        bench_start: Start time (UTC) of the bench that ran the gas; empty if the gas was not run. Only run times with
+            the same start time are comparable.
     """
 
-    timing: Timing
-    before_bytes: int
-    peak_bytes: int
-    bench_start: str
+    discs: int
+    prepare_s: float = math.nan
+    advance_s: float = math.nan
+    memory_bytes: float = math.nan
+    peak_bytes: float = math.nan
+    ratio: float = math.nan
+    reason: str = ""
+    bench_start: str = ""
 
 
 @dataclass(frozen=True)
@@ -82,7 +93,7 @@ class GrowthTask:
         """Name of the adapter."""
         return self.method.engine
 
-    def carry_out(self) -> GrowthRun:
+    def carry_out(self) -> GrowthPoint:
         """Run the gas, and return the run time and the memory.
 
         Raises:
@@ -100,7 +111,9 @@ class GrowthTask:
         time_run(adapter, small, profile, DT_S, steps=1, runs=1, zero=True)
         before = measure_resident_bytes() or 0
         timing = time_run(adapter, scene, profile, DT_S, steps=STEPS, runs=REPEATS, enough_s=SHORT_S)
-        return GrowthRun(timing, before, measure_resident_bytes("VmHWM") or 0, self.bench_start)
+        peak = float(measure_resident_bytes("VmHWM") or 0)
+        memory = max(0.0, peak - before)
+        return GrowthPoint(self.discs, timing.prepare_s, timing.advance_s, memory, peak, bench_start=self.bench_start)
 
 
 @dataclass(frozen=True)
@@ -125,43 +138,14 @@ class GrowthKey:
 
 
 #: Function that opens the journal of a growth bench.
-growth_journal = partial(Journal[GrowthKey, GrowthRun], "growth", JournalEntry[GrowthKey, GrowthRun])
+growth_journal = partial(Journal[GrowthKey, GrowthPoint], "growth", JournalEntry[GrowthKey, GrowthPoint])
 
 
 @dataclass(frozen=True)
-class GrowthPoint:
-    """Results for one number of discs.
-
-    Attributes:
-        discs: Number of discs.
-        prepare_s: Seconds to build the world; NaN if the gas was not run.
-        advance_s: Seconds for all steps; NaN if the gas was not run.
-        memory_bytes: Peak memory of the process minus its memory before the world was built; NaN if the gas was not
-            run.
-        peak_bytes: Peak memory of the process; NaN if the gas was not run.
-        ratio: `advance_s` divided by that of PIT with the same number of discs. NaN if the two run times were not
-            measured in one session of the bench.
-        reason: Reason why the gas was not run; empty if it was run.
-        bench_start: Start time (UTC) of the bench that ran the gas; empty if the gas was not run.
-    """
-
-    discs: int
-    prepare_s: float = math.nan
-    advance_s: float = math.nan
-    memory_bytes: float = math.nan
-    peak_bytes: float = math.nan
-    ratio: float = math.nan
-    reason: str = ""
-    bench_start: str = ""
-
-
-@dataclass(frozen=True)
-class GrowthCurve:
+class GrowthCurve(MethodResult):
     """Results of one engine and profile for all numbers of discs, with or without gravity.
 
     Attributes:
-        engine: Name of the adapter.
-        profile: Name of the profile.
         points: Points, ordered by the number of discs.
         time_exponent: Exponent of the power law of run time against the number of discs, and its confidence interval:
             (exponent, low, high).
@@ -169,17 +153,10 @@ class GrowthCurve:
         gravity: Whether the discs fall.
     """
 
-    engine: str
-    profile: str
     points: tuple[GrowthPoint, ...]
     time_exponent: tuple[float, float, float]
     memory_exponent: tuple[float, float, float]
     gravity: bool = False
-
-    @property
-    def method(self) -> Method:
-        """Engine and profile."""
-        return Method(self.engine, self.profile)
 
     @property
     def ran(self) -> list[GrowthPoint]:
@@ -207,16 +184,16 @@ class Growth:
 
 
 def measure_growth(
-    options: GrowthOptions,
+    plan: BenchPlan,
     *,
-    notes: MemoryJournal[GrowthKey, GrowthRun] | None = None,
+    notes: MemoryJournal[GrowthKey, GrowthPoint] | None = None,
     progress: Progress = no_progress,
     command: str = "",
 ) -> Growth:
     """Run gases with more and more discs, with and without gravity, until the time limit is reached.
 
     Args:
-        options: Options of the bench.
+        plan: Options of the bench. All runs have the last of its profiles.
         notes: Journal of finished runs, to which new runs are added. Runs that were omitted for lack of time are tried
             again.
         progress: Function that is called with the number of finished runs, the number of all runs, and a description.
@@ -225,19 +202,19 @@ def measure_growth(
     Raises:
         UnknownNameError: An engine does not exist.
     """
-    engine_names, sizes, budget_s = options.engines, options.sizes, options.budget_s
-    with options.open_local_pool(1) as pool:
-        infos = select_engines(describe_engines(engine_names, pool), engine_names)
-        infos = add_own_methods(infos, engine_names, pool, needs_own_methods=options.own)
-        own_methods = list_own_methods(engine_names)  # these methods do not use the requested profile
-        methods = {info.name: own_methods.get(info.name, Method(info.name, options.profile)) for info in infos}
+    budget_s = plan.budget_s
+    with plan.open_local_pool(1) as pool:
+        infos = select_engines(describe_engines(plan.engines, pool), plan.engines)
+        infos = add_own_methods(infos, plan, pool)
+        own_methods = list_own_methods(plan)  # these methods do not use the requested profile
+        methods = {info.name: own_methods.get(info.name, Method(info.name, plan.profiles[-1])) for info in infos}
         environment = describe_environment(infos)
         planned_runs = [
             (size, gravity, info)
-            for size in sorted(set(sizes or OWN_SIZES))
+            for size in sorted(set(plan.sizes or OWN_SIZES))
             for gravity in (False, True)
             for info in infos
-            if sizes or size <= SIZES[-1] or info.engine == "Carom"
+            if plan.sizes or size <= SIZES[-1] or info.engine == "Carom"
         ]
         started = time.perf_counter()
         points: dict[tuple[str, bool], list[GrowthPoint]] = {(i.name, gravity): [] for _, gravity, i in planned_runs}
@@ -260,13 +237,15 @@ def measure_growth(
             progress(done, len(planned_runs), f"{description}{formatting.format_time_left(remaining_s)}")
             curve_points, method = points[curve], methods[info.name]
             key = GrowthKey(size, method, find_versions(info.name), environment.machine, gravity, STEPS)
-            reason = info.unavailable or _find_skip_reason(curve_points, size, min(available_s, options.time_limit_s))
-            refused = Answer[GrowthRun](Status.UNSUPPORTED, reason) if reason else None
+            reason = info.unavailable or _find_skip_reason(curve_points, size, min(available_s, plan.time_limit_s))
+            refused = Answer[GrowthPoint](Status.UNSUPPORTED, reason) if reason else None
             pool.renew()
             request = TaskRequest(size, key, GrowthTask(size, method, environment.date, gravity), refused)
             ((_, answer),) = run_tasks([request], pool, notes, one_at_a_time=True)
             spent[curve] += time.perf_counter() - before
-            curve_points.append(_build_point(size, answer))
+            has_begun = answer.status in {Status.CRASHED, Status.TIMED_OUT}
+            failed = GrowthPoint(size, reason=answer.problem if has_begun else answer.reason)
+            curve_points.append(answer.value or failed)
     curves = []
     for (name, gravity), curve_points in points.items():
         pit = {(point.discs, point.bench_start): point.advance_s for point in points.get(("pit", gravity), ())}
@@ -282,10 +261,9 @@ def _find_skip_reason(curve_points: Sequence[GrowthPoint], size: int, allowed_s:
     if curve_points and curve_points[-1].reason:  # a method that failed with fewer discs also fails with more discs
         first = next(point for point in curve_points if point.reason)
         return f"failed with {first.discs} discs"
-    completed_points = [point for point in curve_points if not point.reason]
-    if len(completed_points) < 2:
+    if len(curve_points) < 2:
         return ""
-    last, before = completed_points[-1], completed_points[-2]
+    before, last = curve_points[-2:]
     spent, earlier = (point.advance_s + point.prepare_s for point in (last, before))
     # Fixed costs can hide growth with few discs. Therefore the run time is expected to grow at least in proportion to
     # the number of discs.
@@ -295,17 +273,6 @@ def _find_skip_reason(curve_points: Sequence[GrowthPoint], size: int, allowed_s:
         return ""
     expected = f"it would take about {expected_s:.0f} s according to the run with {last.discs} discs"
     return f"{expected}, and only {allowed_s:.0f} s are left; raise --budget or --time-limit"
-
-
-def _build_point(discs: int, answer: Answer[GrowthRun]) -> GrowthPoint:
-    grown = answer.value
-    if grown is None:
-        started = answer.status in {Status.CRASHED, Status.TIMED_OUT}
-        return GrowthPoint(discs, reason=answer.problem if started else answer.reason)
-    memory, peak = float(max(0, grown.peak_bytes - grown.before_bytes)), float(grown.peak_bytes)
-    return GrowthPoint(
-        discs, grown.timing.prepare_s, grown.timing.advance_s, memory, peak, bench_start=grown.bench_start
-    )
 
 
 def select_same_method(points: Sequence[GrowthPoint]) -> list[GrowthPoint]:

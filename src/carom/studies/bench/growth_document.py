@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import shlex
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
@@ -13,7 +12,7 @@ from urllib.parse import quote
 from carom.report import svg
 from carom.report.document import Cell, Column, Document, Figure, Figures, Lines, Media, Section, Table
 from carom.report.files import format_json
-from carom.report.provenance import build_provenance, format_stamp_lines
+from carom.report.provenance import build_provenance, format_command, format_stamp_lines
 from carom.report.render.html import render_html
 from carom.studies.bench.growth import DT_S, PACKING, STEPS, Growth, GrowthCurve, GrowthPoint
 from carom.studies.bench.tables import METHOD
@@ -44,9 +43,7 @@ def build_growth_document(growth: Growth) -> Document:
         if point.reason
     )
     sections = (
-        Section(
-            "Run time and memory against the number of discs", (Figures(figures, large=True), *_build_tables(growth))
-        ),
+        Section("Run time and memory by number of discs", (Figures(figures, large=True), *_build_tables(growth))),
         Section("Omitted runs", (Lines(left_out, Media.IN_FULL),) if left_out else (), level=3),
         *build_provenance(growth.environment, growth.command, growth.elapsed_s),
     )
@@ -168,8 +165,7 @@ def _list_runs(growth: Growth) -> list[_Run]:
 
 
 def _format_command(run: _Run) -> str:
-    method = ("-e", run.curve.engine, "-p", run.curve.profile)
-    return shlex.join(("carom", "bench", "--grow", *method, "--discs", str(run.point.discs)))
+    return format_command(("bench", "--grow"), run.curve.method, "--discs", str(run.point.discs))
 
 
 def _format_largest(format_point: Callable[[GrowthPoint], str]) -> Callable[[GrowthCurve], str]:

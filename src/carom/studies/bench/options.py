@@ -3,24 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass
-from typing import Any
+from dataclasses import dataclass
+from enum import StrEnum
 
 from carom.execution.shared_options import (
     MOST_SEED,
     LimitOptions,
     declare_engines,
-    declare_no_scheduler,
     declare_phases,
     declare_profiles,
 )
-from carom.studies.bench.axes import ErrorKind
 from carom.support.limits import LARGEST, MOST_DISCS, MOST_ROUNDS, MOST_SERIES
 from carom.support.options import (
     build_enum_kind,
     build_flag_kind,
     build_measure_kind,
-    build_name_kind,
     build_seconds_kind,
     build_step_kind,
     build_whole_number_kind,
@@ -36,6 +33,69 @@ SERIES_STEPS = 6
 
 #: Default time limit of a bench for each scene, or of a growth bench for each gas, in seconds.
 BUDGET_S = 80.0
+
+#: Target errors. A bench reports the run time for each target error that an engine reaches.
+TARGETS = (0.1, 0.01, 1e-3, 1e-4, 1e-6)
+
+
+class Diagram(StrEnum):
+    """The quantities on the axes of a diagram. Each value is the name on the command line."""
+
+    ERROR_TIME = "error-time"
+    ERROR_DT = "error-dt"
+    TIME_DT = "time-dt"
+
+    @property
+    def heading(self) -> str:
+        """The diagram's heading."""
+        quantity = "Run time" if self is Diagram.TIME_DT else "Error"
+        return f"{quantity} against {'run time' if self is Diagram.ERROR_TIME else 'the step'}"
+
+
+class ErrorKind(StrEnum):
+    """Kinds of error. Each value is the name on the command line."""
+
+    IMPACT = "impact"
+    TIME = "time"
+    VELOCITY = "velocity"
+    DIRECTION = "direction"
+    POSITION = "position"
+
+    @property
+    def label(self) -> str:
+        """Label of an axis, with the unit."""
+        return _TEXTS[self][0]
+
+    @property
+    def is_percent(self) -> bool:
+        """Whether the error is shown in per cent. Angles are shown in radians."""
+        return self is not ErrorKind.DIRECTION
+
+    @property
+    def meaning(self) -> str:
+        """Full name of the error."""
+        return _TEXTS[self][1]
+
+
+_TEXTS = {
+    ErrorKind.IMPACT: (
+        "largest impact error, % of greatest speed or duration",
+        "error of the worst impact (the larger of time error / duration and velocity error / greatest speed)",
+    ),
+    ErrorKind.TIME: (
+        "largest time error of an impact, % of the duration",
+        "time error of the worst impact, divided by the scene's duration",
+    ),
+    ErrorKind.VELOCITY: (
+        "largest velocity error, % of greatest speed",
+        "velocity error of the worst impact, divided by the scene's greatest speed",
+    ),
+    ErrorKind.DIRECTION: ("largest direction error, rad", "direction error of the worst impact, radians"),
+    ErrorKind.POSITION: (
+        "largest position error at the end, % of a radius",
+        "position error of the worst disc at the end, divided by the largest radius",
+    ),
+}
 
 
 def compute_geometric_steps(coarsest_s: float, finest_s: float, count: int) -> tuple[float, ...]:
@@ -69,16 +129,9 @@ def parse_step_series(text: str) -> tuple[float, ...]:
     return compute_geometric_steps(first, last, int(count) if count else SERIES_STEPS)
 
 
-def declare_own_methods() -> Any:
-    """Declare the option to run Carom's own methods."""
-    return declare_option(
-        True, build_flag_kind(), "Run PIC and PIT in addition to the chosen engines.", "--own/--no-own"
-    )
-
-
 @dataclass(frozen=True)
 class BenchPlan(LimitOptions):
-    """Options of `carom bench`, except for growth benches.
+    """Options of `carom bench`. A growth bench ignores the options of errors and of rounds.
 
     Attributes:
         engines: Names of adapters; None for all.
@@ -89,11 +142,13 @@ class BenchPlan(LimitOptions):
         target: The document names the fastest engine with at most this error.
         rounds: Number of rounds of the timing pass.
         seed: Seed of the random order of runs in a round of timing.
-        budget_s: Time limit for a scene, in seconds: half of it for errors, half for run times. Runs that would take
-            longer are omitted with a reason.
+        budget_s: Time limit for a scene, in seconds: half of it for errors, half for run times. In a growth bench, time
+            limit for all runs of a gas. Runs that would take longer are omitted with a reason.
         timing: Whether to measure run times.
         own: Whether PIC and PIT run in addition to the chosen engines. Engines are compared with PIC, which is exact,
             and with PIT, which checks once per step.
+        sizes: Numbers of discs of a growth bench. By default `carom.studies.bench.growth.SIZES`, and for PIC and PIT
+            the longer list `OWN_SIZES`.
 
     Raises:
         InputError: A value is invalid.
@@ -122,35 +177,12 @@ class BenchPlan(LimitOptions):
     rounds: int = declare_option(
         7, build_whole_number_kind(LEAST_ROUNDS, MOST_ROUNDS), "Number of timing rounds.", "--rounds"
     )
-    seed: int = declare_option(
-        1, build_whole_number_kind(0, MOST_SEED), "Seed of the random order within a timing round.", "--seed"
-    )
+    seed: int = declare_option(1, build_whole_number_kind(0, MOST_SEED), "Seed of the order in a round.", "--seed")
     budget_s: float = declare_option(
         BUDGET_S, build_seconds_kind(), "Seconds per scene, half for scoring and half for timing.", "--budget"
     )
     timing: bool = declare_option(True, build_flag_kind(), "Measure run times.", "--timing/--no-timing")
-    own: bool = declare_own_methods()
-
-
-@dataclass(frozen=True)
-class GrowthOptions(LimitOptions):
-    """Options of `carom bench --grow`, a growth bench.
-
-    Attributes:
-        engines: Names of adapters; None for all.
-        profile: Name of the profile.
-        sizes: Numbers of discs. By default `carom.studies.bench.growth.SIZES`, and for PIC and PIT the longer list
-            `OWN_SIZES`.
-        budget_s: Time limit for all runs of a gas, in seconds. A run is omitted with a reason if it would probably take
-            longer than the rest of this time.
-        own: Whether PIC and PIT run in addition to the chosen engines.
-
-    Raises:
-        InputError: A value is invalid.
-    """
-
-    engines: Sequence[str] | None = declare_engines()
-    profile: str = declare_option("tuned", build_name_kind(), "Settings profile.", "--profile")
+    own: bool = declare_option(True, build_flag_kind(), "Also run PIC and PIT.", "--own/--no-own")
     sizes: Sequence[int] | None = declare_option(
         None,
         build_whole_number_kind(1, MOST_DISCS),
@@ -159,7 +191,3 @@ class GrowthOptions(LimitOptions):
         many=True,
         default_text="10 to 10,000, for PIC and PIT to 100,000",
     )
-    budget_s: float = declare_option(BUDGET_S, build_seconds_kind(), "Seconds per gas.", "--budget")
-    own: bool = declare_own_methods()
-    _: KW_ONLY
-    scheduler: str | None = declare_no_scheduler("run time and memory are measured on this machine")

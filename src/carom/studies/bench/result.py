@@ -11,19 +11,34 @@ from carom.execution.environment import Environment
 from carom.execution.job import Method
 from carom.model.scene import Scene
 from carom.studies.bench.convergence import ConvergenceOrder
-from carom.studies.bench.machine_noise import Noise
 from carom.studies.bench.options import BenchPlan
 from carom.studies.bench.own_methods import EXACT_METHOD
-from carom.studies.bench.timing_pass import At, CellTiming
+from carom.studies.bench.timing_pass import At, CellTiming, Noise
 
 
 @dataclass(frozen=True)
-class Point:
-    """Result of one engine and profile with one step size on one scene.
+class MethodResult:
+    """Base class of the results of a method. Engine and profile are separate fields, as in files.
 
     Attributes:
         engine: Name of the adapter.
         profile: Name of the profile.
+    """
+
+    engine: str
+    profile: str
+
+    @property
+    def method(self) -> Method:
+        """Engine and profile."""
+        return Method(self.engine, self.profile)
+
+
+@dataclass(frozen=True)
+class Point(MethodResult):
+    """Result of one engine and profile with one step size on one scene.
+
+    Attributes:
         dt_s: Step size, in seconds.
         error: Largest error over all phases; NaN if no impact was found or nothing was run.
         error_median: Median error over the phases.
@@ -37,8 +52,6 @@ class Point:
         untimed: Reason why the point was not timed; empty if it was timed.
     """
 
-    engine: str
-    profile: str
     dt_s: float
     error: float
     error_median: float
@@ -62,38 +75,24 @@ class Point:
         return self.missed + self.spurious
 
     @property
-    def method(self) -> Method:
-        """Engine and profile."""
-        return Method(self.engine, self.profile)
-
-    @property
     def at(self) -> At:
         """Method and step size of the point."""
         return self.method, self.dt_s
 
 
 @dataclass(frozen=True)
-class Curve:
+class Curve(MethodResult):
     """All points of one engine and profile on one scene.
 
     Attributes:
-        engine: Name of the adapter.
-        profile: Name of the profile.
         points: Points from the largest to the smallest step size.
         order: The order of convergence, fitted only to points that find every impact and invent none.
         cheapest: The fastest point that finds every impact with an error of at most the target; None if there is none.
     """
 
-    engine: str
-    profile: str
     points: tuple[Point, ...]
     order: ConvergenceOrder
     cheapest: Point | None
-
-    @property
-    def method(self) -> Method:
-        """Engine and profile."""
-        return Method(self.engine, self.profile)
 
     @property
     def is_pic(self) -> bool:

@@ -1,11 +1,14 @@
-"""Execution of a bench: first measures the errors of all methods, then their run times while nothing else runs."""
+"""Execution of a bench: first measures the errors of all methods, then their run times while nothing else runs.
+
+The errors of a scene are measured with smaller and smaller steps, up to a time limit.
+"""
 
 from __future__ import annotations
 
 import math
 import statistics
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from carom.catalogue import resolve_scenes
@@ -14,19 +17,17 @@ from carom.engines.registry import EngineInfo
 from carom.execution.cache_key import JobKey, build_job_key
 from carom.execution.describe_engines import describe_engines, select_engines
 from carom.execution.environment import describe_environment
-from carom.execution.job import Answer, Job, Progress, no_progress
+from carom.execution.job import Answer, Job, Method, Progress, no_progress
 from carom.execution.journal import MemoryJournal
 from carom.execution.methods import Methods, list_methods, select_profiles
 from carom.execution.pool import Pool
 from carom.execution.scheduler import TaskRequest, run_tasks
-from carom.execution.score_jobs import Measures
+from carom.execution.score_jobs import Measures, estimate_steps, score_jobs
 from carom.model.scene import Scene
-from carom.studies.bench.axes import ErrorKind
 from carom.studies.bench.convergence import fit_order
-from carom.studies.bench.options import SERIES_STEPS, BenchPlan, compute_geometric_steps
+from carom.studies.bench.options import SERIES_STEPS, BenchPlan, ErrorKind, compute_geometric_steps
 from carom.studies.bench.own_methods import EXACT_METHOD, add_own_methods, list_own_methods
 from carom.studies.bench.result import Bench, Curve, Point, SceneBench, find_cheapest, find_pareto_front
-from carom.studies.bench.scoring_pass import score_scene
 from carom.studies.bench.timing_pass import At, SceneTiming, TimeScene, TimingKey, build_timing_key
 from carom.support import formatting
 
@@ -63,13 +64,13 @@ def measure_work_precision(
     with pool:  # the processes of the pool end before the timing pass
         infos = select_engines(describe_engines(plan.engines, pool), plan.engines)
         profiles = select_profiles(infos, plan.profiles)
-        infos = add_own_methods(infos, plan.engines, pool, needs_own_methods=plan.own)
+        infos = add_own_methods(infos, plan, pool)
         jobs, methods = _build_jobs(scenes, infos, profiles, plan, pool)
         scored = []
         done = 0
         for scene in scenes:
             scene_jobs, journal = [job for job in jobs if job.scene is scene], notes or MemoryJournal()
-            found = score_scene(scene_jobs, methods, plan.budget_s / 2, pool, journal, progress, done, len(jobs))
+            found = _score_scene(scene_jobs, methods, plan.budget_s / 2, pool, journal, progress, done, len(jobs))
             scored.append((scene, scene_jobs, *found))
             done += len(scene_jobs)
     benches = []
@@ -107,31 +108,108 @@ def _build_jobs(
     plain, _ = resolve_scenes(scenes)
     steps = {scene.name: sorted(set(plan.dts or _compute_default_steps(scene)), reverse=True) for scene in plain}
     all_methods = list_methods(infos, profiles, [dt_s for scene_steps in steps.values() for dt_s in scene_steps], pool)
-    added = list_own_methods(plan.engines)
-    methods_at_step = {
-        (name, dt_s): [added[name]] if name in added else methods
-        for (name, dt_s), methods in all_methods.by_engine_and_step.items()
-    }
+    added = list_own_methods(plan)
     jobs = [
         Job(scene, method, dt_s, refinement, phase)
         for scene in plain
         for info in infos
         for refinement, dt_s in enumerate(steps[scene.name])
-        for method in methods_at_step[info.name, dt_s]
+        for method in ([added[info.name]] if info.name in added else all_methods.by_engine_and_step[info.name, dt_s])
         if method != EXACT_METHOD or refinement == 0
         for phase in list_even_phases(plan.phases)
     ]
     return jobs, all_methods
 
 
-def _build_point(
-    method_step: At, phase_answers: Sequence[Answer[Measures] | None], unscored: str, kind: ErrorKind
-) -> Point:
+def _score_scene(
+    jobs: Sequence[Job],
+    methods: Methods,
+    budget_s: float,
+    pool: Pool,
+    notes: MemoryJournal[JobKey, Measures],
+    progress: Progress,
+    before: int,
+    total: int,
+) -> tuple[dict[JobKey, Answer[Measures]], dict[At, str]]:
+    """Run the jobs of one scene. Return their results, and for each method and step size without a result the reason.
+
+    All methods run with a step size before any method runs with a smaller step size. A method is omitted if its
+    expected run time exceeds the remaining time. The best profile of each engine comes first, so that each engine is
+    tested with step sizes as small as the time limit permits.
+
+    Args:
+        jobs: Every job of the scene.
+        methods: Descriptions of the jobs' methods.
+        budget_s: Time limit of the pass, in seconds. The largest step size is always run.
+        pool: Pool of worker processes, which is not closed.
+        notes: Journal of results, to which new results are added.
+        progress: Function that is called with the number of finished jobs, the number of all jobs, and a description.
+        before: Number of finished jobs of other scenes.
+        total: Number of jobs of all scenes.
+    """
+    results: dict[JobKey, Answer[Measures]] = {}
+    unscored: dict[At, str] = {}
+    until_s, step_s = time.perf_counter() + budget_s, 0.0
+    for dt_s in sorted({job.dt_s for job in jobs}, reverse=True):
+        at_step = formatting.group_by((job.method, job) for job in jobs if job.dt_s == dt_s)
+        left_s = until_s - time.perf_counter()
+        chosen: list[Job] = []
+        steps = 0.0
+        for method in _rank_methods(at_step, jobs, results):
+            missing = (job for job in at_step[method] if build_job_key(job) not in notes.entries)
+            more_steps = sum(estimate_steps(job) for job in missing if methods.find_job_refusal(job) is None)
+            if more_steps and step_s * (steps + more_steps) > left_s:
+                unscored[method, dt_s] = f"the {budget_s:.0f} s for scoring this scene are used up; raise --budget"
+                continue
+            steps += more_steps
+            chosen += at_step[method]
+        began = time.perf_counter()
+        show = _build_progress(progress, before + len(results), total, dt_s, until_s)
+        results.update(score_jobs(chosen, pool, notes, show, refusal=methods.find_job_refusal))
+        if steps:
+            step_s = (time.perf_counter() - began) / steps
+    return results, unscored
+
+
+def _build_progress(progress: Progress, before: int, total: int, dt_s: float, until_s: float) -> Progress:
+    """Return a progress function that adds the step size and the remaining time to each description."""
+
+    def show(done: int, _all: int, description: str) -> None:
+        left = formatting.format_time_left(until_s - time.perf_counter())
+        progress(before + done, total, f"scoring {description} at {formatting.format_step(dt_s)}{left}")
+
+    return show
+
+
+def _rank_methods(
+    methods: Iterable[Method], jobs: Sequence[Job], results: Mapping[JobKey, Answer[Measures]]
+) -> list[Method]:
+    """Return the best profile of each engine, then the second best profile of each engine, and so on.
+
+    Profiles are ranked by their results with the smallest step size so far: first by the number of missed and invented
+    impacts, then by the error.
+    """
+
+    def severity(method: Method) -> tuple[int, float]:
+        found = [job for job in jobs if job.method == method and build_job_key(job) in results]
+        finest = min((job.dt_s for job in found), default=math.inf)
+        values = [results[build_job_key(job)].value for job in found if job.dt_s == finest]
+        measured = [value for value in values if value is not None]
+        errors = [value.total.velocity for value in measured]
+        lost_count = sum(value.missed + value.spurious for value in measured)
+        return lost_count, math.inf if any(map(math.isnan, errors)) else max(errors, default=math.inf)
+
+    ranked = sorted(methods, key=severity)
+    place = {method: [m for m in ranked if m.engine == method.engine].index(method) for method in ranked}
+    return sorted(ranked, key=place.__getitem__)
+
+
+def _build_point(at: At, phase_answers: Sequence[Answer[Measures] | None], unscored: str, kind: ErrorKind) -> Point:
     """Combine the answers for all phases into the point of one method and step size.
 
     The answer of an omitted job is None.
     """
-    method, dt_s = method_step
+    method, dt_s = at
     answers = [answer for answer in phase_answers if answer is not None]
     measured = [answer.value for answer in answers if answer.value is not None]
     errors = [error for measures in measured if not math.isnan(error := compute_error(measures, kind))]

@@ -3,24 +3,20 @@
 from __future__ import annotations
 
 import math
-import shlex
 import statistics
 from collections.abc import Callable, Sequence
-from dataclasses import fields
 from functools import partial
 from typing import NamedTuple
 from urllib.parse import quote
 
 from carom.comparator.thresholds import THRESHOLDS
-from carom.engines.registry import format_engine_argument
 from carom.execution.job import Method
 from carom.report.document import Cell, Column, Media, Table
-from carom.studies.bench.axes import TARGETS, ErrorKind
+from carom.report.provenance import format_command
 from carom.studies.bench.convergence import Convergence, ConvergenceOrder
-from carom.studies.bench.machine_noise import Spread
-from carom.studies.bench.options import BenchPlan
+from carom.studies.bench.options import TARGETS, BenchPlan, ErrorKind
 from carom.studies.bench.result import Bench, Curve, Point, SceneBench, find_cheapest, read_run_time, sort_best_first
-from carom.studies.bench.timing_pass import CellTiming
+from carom.studies.bench.timing_pass import CellTiming, Spread
 from carom.support import formatting
 
 TABLE_NOTE = (
@@ -31,9 +27,7 @@ TABLE_NOTE = (
     "Step sizes that miss an impact, or whose error is only rounding, are left out. Checking once per step has order "
     "1. A method does not converge if the whole confidence interval of its order is below 1/2."
 )
-TABLE_SHORT = (
-    "'ms' is the run time in ms. -n counts missed impacts, +n spurious ones. The error grows as (step size)^order."
-)
+TABLE_SHORT = "'ms' is the run time. -n counts missed impacts, +n spurious ones. The error grows as step size^order."
 EXACT = "exact"
 
 #: Smallest error that is shown in per cent. Smaller percentages, such as 0.0009 %, would be hard to read.
@@ -115,7 +109,10 @@ def build_suite_table(bench: Bench, targets: Sequence[float]) -> Table:
     columns = [
         METHOD,
         Column(
-            "found", lambda method: _format_share(method, sum(b.is_correct for b in method.best)), "all", number=True
+            "found",
+            lambda method: f"{sum(point.is_correct for point in method.best)} of {len(method.curves)}",
+            "all",
+            number=True,
         ),
         *(
             Column(format_error(target, kind), partial(_build_reach_cell, target), "n, ×", only=only)  # noqa: RUF001 - the sign of a ratio
@@ -162,10 +159,6 @@ class _MethodCurves(NamedTuple):
         return reached, [math.inf if math.isnan(cost) else cost for cost in median_costs]
 
 
-def _format_share(method: _MethodCurves, count: int) -> str:
-    return f"{count} of {len(method.curves)}"
-
-
 def _format_median_order(method: _MethodCurves) -> str:
     orders = [curve.order for _, curve in method.curves]
     if all(order.verdict is Convergence.EXACT for order in orders):
@@ -179,7 +172,7 @@ def _build_reach_cell(target: float, method: _MethodCurves) -> Cell:
     found = method.compute_median_cost(target)
     cost = "" if math.isnan(found) else f", {formatting.format_ratio(found)}"
     short = f"{len(scenes)}{cost.removesuffix(' ×')}"  # noqa: RUF001 - the sign of a ratio
-    return Cell(f"{_format_share(method, len(scenes))}{cost}", short=short) if scenes else Cell("")
+    return Cell(f"{len(scenes)} of {len(method.curves)}{cost}", short=short) if scenes else Cell("")
 
 
 def _format_order(order: ConvergenceOrder) -> Cell:
@@ -313,13 +306,11 @@ def build_point_anchor(scene: str, point: Point) -> str:
 
 def _format_command(scene: str, plan: BenchPlan, point: Point) -> str:
     """Return the command that repeats a point, with those options of the bench that differ from the defaults."""
-    words = ["carom", "bench", scene, "-e", format_engine_argument(point.engine), "-p", point.profile]
-    words += ["--dt", repr(point.dt_s)]
-    usual = {field.name: field.default for field in fields(BenchPlan)}
+    options = ["--dt", repr(point.dt_s)]
     for name in ("phases", "error", "rounds", "seed"):
-        if (chosen := getattr(plan, name)) != usual[name]:
-            words += [f"--{name}", str(chosen)]
-    return shlex.join(words)
+        if (chosen := getattr(plan, name)) != getattr(BenchPlan, name):
+            options += [f"--{name}", str(chosen)]
+    return format_command(("bench", scene), point.method, *options)
 
 
 def format_milliseconds(spread: Spread) -> str:

@@ -3,7 +3,8 @@
 The most important time is the time of all steps, which run in as few calls as the adapter allows. The construction of
 the engine's world is timed separately. Two more times show costs that do not depend on the scene. One is the time of a
 Python call without a step. The other is the time of the same number of steps in a world without impacts. Each time is
-only compared with other times of the same round.
+only compared with other times of the same round. To measure the machine's noise, the same fixed work is timed between
+the runs.
 """
 
 from __future__ import annotations
@@ -26,7 +27,6 @@ from carom.execution.pool import TaskRunner
 from carom.execution.scheduler import DependentTasks
 from carom.execution.timing import time_run
 from carom.model.scene import Disc, Scene
-from carom.studies.bench.machine_noise import Noise, NoiseProbe, Spread, compute_spread
 from carom.studies.bench.options import LEAST_ROUNDS
 from carom.support import formatting
 from carom.support.formatting import format_seconds
@@ -39,8 +39,73 @@ MOST_REPEATS = 50
 #: Number of steps for which a world without impacts is timed. More steps do not change the time per step.
 EMPTY_STEPS = 1000
 
+#: Intended time of the fixed work on a quiet machine, in seconds. This time is much longer than the clock's resolution,
+#: and much shorter than the measurements.
+PROBE_S = 1e-3
+
 #: A method and a step size in seconds.
 At = tuple[Method, float]
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Median and quartiles of several measurements."""
+
+    median: float
+    low: float
+    high: float
+
+
+def compute_spread(values: list[float]) -> Spread:
+    """Return the median and the quartiles of some values."""
+    low, median, high = (float(q) for q in np.percentile(values, (25, 50, 75)))
+    return Spread(median, low, high)
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Variation of the time that a machine takes for the same work.
+
+    Attributes:
+        work_s: Median time, in seconds.
+        interquartile: Range of the middle half of all times, divided by the median.
+        worst: Longest time, divided by the median.
+        probes: Number of measurements.
+    """
+
+    work_s: float
+    interquartile: float
+    worst: float
+    probes: int
+
+
+class NoiseProbe:
+    """Fixed work in plain Python that takes about a millisecond."""
+
+    def __init__(self) -> None:
+        self._loops = 1000
+        trials = []
+        for _ in range(9):
+            self._loops = max(1, round(self._loops * PROBE_S / self._time_work()))
+            trials.append(self._loops)
+        self._loops = round(statistics.median(trials[3:]))  # the first trials are short, and thus inaccurate
+        self._times: list[float] = []
+
+    def take(self) -> None:
+        """Do the fixed work once and store its run time."""
+        self._times.append(self._time_work())
+
+    def compute_noise(self) -> Noise:
+        """Return the spread of the measured times. At least one measurement must have been taken."""
+        found, times = compute_spread(self._times), self._times
+        return Noise(found.median, (found.high - found.low) / found.median, max(times) / found.median, len(times))
+
+    def _time_work(self) -> float:
+        started = time.perf_counter()
+        total = 0
+        for k in range(self._loops):
+            total += k & 7
+        return time.perf_counter() - started
 
 
 @dataclass(frozen=True)
@@ -262,9 +327,9 @@ class TimeScene(DependentTasks[SceneTiming]):
         probe.take()
         timed = {cell.at: cell.visits for cell in warm if not cell.problem}
         timings = tuple(
-            ((method, dt_s), _summarise_visits(scene.step_count(dt_s), visits, timed.get((PIT_METHOD, dt_s))))
-            for (method, dt_s), visits in timed.items()
-            if (method, dt_s) in requested
+            (at, _summarise_visits(scene.step_count(at[1]), visits, timed.get((PIT_METHOD, at[1]))))
+            for at, visits in timed.items()
+            if at in requested
         )
         reasons = tuple((cell.at, cell.problem) for cell in cells if cell.problem and cell.at in requested)
         date = describe_environment().date
@@ -317,21 +382,15 @@ def _count_fitting_rounds(cells: Sequence[_Cell], rounds: int, left_s: float) ->
 
     If even the smallest number of rounds would take too long, the slowest cells are omitted.
     """
-    fitting = [cell for cell in cells if not cell.problem]
-
-    def compute_round_time() -> float:
-        return sum(max(cell.cost_s, VISIT_S) for cell in fitting)
-
-    while fitting and compute_round_time() * LEAST_ROUNDS > max(left_s, 0.0):
-        slowest = max(fitting, key=lambda cell: cell.cost_s)
-        if slowest.cost_s <= VISIT_S:  # nothing more can be omitted
-            break
+    fitting = sorted((cell for cell in cells if not cell.problem), key=lambda cell: cell.cost_s)
+    round_s = sum(max(cell.cost_s, VISIT_S) for cell in fitting)
+    # A cell that takes at most `VISIT_S` is never omitted.
+    while fitting and round_s * LEAST_ROUNDS > max(left_s, 0.0) and fitting[-1].cost_s > VISIT_S:
+        slowest = fitting.pop()
         takes = f"a run takes {format_seconds(slowest.cost_s)}"
         slowest.problem = f"{takes}, more than the rest of the timing budget; raise --budget"
-        fitting.remove(slowest)
-    if not fitting:
-        return LEAST_ROUNDS
-    return max(LEAST_ROUNDS, int(min(rounds, left_s / compute_round_time())))
+        round_s -= slowest.cost_s
+    return max(LEAST_ROUNDS, int(min(rounds, left_s / round_s))) if fitting else LEAST_ROUNDS
 
 
 def _summarise_visits(steps: int, visits: Sequence[Visit], pit: Sequence[Visit] | None) -> CellTiming:

@@ -18,10 +18,7 @@ from carom.report.provenance import build_provenance
 from carom.report.results_file.lines import RowLine, Summary
 from carom.studies.cross_check.grid import Grid, build_grid, read_grid
 from carom.studies.cross_check.headline import build_headline
-from carom.studies.cross_check.options import compute_default_dts
-from carom.studies.cross_check.play_page import PLAY_PAGE, build_play_page
 from carom.studies.cross_check.sections import fault_pictures, grade_tables, reference, runs, scenes
-from carom.studies.cross_check.sections.impact_tables import build_impact_tables_section
 from carom.studies.cross_check.sections.sampling_cost import build_sampling_cost_section
 from carom.studies.cross_check.sections.skipping import build_skipping_section
 from carom.studies.cross_check.sections.stepwise import build_steps_section
@@ -32,9 +29,7 @@ ABOUT = (
     "PIC computes the instant of each impact and is the reference. PIT checks for overlap once per step, so it "
     "finds impacts late or misses them. Each engine is compared with PIC and PIT."
 )
-FROM_RECORDS = (
-    "This report was rebuilt from results.jsonl, which contains no states. Replays and pictures need a new run."
-)
+FROM_RECORDS = "This report was rebuilt from results.jsonl, without states. Replays and pictures need a new run."
 
 #: Name of the study in its output folders.
 PURPOSE = "cross-check"
@@ -66,14 +61,11 @@ def _build_document(title: str, about: str, grid: Grid) -> Document:
         reference.build_known_answers_section(grid),
         runs.build_run_time_section(grid),
         build_skipping_section(grid),
-        *build_provenance(results.environment, results.command or _format_python_call(grid), results.elapsed_s),
+        *build_provenance(results.environment, results.command, results.elapsed_s),
         runs.build_settings_section(grid),
         runs.build_cells_section(grid),
-        build_impact_tables_section(grid),
     )
-    return Document(
-        title, build_headline(grid), sections, about=about, replay_link=grade_tables.find_first_replay(grid)
-    )
+    return Document(title, build_headline(grid), sections, about, grade_tables.find_first_replay(grid))
 
 
 class Report(NamedTuple):
@@ -131,8 +123,8 @@ def _render_report(results: Results, fail_on: Grade | None) -> Report:
         "results.jsonl": format_records(results),
         "junit.xml": render_junit(results, fail_on),
     }
-    if page := build_play_page(trace.scene for trace in results.references.values()):
-        files[PLAY_PAGE] = page
+    if page := scenes.build_play_page(trace.scene for trace in results.references.values()):
+        files[scenes.PLAY_PAGE] = page
     return Report(results, document, files)
 
 
@@ -151,15 +143,3 @@ def _replace_unreportable(results: Results) -> Results:
         return row
 
     return replace(results, rows=tuple(map(check, results.rows)))
-
-
-def _format_python_call(grid: Grid) -> str:
-    """Return a Python call that repeats a cross-check. Reports show it if the cross-check was started from Python."""
-    engines = list(dict.fromkeys(method.engine for method in grid.methods))
-    profiles = list(dict.fromkeys(method.profile for method in grid.methods))
-    overrides = next((dict(method.overrides) for method in grid.methods if method.overrides), {})
-    settings = f", settings={overrides!r}" if overrides else ""
-    jobs = [row.job for row in grid.results.rows]
-    has_default_steps = all(job.dt_s in compute_default_dts(job.scene) for job in jobs)
-    dts = "" if has_default_steps else f", dts={sorted({job.dt_s for job in jobs}, reverse=True)!r}"
-    return f"carom.cross_check(scenes, {engines!r}, profiles={profiles!r}{settings}{dts})"

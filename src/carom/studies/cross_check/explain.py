@@ -35,11 +35,12 @@ def explain(plan: Plan) -> Iterator[str]:
         jobs = [job for job in plan.jobs if job.scene is scene]
         steps = options.list_steps(scene)
         reference = solve_reference(scene)
-        skipped = "" if isinstance(reference, str) else _list_skipped(scene, reference, steps[0])
         walls = format_count(len(scene.walls), "wall") if scene.walls else "no walls"
         bodies = f"{format_count(len(scene.discs), 'disc')}, {walls}, {scene.duration_s:g} s"
         needs = ", ".join(sorted(need.value for need in scene.needs)) or "no special features"
-        yield f"{scene.name}: {bodies}, requires {needs}{skipped}"
+        skipped = [] if isinstance(reference, str) else list(_list_skipped(scene, reference, steps[0]))
+        summary = f"; skipped: {', '.join(skipped)}" if skipped else ""
+        yield f"{scene.name}: {bodies}, requires {needs}{summary}"
         if isinstance(reference, str):
             yield f"  not run: {reference}"
             continue
@@ -64,18 +65,19 @@ def explain(plan: Plan) -> Iterator[str]:
     yield from (f"{info.name} is not available: {info.unavailable}" for info in plan.engines if info not in run)
 
 
-def _list_skipped(scene: Scene, reference: Trace, dt_s: float) -> str:
-    """Describe the work that methods skip with this step size; empty if they skip nothing."""
-    skipped = ["event queue", "grid"] if time_saved.is_closed_form(reference) else []
-    skipped += [] if scene.walls else ["wall tests"]
-    frames = scene.step_count(dt_s)
-    if frames <= MOST_FRAMES:
-        counts = solve_pit(scene, frame_rate_hz=1.0 / dt_s).counts
-        if unseen := counts["frames"] - counts["frames_looked_at"]:
-            skipped.append(f"{unseen} of {counts['frames']} frames of PIT")
-    if (needed := _count_needed_steps(scene, reference, dt_s)) < frames:
-        skipped.append(f"engine steps after step {needed} of {frames}")
-    return f"; skipped: {', '.join(skipped)}" if skipped else ""
+def _list_skipped(scene: Scene, reference: Trace, dt_s: float) -> Iterator[str]:
+    """Yield the work that methods skip with this step size."""
+    if time_saved.is_closed_form(reference):
+        yield "event queue"
+        yield "grid"
+    if not scene.walls:
+        yield "wall tests"
+    steps, needed = scene.step_count(dt_s), _count_needed_steps(scene, reference, dt_s)
+    counts = solve_pit(scene, frame_rate_hz=1.0 / dt_s).counts if steps <= MOST_FRAMES else {}
+    if unseen := counts.get("frames", 0) - counts.get("frames_looked_at", 0):
+        yield f"{unseen} of {counts['frames']} frames of PIT"
+    if needed < steps:
+        yield f"engine steps after step {needed} of {steps}"
 
 
 def _count_needed_steps(scene: Scene, reference: Trace, dt_s: float) -> int:
@@ -84,11 +86,20 @@ def _count_needed_steps(scene: Scene, reference: Trace, dt_s: float) -> int:
     Return the number of all steps if forces act, if no impact occurs, or if later impacts would follow within twice the
     duration.
     """
-    steps = scene.step_count(dt_s)
-    forces = any(scene.gravity_m_s2) or scene.damping_per_s or scene.table_deceleration_m_s2
-    if forces or not len(reference.impacts) or not _is_last_impact(scene, reference):
+    steps, times = scene.step_count(dt_s), reference.impacts["time_s"]
+    if _list_forces(scene) or not len(times) or not _is_last_impact(scene, reference):
         return steps
-    return min(steps, math.ceil(float(reference.impacts["time_s"][-1]) / dt_s) + 1)
+    return min(steps, math.ceil(float(times[-1]) / dt_s) + 1)
+
+
+def _list_forces(scene: Scene) -> list[str]:
+    """Return what changes velocities between impacts."""
+    forces = {
+        "gravity": any(scene.gravity_m_s2),
+        "damping": scene.damping_per_s,
+        "the table": scene.table_deceleration_m_s2,
+    }
+    return [name for name, acts in forces.items() if acts]
 
 
 def describe_pic(scene: Scene, trace: Trace) -> str:
@@ -130,15 +141,12 @@ def _describe_saving(saved: time_saved.SkippedTime | None, plain: str) -> str:
 def _describe_engines(scene: Scene, reference: Trace, dt_s: float) -> str:
     steps = scene.step_count(dt_s)
     full_run = f"run for all {steps} steps at {format_instant(dt_s)}"
-    if any(scene.gravity_m_s2):
+    if forces := _list_forces(scene):
         ends = ""
         if reference.contact_s < math.inf:
             until = format_number(reference.contact_s, 4)
             ends = f", and the comparison with PIC ends at {until} s, when a disc {reference.contact_of_disc}"
-        return f"{full_run}: gravity changes velocities between impacts{ends}"
-    if scene.damping_per_s or scene.table_deceleration_m_s2:
-        slows = "damping" if scene.damping_per_s else "the table"
-        return f"{full_run}: {slows} changes velocities between impacts"
+        return f"{full_run}: {forces[0]} changes velocities between impacts{ends}"
     until = "all discs fly freely"
     if not _is_last_impact(scene, reference):
         return f"{full_run}, or until {until}: PIC finds later impacts within twice the duration"

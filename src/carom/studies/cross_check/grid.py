@@ -19,7 +19,6 @@ from carom.comparator.thresholds import THRESHOLDS
 from carom.execution.job import Method, Status
 from carom.execution.results import Results, Row
 from carom.model.trace import Trace
-from carom.report.document import Media, Text
 from carom.report.outcome_marks import BROKEN, Mark, parse_mark
 from carom.report.results_file.lines import RowLine, SceneLine, Summary, build_line, build_summary, list_reasons
 from carom.support import formatting
@@ -189,13 +188,11 @@ class GridRow(NamedTuple):
     Attributes:
         name: Name of the scene.
         description: Short description of the scene.
-        certified: Description of the impacts whose error bounds are proven; empty if unknown.
         cells: Cells of the scene, in the order of the grid's methods.
     """
 
     name: str
     description: str
-    certified: str
     cells: tuple[GridCell, ...]
 
 
@@ -276,9 +273,8 @@ def _assemble_grid(summary: Summary, lines: Sequence[RowLine], rows: Sequence[Ro
     scenes = {line.scene: row.job.scene.description if row else "" for line, row in zip(lines, rows, strict=True)}
 
     def build_row(name: str) -> GridRow:
-        certified = str(results.certified.get(name, "")).partition(";")[0].partition(":")[0]
         cells = tuple(coarsest.get((name, one)) or _build_absent_cell(name, one) for one in methods)
-        return GridRow(name, scenes[name], certified, cells)
+        return GridRow(name, scenes[name], cells)
 
     return Grid(tuple(methods), tuple(map(build_row, scenes)), runs, "the largest step size", results)
 
@@ -308,22 +304,20 @@ def merge_own_profiles(contents: Mapping[Method, object]) -> list[list[Method]]:
     return list(formatting.group_by(found).values())
 
 
-def select_worst(items: Sequence[T], max_items: int, cells_of: Callable[[T], Sequence[GridCell]]) -> Sequence[T]:
-    """Return the `max_items` items whose cells have the worst grades, in their original order."""
-    if len(items) <= max_items:
-        return items
+def select_worst(items: Sequence[T], most: int, cells_of: Callable[[T], Sequence[GridCell]]) -> tuple[Sequence[T], str]:
+    """Return the `most` items whose cells have the worst grades, in their original order.
+
+    Also return a note if items are omitted, and an empty text if not.
+    """
+    if len(items) <= most:
+        return items, ""
 
     def severity(place: int) -> list[int]:
         return sorted((-1 if cell.rank is None else cell.rank for cell in cells_of(items[place])), reverse=True)
 
-    return [items[place] for place in sorted(heapq.nlargest(max_items, range(len(items)), severity))]
-
-
-def build_omission_note(listed: Sequence[T], items: Sequence[T], noun: str, media: Media) -> tuple[Text, ...]:
-    """Return a note if `select_worst` has omitted items, and an empty tuple if not."""
-    shown = f"{len(listed):,} of {len(items):,} {noun} are shown"
-    worst = f"{shown}, those with the worst grades; results.jsonl has all."
-    return (Text(worst, media),) if len(listed) < len(items) else ()
+    listed = [items[place] for place in sorted(heapq.nlargest(most, range(len(items)), severity))]
+    shown = f"{most:,} of {len(items):,} rows are shown"
+    return listed, f"{shown}, those with the worst grades; results.jsonl has all."
 
 
 RANKING_NOTE = (

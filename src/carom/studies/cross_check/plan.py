@@ -6,18 +6,27 @@ no engine is imported. The option ``--explain`` shows the plan without running i
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import math
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 from carom.catalogue import CatalogueScene, KnownAnswer, resolve_scenes
 from carom.engines.registry import EngineInfo
+from carom.errors import InputError, UnknownNameError
 from carom.execution.describe_engines import describe_engines, select_engines
-from carom.execution.job import Job
-from carom.execution.methods import Methods, list_methods, select_profiles
-from carom.execution.pool import Pool
+from carom.execution.job import Job, SettingOverrides
+from carom.execution.methods import Methods, SettingsTask, list_methods, select_profiles
+from carom.execution.pool import Pool, TaskRunner
 from carom.model.scene import Scene
+from carom.model.trace import Setting, format_setting
 from carom.studies.cross_check.options import Options
-from carom.studies.cross_check.settings_override import resolve_settings
+from carom.support.escaping import build_name_hints
+
+#: Name of the step size among the settings. The step size is set by ``--dt``, and can't be replaced with ``--set``.
+STEP = "dt_s"
+
+_BOOLS = {"true": True, "false": False}
+_KINDS = {bool: "true or false", int: "a whole number", float: "a finite number", str: "a text"}
 
 
 class Plan(NamedTuple):
@@ -70,3 +79,63 @@ def build_plan(scenes: Iterable[Scene | CatalogueScene | str], options: Options,
         if options.dts or refinement == 0 or method.profile not in info.located
     ]
     return Plan(plain, answers, tuple(known), profiles, tuple(jobs), options, methods)
+
+
+def resolve_settings(
+    info: EngineInfo, overrides: Mapping[str, Setting], profiles: Sequence[str], dt_s: float, runner: TaskRunner
+) -> SettingOverrides:
+    """Check settings that the user has replaced, convert their values, and return them sorted by name.
+
+    Args:
+        info: Description of the engine.
+        overrides: The new values by name of the setting. Texts are converted to the type of the setting.
+        profiles: The profiles whose settings are replaced.
+        dt_s: Step size for which the adapter returns the profiles' settings, in seconds.
+        runner: Runner that requests the settings from the adapter.
+
+    Raises:
+        UnknownNameError: The engine lacks a setting.
+        InputError: A value has the wrong type.
+    """
+    # without declarations, nothing can be checked; the results show why declarations are missing
+    if not overrides or not info.profiles:
+        return ()
+    known = {name: knob.example for name, knob in info.knobs.items()}
+    # The requested profiles are first in this list and last in the loop, so that the example values are theirs.
+    own_profiles = info.own_profiles((*profiles, *info.profiles))
+    answers = list(runner.run_each([SettingsTask(info.name, profile, (dt_s,)) for profile in own_profiles]))
+    for answer in reversed(answers):
+        if answer.value is None:
+            raise InputError(f"{info.name} could not list its settings: {answer.problem}")
+        (settings,) = answer.value
+        if not isinstance(settings, str):  # a profile that fails is skipped, since the failure is reported elsewhere
+            known |= settings
+    return tuple(sorted((name, _check_setting(info.name, name, value, known)) for name, value in overrides.items()))
+
+
+def _check_setting(engine: str, name: str, value: Setting, known: Mapping[str, Setting]) -> Setting:
+    if name == STEP:
+        raise InputError(f"{STEP} is the step size: set it with --dt, or with the argument dt in Python")
+    if name not in known:
+        names = ", ".join(sorted(known.keys() - {STEP})) or "none"
+        hints = build_name_hints(name, known, f"there are: {names}")
+        raise UnknownNameError(f"{engine} has no setting {name!r}", hints=hints)
+    kind = type(known[name])
+    found = _convert(value, kind)
+    if found is None:
+        raise InputError(f"setting {name!r} of {engine} must be {_KINDS[kind]}, got {format_setting(value)!r}")
+    return found
+
+
+def _convert(value: Setting, kind: type[Setting]) -> Setting | None:
+    """Convert a value to the type of a setting; return None if that is not possible."""
+    if kind is str or kind is bool:
+        found = _BOOLS.get(value.lower()) if kind is bool and isinstance(value, str) else value
+        return found if isinstance(found, kind) else None
+    if isinstance(value, bool) or (kind is int and isinstance(value, float)):
+        return None
+    try:
+        number: int | float = kind(value)  # type: ignore[assignment] # an invalid value raises
+    except (ValueError, OverflowError):
+        return None
+    return number if math.isfinite(number) else None

@@ -96,20 +96,20 @@ def build_film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation
     clock = figure.suptitle("")
     left, right = figure.subplots(1, 2)
     pictures = [(left, limits), (right, limits)]
-    failing, pause_time_s = list[int](), None
+    failing, pause_at_s = list[int](), None
     near: list[Artist] = []  # the inset and its frame, shown while the film is slow
     if (fault := find_first_fault(rows)) is not None:
         failing, index = rows[fault]["bodies"], rows[fault].get("at")
-        pause_time_s = find_pause_time(rows[fault], None if index is None else places[index].overlap_s, observed)
+        pause_at_s = find_pause_time(rows[fault], None if index is None else places[index].overlap_s, observed)
         first: Track = run_tracks[failing[0]]
-        middle = first.positions_at(np.array([pause_time_s]))[0] if index is None else np.array(places[index][:2])
+        middle = first.positions_at(np.array([pause_at_s]))[0] if index is None else np.array(places[index][:2])
         reach = _MAGNIFIED_RADII * max(scene.discs[body].radius_m for body in failing if body >= 0)
         if _compute_inset_side(limits) >= _LEAST_MAGNIFICATION * 2.0 * reach:
             magnified = (middle - reach, middle + reach)
             inset, frame = _draw_inset(right, magnified, limits)
             near += [inset, frame]
             pictures.append((inset, magnified))
-    times = _compute_frame_times(scene, pause_time_s)
+    times = _compute_frame_times(scene, pause_at_s)
     moving: list[_Moving] = []
     crosses: list[tuple[float, Artist]] = []
     driven: list[tuple[Axes, Drive, Artist]] = []
@@ -143,15 +143,11 @@ def build_film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation
         for since, cross in crosses:
             cross.set_visible(bool(time_s >= since))
         for artist in near:
-            artist.set_visible(
-                pause_time_s is not None and bool(abs(time_s - pause_time_s) <= _compute_lead_time(scene))
-            )
+            artist.set_visible(pause_at_s is not None and bool(abs(time_s - pause_at_s) <= _compute_lead_time(scene)))
         clock.set_text(f"{format_number(time_s, 4)} s of {format_number(scene.duration_s, 4)} s")
         shown_for_s = _OUTCOME_SHOWN_FOR * scene.duration_s
-        recent_changes = [
-            became for changed_s, became in changes if changed_s is not None and 0 <= time_s - changed_s < shown_for_s
-        ]
-        words.set_text(f"impact {recent_changes[-1]}" if recent_changes else " ")
+        recent = [became for at_s, became in changes if at_s is not None and 0 <= time_s - at_s < shown_for_s]
+        words.set_text(f"impact {recent[-1]}" if recent else " ")
         return [circle for circle, *_ in moving]
 
     return FuncAnimation(figure, show, frames=len(times))
@@ -164,18 +160,17 @@ def _draw_crosses(axes: Axes, rows: Iterable[Json], places: Sequence[ContactPoin
     return [(row["true"], axes.plot(*places[row["at"]][:2], "x", **style)[0]) for row in missed]
 
 
-def _compute_frame_times(scene: Scene, pause_time_s: float | None) -> Array:
+def _compute_frame_times(scene: Scene, pause_at_s: float | None) -> Array:
     """Return the scene's time in each frame of the film, in seconds.
 
     The film is slower before the first fault, and pauses at the fault.
     """
     step_s, time_s, before = scene.duration_s / (_FILM_S * FRAMES_PER_S), 0.0, list[float]()
-    while pause_time_s is not None and time_s < pause_time_s:
+    while pause_at_s is not None and time_s < pause_at_s:
         before.append(time_s)
-        time_s = min(
-            pause_time_s, time_s + step_s * min(1.0, max(_SLOWEST, (pause_time_s - time_s) / _compute_lead_time(scene)))
-        )
-    pause = [] if pause_time_s is None else [pause_time_s] * (round(_PAUSE_S * FRAMES_PER_S) - 1)
+        speed = min(1.0, max(_SLOWEST, (pause_at_s - time_s) / _compute_lead_time(scene)))
+        time_s = min(pause_at_s, time_s + step_s * speed)
+    pause = [] if pause_at_s is None else [pause_at_s] * (round(_PAUSE_S * FRAMES_PER_S) - 1)
     after = np.linspace(time_s, scene.duration_s, max(1, round((scene.duration_s - time_s) / step_s)))
     return np.concatenate([before, pause, after])
 

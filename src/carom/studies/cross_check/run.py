@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from functools import cache, partial
 from itertools import islice
 from types import MappingProxyType
-from typing import Any, TypeVar
+from typing import Any
 
 from carom.catalogue import CatalogueScene, deviation
 from carom.comparator import Score, Scorer, compare
@@ -37,8 +37,7 @@ from carom.execution.timing import TimeTask, Timing
 from carom.model.scene import Scene, to_scene
 from carom.model.trace import Setting, Trace
 from carom.studies.cross_check.options import Options
-from carom.studies.cross_check.plan import Plan, build_plan
-from carom.studies.cross_check.settings_override import resolve_settings
+from carom.studies.cross_check.plan import Plan, build_plan, resolve_settings
 from carom.support.limits import DEFAULT_TIME_LIMIT_S, MOST_DISCS_DRAWN
 from carom.support.options import build_step_kind, check_value
 
@@ -49,8 +48,6 @@ DRAWN = "drawn"
 #: journal contains no run times, because only times of one session can be compared.
 observed_journal = partial(Journal[JobKey, Trace], "traces", JournalEntry[JobKey, CarriedTrace])
 
-
-T = TypeVar("T")
 
 #: Key of a job in a cross-check. Scene names are unique.
 Key = tuple[str, Method, float]
@@ -93,9 +90,8 @@ def run(
     check_value(build_step_kind(), "dt", dt)
     require_named(engine := resolve_engine(engine))
     with limits.open_pool() as pool:
-        overrides = (
-            resolve_settings(describe_engines([engine], pool)[0], settings, [profile], dt, pool) if settings else ()
-        )
+        infos = describe_engines([engine], pool) if settings else []
+        overrides = resolve_settings(infos[0], settings, [profile], dt, pool) if infos else ()
         job = Job(scene, Method(engine, profile, overrides), dt)
         answer = observe_job(job, pool, samples=True)
         if answer.status is Status.FAILED:
@@ -222,19 +218,9 @@ class _Observer:
             drawn = samples and job.refinement == 0 and len(job.scene.discs) <= MOST_DISCS_DRAWN
             key, refusal = build_job_key(job, DRAWN if drawn else ""), self.plan.methods.find_job_refusal(job)
             asks.append(TaskRequest(job, key, ObserveTask(job, drawn), refusal, estimate_steps(job)))
-        for job, answer in self._count_each(run_tasks(asks, self.pool, self.notes)):
-            yield job, check_own_scene(job, answer)
-
-    def measure_timings(self, jobs: Iterable[Job]) -> Iterator[tuple[Job, Answer[Timing]]]:
-        """Time the jobs one after another with nothing else running, and yield their run times."""
-        asks = [TaskRequest(job, build_job_key(job), TimeTask(job)) for job in jobs]
-        with self.pool.to_local_pool() as pool:
-            yield from self._count_each(run_tasks(asks, pool, one_at_a_time=True))
-
-    def _count_each(self, answers: Iterable[tuple[Job, Answer[T]]]) -> Iterator[tuple[Job, Answer[T]]]:
-        for job, answer in answers:
+        for job, answer in run_tasks(asks, self.pool, self.notes):
             self.count(f"{job.scene.name} on {job.engine}")
-            yield job, answer
+            yield job, check_own_scene(job, answer)
 
 
 def _build_key(job: Job) -> Key:
@@ -355,8 +341,12 @@ def _time_jobs(rows: Sequence[Row], observer: _Observer) -> dict[Key, Row]:
     completed_rows = {_build_key(row.job): row for row in rows if row.status is Status.RAN}
     if len(completed_rows) < len(rows):
         observer.count("timing", len(rows) - len(completed_rows))
-    timings = observer.measure_timings(row.job for row in completed_rows.values())
-    answers = {_build_key(job): answer for job, answer in timings}
+    asks = [TaskRequest(row.job, build_job_key(row.job), TimeTask(row.job)) for row in completed_rows.values()]
+    answers: dict[Key, Answer[Timing]] = {}
+    with observer.pool.to_local_pool() as pool:
+        for job, answer in run_tasks(asks, pool, one_at_a_time=True):
+            observer.count(f"{job.scene.name} on {job.engine}")
+            answers[_build_key(job)] = answer
     found: dict[Key, Row] = {}
     for key, answer in answers.items():
         timing, pit = answer.value, answers.get(_build_key(_build_pit_job(completed_rows[key].job)))

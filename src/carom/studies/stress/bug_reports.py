@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -27,18 +26,18 @@ NOTICED = 0.01
 
 def check_bug_report(bug_report: BugReport, method: Method, runner: TaskRunner) -> UnsavedResult:
     """Check whether a method has a reported bug. Return the result with the scene of the bug report."""
-    scene, name = bug_report.scene, bug_report.name.partition("/")[2]
+    scene = bug_report.scene
     answer = observe(scene, method, runner)
-    cell = partial(CellResult, "complaint", name, method.name, status=answer.status)
     if answer.status in {Status.UNAVAILABLE, Status.UNSUPPORTED}:
-        return UnsavedResult(cell(CellEnding.NOT_RUN, reason=answer.problem), (scene,))
+        not_run = CellResult(CellEnding.NOT_RUN, reason=answer.problem, status=answer.status)
+        return UnsavedResult(not_run, (scene,))
     if answer.value is None:
         is_seen, figure, reason = bug_report.symptom is Symptom.NEVER_ENDS, math.inf, answer.problem
     else:
         is_seen, figure, reason = find_symptom(bug_report, answer.value)
     ending, value = CellEnding.SEEN if is_seen else CellEnding.NOT_SEEN, figure if math.isfinite(figure) else None
     reason = reason if is_seen or not reason else f"the reported bug does not occur, but {reason}"
-    return UnsavedResult(cell(ending, value, reason=reason, runs=1), (scene,))
+    return UnsavedResult(CellResult(ending, value, reason=reason, runs=1, status=answer.status), (scene,))
 
 
 def find_symptom(bug_report: BugReport, trace: Trace) -> tuple[bool, float, str]:
@@ -58,31 +57,27 @@ def find_symptom(bug_report: BugReport, trace: Trace) -> tuple[bool, float, str]
     velocity, energy = _compute_velocity_error(trace, known, scene), _compute_energy_error(trace, known, scene)
     of_energy = symptom in {Symptom.GAINS_ENERGY, Symptom.LOSES_ENERGY} or math.isnan(velocity)
     figure, quantity = (energy, "energy") if of_energy else (velocity, "greatest speed")
-    threshold, is_seen, reason = bug_report.smallest_error, False, ""
-    if symptom is Symptom.MISSES:
-        missed = _count_missed(trace, known)
-        is_seen = missed > 0 and abs(figure) > threshold
-        reason = f"{format_count(missed, 'impact is', 'impacts are')} missed"
-    elif symptom is Symptom.INVENTS:
-        invented = len(trace.impacts) - (known.count or 0)
-        is_seen, reason = invented > 0, f"{format_count(invented, 'impact is', 'impacts are')} invented"
-    elif symptom is Symptom.ESCAPES:
-        depth = compute_deepest_overlap(trace, scene) / min(disc.radius_m for disc in scene.discs)
-        is_seen = not depth <= 1.0
-        reason = f"a disc is {format_number(depth)} radii inside another body or beyond a wall"
-    elif symptom is Symptom.GAINS_ENERGY:
-        is_seen, reason = energy > threshold, f"{format_number(energy)} of the energy is gained"
-    elif symptom is Symptom.LOSES_ENERGY:
-        is_seen, reason = energy < -threshold, f"{format_number(-energy)} of the energy is lost"
-    elif symptom in {Symptom.WRONG_VELOCITY, Symptom.NEVER_RESTS}:
-        is_seen = velocity > threshold
-        reason = f"velocities are wrong by {format_number(velocity)} times the scene's greatest speed"
+    threshold, missed = bug_report.smallest_error, _count_missed(trace, known)
+    invented = len(trace.impacts) - (known.count or 0)
+    depth = compute_deepest_overlap(trace, scene) / min(disc.radius_m for disc in scene.discs)
+    wrong = f"velocities are wrong by {format_number(velocity)} times the scene's greatest speed"
+    # For each symptom, whether the trace shows the symptom, and the explanation.
+    symptoms = {
+        Symptom.MISSES: (missed > 0 and abs(figure) > threshold, f"{_format_impacts(missed)} missed"),
+        Symptom.INVENTS: (invented > 0, f"{_format_impacts(invented)} invented"),
+        Symptom.ESCAPES: (
+            not depth <= 1.0,
+            f"a disc is {format_number(depth)} radii inside another body or beyond a wall",
+        ),
+        Symptom.GAINS_ENERGY: (energy > threshold, f"{format_number(energy)} of the energy is gained"),
+        Symptom.LOSES_ENERGY: (energy < -threshold, f"{format_number(-energy)} of the energy is lost"),
+        Symptom.WRONG_VELOCITY: (velocity > threshold, wrong),
+        Symptom.NEVER_RESTS: (velocity > threshold, wrong),
+    }
+    is_seen, reason = symptoms.get(symptom, (False, ""))
+    deviates = f"the result is wrong by {format_number(figure)} times the scene's {quantity}"
     if not is_seen:
-        reason = (
-            f"the result is wrong by {format_number(figure)} times the scene's {quantity}"
-            if abs(figure) > NOTICED
-            else ""
-        )
+        reason = deviates if abs(figure) > NOTICED else ""
     return is_seen, figure, reason
 
 
@@ -107,7 +102,7 @@ def _compute_energy_error(trace: Trace, known: KnownAnswer, scene: Scene) -> flo
         height = (np.array(place) - [0.0, floor]) @ np.array(scene.gravity_m_s2)
         return kinetic_energy(scene, np.array(velocity)) - float(weight @ height)
 
-    at_start = compute_energy([disc.position_m for disc in scene.discs], [disc.velocity_m_s for disc in scene.discs])
+    at_start = compute_energy(scene.arrays.position_m, scene.arrays.velocity_m_s)
     found = compute_energy(trace.final_position_m, trace.final_velocity_m_s)
     if known.final_velocity_m_s is None:
         expected = at_start if known.final_kinetic_energy_j is None else known.final_kinetic_energy_j
@@ -123,6 +118,10 @@ def _find_height(wall: Wall | Chain | Ring) -> float:
     if isinstance(wall, Wall):
         return wall.point_m[1]
     return wall.centre_m[1] if isinstance(wall, Ring) else min(y for _, y in wall.points_m)
+
+
+def _format_impacts(count: int) -> str:
+    return format_count(count, "impact is", "impacts are")
 
 
 def _count_missed(trace: Trace, known: KnownAnswer) -> int:

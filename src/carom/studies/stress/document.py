@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Iterator, Mapping
 from functools import partial
 from pathlib import Path
-from typing import Any
 from urllib.parse import quote
 
-from carom.engines.registry import format_engine_argument
 from carom.execution.job import Method, Status
 from carom.report.document import Block, Cell, Column, Document, Legend, Lines, Media, Section, Table, Text
 from carom.report.files import fields_of, format_json
-from carom.report.provenance import build_provenance
+from carom.report.provenance import build_provenance, format_command
 from carom.report.render.html import render_html
 from carom.report.render.markdown import render_markdown
 from carom.studies.stress.result import CellEnding, CellResult, StressResults, StressRow
@@ -107,10 +104,8 @@ def _build_method_blocks(results: StressResults, kinds: Mapping[str, list[Stress
     """Yield a table with a heat map and the numbers of passed tests for each method, and texts about the methods."""
     stress_tests = kinds["attack"]
     columns = [Column("method", lambda method: method.label)]
-    for group, group_rows in formatting.group_by((row.group, row) for row in stress_tests).items():
-        columns.append(
-            Column(group or WORDS["attack"], partial(_build_heat_cell, results, group_rows), f"of {len(group_rows)}")
-        )
+    for group, tests in formatting.group_by((row.group, row) for row in stress_tests).items():
+        columns.append(Column(group or WORDS["attack"], partial(_build_heat_cell, results, tests), f"of {len(tests)}"))
     only = Media.IN_FULL if stress_tests else Media.EVERYWHERE  # a terminal shows sentences about the methods instead
     for (head, ending), rows in zip(_COUNTED, kinds.values(), strict=True):
         if rows:
@@ -118,17 +113,14 @@ def _build_method_blocks(results: StressResults, kinds: Mapping[str, list[Stress
             columns.append(Column(head, count, f"of {len(rows)}", number=True, only=only))
     if stress_tests:
         columns.append(
-            Column("fails first", lambda method: _find_first_failure(results, stress_tests, method)[1], only=Media.PAGE)
+            Column("fails first", lambda one: _find_first_failure(results, stress_tests, one)[1], only=Media.IN_FULL)
         )
-    long = stress_tests if len(results.methods) > SENTENCES else []
-    if long:
+    if stress_tests and len(results.methods) > SENTENCES:
         said = (_describe_method(results, stress_tests, method, short=True) for method in results.methods)
         yield Lines(tuple(said), Media.TERMINAL)
     yield Table(columns, results.methods, css="methods")
     if stress_tests:
         yield Text(HEAT, Media.TERMINAL | Media.DETAIL)
-    if long:
-        yield Lines(tuple(_describe_method(results, stress_tests, method) for method in results.methods), Media.IN_FULL)
     marks = ((Cell(word, symbol=sign, css=css), meaning) for (sign, css), word, meaning in _MEANINGS)
     yield Legend(tuple(marks), Media.PAGE)
 
@@ -249,8 +241,7 @@ def _format_number(value: float | None) -> str:
 def _format_command(method: Method, result: CellResult) -> str:
     if not result.scenes or result.ending is CellEnding.NOT_RUN:
         return ""
-    words = ("carom", "run", *result.scenes, "-e", format_engine_argument(method.engine), "-p", method.profile)
-    return shlex.join(words)
+    return format_command(("run", *result.scenes), method)
 
 
 def _list_cells(results: StressResults, row: StressRow) -> list[tuple[Method, CellResult]]:
@@ -344,12 +335,7 @@ def _describe_bug_reports(results: StressResults, bug_reports: list[StressRow]) 
 
 
 def _format_json(results: StressResults) -> str:
-    def list_cell_fields(row: StressRow) -> list[dict[str, Any]]:
-        return [{**fields_of(one), "ending": one.ending.in_files} for _, one in _list_cells(results, row)]
-
-    engines = [(method, results.engines[method.engine]) for method in results.methods]
-    methods = [
-        {**fields_of(one), "version": engine.version, "unavailable": engine.unavailable} for one, engine in engines
-    ]
-    rows = [{**fields_of(row), "cells": list_cell_fields(row)} for row in results.rows]
+    infos = [(method, results.engines[method.engine]) for method in results.methods]
+    methods = [{**fields_of(one), "version": info.version, "unavailable": info.unavailable} for one, info in infos]
+    rows = [{**fields_of(row), "cells": [cell for _, cell in _list_cells(results, row)]} for row in results.rows]
     return format_json("stress", results, leave_out=("engines", "cells", "rows"), methods=methods, lines=rows)

@@ -6,7 +6,6 @@ Values are tried from harmless to extreme until the method fails. Then the inter
 from __future__ import annotations
 
 import math
-from functools import partial
 from typing import NamedTuple
 
 from carom.errors import InputError
@@ -22,8 +21,8 @@ from carom.studies.stress.stress_test import CheckResult, StressTest, Trial
 RESOLUTION, QUICK_RESOLUTION = 1.1, 3.2
 
 
-class _NotRunError(Exception):
-    """The method is unavailable, or does not support the scene. The error's arguments are the reason and the status."""
+class NotCompletedError(Exception):
+    """A run could not start, or ended early. The error's arguments are the reason and the status."""
 
 
 class _TriedValue(NamedTuple):
@@ -43,7 +42,7 @@ def find_failure(stress_test: StressTest, method: Method, runner: TaskRunner, *,
     ladder = iter(stress_test.build_ladder(quick))
     runs = 0
     resolution = QUICK_RESOLUTION if quick else RESOLUTION
-    cell = partial(CellResult, "attack", stress_test.name, method.name)
+
     passed: _TriedValue | None = None
     failed: _TriedValue | None = None
     value = next(ladder, None)
@@ -56,15 +55,15 @@ def find_failure(stress_test: StressTest, method: Method, runner: TaskRunner, *,
                 value = next(ladder, None)
             else:
                 value = stress_test.find_middle_value(passed.value, failed.value, resolution) if passed else None
-    except _NotRunError as error:
+    except NotCompletedError as error:
         reason, status = error.args
-        return UnsavedResult(cell(CellEnding.NOT_RUN, reason=reason, runs=runs, status=status))
+        return UnsavedResult(CellResult(CellEnding.NOT_RUN, reason=reason, runs=runs, status=status))
     reported = failed or passed
     assert reported is not None  # noqa: S101 - a ladder has at least one value
     description = f"{reported.trial.scene.description} Here {method.name} {'fails' if failed else 'passes'}."
     scene = rename_scene(f"{stress_test.name}/{method.engine}/{method.profile}", reported.trial.scene, description)
     broke = CellEnding.FAILS_AT_SIZE if passed else CellEnding.FAILS_AT_START
-    result = cell(
+    result = CellResult(
         broke if failed else CellEnding.PASSES,
         value=reported.value,
         passes_until=passed.value if passed else None,
@@ -94,7 +93,7 @@ def _try_value(
     If the engine fails, the result is a failure with the engine's error as the reason.
 
     Raises:
-        _NotRunError: The engine is unavailable, or does not support the scene at the harmless end.
+        NotCompletedError: The engine is unavailable, or does not support the scene at the harmless end.
     """
     try:
         trials = stress_test.trials(value)
@@ -103,12 +102,10 @@ def _try_value(
     passed: list[_TriedValue] = []
     for trial in trials[::2] if quick else trials:
         answer = observe(trial.scene, method, runner)
-        status = answer.status
+        status, trace = answer.status, answer.value
         if status is Status.UNAVAILABLE or (value == stress_test.harmless and status is Status.UNSUPPORTED):
-            raise _NotRunError(answer.problem, status)
-        found = (
-            CheckResult(math.nan, answer.problem, status=status) if answer.value is None else trial.check(answer.value)
-        )
+            raise NotCompletedError(answer.problem, status)
+        found = CheckResult(math.nan, answer.problem, status=status) if trace is None else trial.check(trace)
         tried = _TriedValue(value, trial, found)
         if not tried.passes:
             return tried, len(passed) + 1

@@ -11,7 +11,6 @@ import cmath
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -23,7 +22,7 @@ from carom.execution.job import Method, Status
 from carom.execution.pool import TaskRunner
 from carom.model.scene import Disc, Scene
 from carom.model.trace import Outcome, Trace
-from carom.studies.stress.failure_search import observe, rename_scene
+from carom.studies.stress.failure_search import NotCompletedError, observe, rename_scene
 from carom.studies.stress.result import CellEnding, CellResult, UnsavedResult
 from carom.support.formatting import format_number
 
@@ -285,32 +284,27 @@ def check_invariance(invariance: Invariance, method: Method, runner: TaskRunner)
         used.append(scene)
         answer = observe(scene, method, runner)
         if answer.value is None:
-            raise _StoppedError(answer.problem, answer.status)
+            raise NotCompletedError(answer.problem, answer.status)
         if answer.value.outcome is not Outcome.COMPLETED:
             said = "; ".join((answer.value.outcome.value, *answer.value.notes))
-            raise _StoppedError(said.rstrip("; "), answer.status)
+            raise NotCompletedError(said.rstrip("; "), answer.status)
         return answer.value
 
-    cell = partial(CellResult, "relation", invariance.name, method.name)
     value, status = None, Status.RAN
     try:
         value = invariance.deviation(invariance.base(), run)
         deviates = f"the result deviates by {format_number(value)} times the largest radius or the greatest speed"
         reason = "" if value <= DEVIATION_LIMIT else deviates
-    except _StoppedError as error:
+    except NotCompletedError as error:
         reason, status = error.args
     except InputError as error:
         why = "the second run can't start from the final state of the first run"
         reason = f"no second scene: {why} ({str(error).splitlines()[0]})"
     if status in {Status.UNAVAILABLE, Status.UNSUPPORTED}:
-        return UnsavedResult(cell(CellEnding.NOT_RUN, reason=reason, status=status))
+        return UnsavedResult(CellResult(CellEnding.NOT_RUN, reason=reason, status=status))
     ending = CellEnding.VIOLATED if reason else CellEnding.HOLDS
-    result = cell(ending, value, reason=reason, runs=len(used), status=status)
+    result = CellResult(ending, value, reason=reason, runs=len(used), status=status)
     return UnsavedResult(result, _build_named_scenes(invariance, method, used))
-
-
-class _StoppedError(Exception):
-    """One of the runs for an invariance failed. The error's arguments are the reason and the status."""
 
 
 def _build_named_scenes(invariance: Invariance, method: Method, used: list[Scene]) -> tuple[Scene, ...]:

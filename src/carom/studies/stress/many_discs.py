@@ -142,9 +142,7 @@ def _gas_pressure(advance: float) -> Iterator[Trial]:
         for k, (row, column) in enumerate(product(range(side), repeat=2))
     ]
     width = free + 2 * radius
-    description = (
-        f"{count} discs in a box (packing fraction {PACKING}) start with {format_number(advance, 3)} radii per step."
-    )
+    description = f"{count} discs in a box (packing {PACKING}) start with {format_number(advance, 3)} radii per step."
     # Each disc has about fifteen impacts. From a thousand impacts, the pressure follows with an accuracy of 3 %.
     duration_s = round(1.25 * rate) / rate
     fields = {"frame_rate_hz": rate, "walls": build_box_walls(width, width)}

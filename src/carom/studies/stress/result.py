@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
-from typing import Self
 
 from carom.engines.registry import EngineInfo
 from carom.execution.environment import Environment
@@ -21,29 +20,16 @@ SCENES, STRESS = "scenes", "stress/"
 
 
 class CellEnding(StrEnum):
-    """Outcome of a test with one method. Each value is the phrase that the report shows.
+    """Outcome of a test with one method. Each value is the phrase that the report shows."""
 
-    Attributes:
-        in_files: Name of the outcome in ``stress.json``. It stays the same if a member of this class is renamed.
-    """
-
-    in_files: str
-
-    FAILS_AT_SIZE = "fails at this size", "gives_way"
-    PASSES = "passes to the end", "stands"
-    FAILS_AT_START = "fails at the harmless end", "never_stood"
-    HOLDS = "holds", "holds"
-    VIOLATED = "fails", "fails"
-    SEEN = "still seen", "still_does"
-    NOT_SEEN = "not seen", "does_not"
-    NOT_RUN = "not run", "not_run"
-
-    def __new__(cls, phrase: str, in_files: str) -> Self:
-        """Create a member whose value is the phrase."""
-        ending = str.__new__(cls, phrase)
-        ending._value_ = phrase
-        ending.in_files = in_files
-        return ending
+    FAILS_AT_SIZE = "fails at this size"
+    PASSES = "passes to the end"
+    FAILS_AT_START = "fails at the harmless end"
+    HOLDS = "holds"
+    VIOLATED = "fails"
+    SEEN = "still seen"
+    NOT_SEEN = "not seen"
+    NOT_RUN = "not run"
 
 
 @dataclass(frozen=True)
@@ -51,9 +37,6 @@ class CellResult:
     """A cell of the table: the result of one stress test, invariance or reported bug with one method.
 
     Attributes:
-        kind: "attack" for a stress test, "relation" for an invariance, "complaint" for a reported bug.
-        test: Name of the stress test, invariance or reported bug.
-        method: Name of the method.
         ending: Outcome of the test.
         value: For a stress test, the value at which the method fails, or the most extreme tested value if it passes.
             For an invariance or a reported bug, the deviation. None if there is no number.
@@ -65,9 +48,6 @@ class CellResult:
         status: How the run that determined the result ended, or why it could not start.
     """
 
-    kind: str
-    test: str
-    method: str
     ending: CellEnding
     value: float | None = None
     passes_until: float | None = None

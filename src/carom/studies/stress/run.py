@@ -6,8 +6,8 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
+from itertools import product
 from pathlib import Path
-from typing import Any
 
 from carom.catalogue import BugReport, all_scenes
 from carom.errors import UnknownNameError
@@ -19,14 +19,12 @@ from carom.execution.methods import list_methods, select_profiles
 from carom.execution.pool import TaskRunner
 from carom.execution.scheduler import DependentTasks, TaskRequest, run_tasks
 from carom.studies.stress.bug_reports import check_bug_report
-from carom.studies.stress.contact import CONTACT_TESTS
+from carom.studies.stress.contact import CONTACT_TESTS, FRICTION_TESTS
 from carom.studies.stress.failure_search import find_failure
-from carom.studies.stress.finite_walls import WALL_TESTS
-from carom.studies.stress.friction import FRICTION_TESTS
 from carom.studies.stress.invariances import DEVIATION_LIMIT, check_invariance, list_invariances
 from carom.studies.stress.many_discs import MANY_DISC_TESTS
 from carom.studies.stress.options import StressOptions
-from carom.studies.stress.pairs import DT_S, PAIR_TESTS
+from carom.studies.stress.pairs import DT_S, PAIR_TESTS, WALL_TESTS
 from carom.studies.stress.result import CellEnding, CellResult, StressResults, StressRow, UnsavedResult
 from carom.support.escaping import build_name_hints
 from carom.support.folders import claim_while_writing
@@ -90,11 +88,14 @@ def run_stress_campaign(
         columns = [method for info in infos for method in methods.by_engine_and_step[info.name, DT_S]]
         environment = describe_environment(infos)
         stamp = options.stamp | {"carom": environment.carom, "versions": environment.versions}
-        asks = [
-            _request_cell(TableCell(row, method, options.quick, out), methods.find_refusal(method, DT_S))
-            for row in rows
-            for method in columns
-        ]
+        asks = []
+        for row, method in product(rows, columns):
+            known, subject = None, (row.name, method.name)
+            if (refused := methods.find_refusal(method, DT_S)) is not None:
+                not_run = CellResult(CellEnding.NOT_RUN, reason=refused.problem, status=refused.status)
+                known = Answer(Status.RAN, value=not_run)
+            task = TableCell(row, method, options.quick, out)
+            asks.append(TaskRequest(subject, (row.kind, *subject), task, known))
         cells: dict[tuple[str, str], CellResult] = {}
         with (
             claim_while_writing(out, PURPOSE),
@@ -130,14 +131,6 @@ class TableCell(DependentTasks[CellResult]):
         """Save the scenes, and return the result with their file names."""
         assert answer.value is not None  # noqa: S101 - `run` always returns a value
         return Answer(answer.status, value=answer.value.save(self.out))
-
-
-def _request_cell(cell: TableCell, refused: Answer[Any] | None) -> TaskRequest[tuple[str, str], CellKey, CellResult]:
-    known, subject = None, (cell.row.name, cell.method.name)
-    if refused is not None:
-        result = CellResult(cell.row.kind, *subject, CellEnding.NOT_RUN, reason=refused.problem, status=refused.status)
-        known = Answer(Status.RAN, value=result)
-    return TaskRequest(subject, (cell.row.kind, *subject), cell, known)
 
 
 @cache
@@ -176,9 +169,7 @@ def _select_rows(names: Sequence[str], quick: bool) -> tuple[StressRow, ...]:
     known = {row.name for row in everything}
     for name in names:
         if name not in known and name not in kinds:
-            hints = build_name_hints(
-                name, known, f"`carom stress --list` lists all names; the kinds are {', '.join(kinds)}"
-            )
+            hints = build_name_hints(name, known, f"`carom stress --list` lists all names; kinds: {', '.join(kinds)}")
             raise UnknownNameError(f"no stress test is named {name!r}", hints=hints)
     requested_kinds = {kinds[name] for name in names if name in kinds}
     return tuple(row for row in everything if row.name in names or row.kind in requested_kinds)

@@ -232,9 +232,8 @@ def build_closed_form_check(
         rim_error = float(np.max(np.abs(rims - np.array(final_rim_m_s)) / scale))
         if rim_error <= TOLERANCE:
             return CheckResult(max(rim_error, error), note=note)
-        return CheckResult(
-            rim_error, f"a rim speed is wrong by {format_number(rim_error)} times the change that {cause} causes"
-        )
+        wrong = f"a rim speed is wrong by {format_number(rim_error)} times the change that {cause} causes"
+        return CheckResult(rim_error, wrong)
 
     return check
 

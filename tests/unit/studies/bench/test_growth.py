@@ -16,7 +16,7 @@ from carom.engines.api import Capabilities, Profile
 from carom.execution.job import Answer, Method, Status, Task, UnsupportedError
 from carom.execution.journal import JournalEntry
 from carom.studies.bench import growth
-from carom.studies.bench.options import GrowthOptions
+from carom.studies.bench.options import BenchPlan
 
 T = TypeVar("T")
 
@@ -58,7 +58,7 @@ def test_ratio_needs_runs_of_the_same_session(tmp_path: Path, recorded_runs: lis
     """A resumed growth bench runs only the rest, and has ratios only between runs of the same session."""
     path, engines = tmp_path / "growth.jsonl", ("pit", "pymunk")
     with growth.growth_journal(path) as journal:
-        growth.measure_growth(GrowthOptions(engines, sizes=(2, 3), own=False), notes=journal)
+        growth.measure_growth(BenchPlan(engines, sizes=(2, 3), own=False), notes=journal)
         earlier = "2000-01-01T00:00:00+00:00"
         for key, run in [*journal.entries.items()]:
             if key.method.engine == "pymunk" and key.discs == 3:
@@ -66,7 +66,7 @@ def test_ratio_needs_runs_of_the_same_session(tmp_path: Path, recorded_runs: lis
                 journal.add([JournalEntry(key, Answer(Status.RAN, value=value))])
     recorded_runs.clear()
     with growth.growth_journal(path, resume=True) as journal:
-        found = growth.measure_growth(GrowthOptions(engines, sizes=(2, 3, 4), own=False), notes=journal)
+        found = growth.measure_growth(BenchPlan(engines, sizes=(2, 3, 4), own=False), notes=journal)
     assert recorded_runs == [("pit", 4), ("pymunk", 4)] * 2
     pit, pymunk = (curve.points for curve in found.curves if not curve.gravity)
     assert [pymunk[k].ratio == pymunk[k].advance_s / pit[k].advance_s for k in range(3)] == [True, False, True]
@@ -79,17 +79,17 @@ def test_run_skipped_for_budget_is_retried_with_larger_budget(
     """A run that was skipped because the budget was too short is run when the bench resumes with a larger one."""
     path = tmp_path / "growth.jsonl"
     with growth.growth_journal(path) as journal:
-        first = growth.measure_growth(GrowthOptions(["pit"], sizes=[2], own=False, budget_s=1e-9), notes=journal)
+        first = growth.measure_growth(BenchPlan(["pit"], sizes=[2], own=False, budget_s=1e-9), notes=journal)
     assert "raise --budget" in first.curves[0].points[0].reason
     with growth.growth_journal(path, resume=True) as journal:
-        second = growth.measure_growth(GrowthOptions(["pit"], sizes=[2], own=False), notes=journal)
+        second = growth.measure_growth(BenchPlan(["pit"], sizes=[2], own=False), notes=journal)
     assert second.curves[0].points[0].reason == ""
     assert recorded_runs == PLAIN_AND_FALLING
 
 
 def test_later_curve_may_use_the_budget_that_others_left(recorded_runs: list[tuple[str, int]]) -> None:
     """A run that needs about 150 s is skipped if its curve has 100 s. The last curve may use what is left."""
-    options = GrowthOptions(["pit"], sizes=[2, 3, 225], own=False, budget_s=100.0, time_limit_s=1e3)
+    options = BenchPlan(["pit"], sizes=[2, 3, 225], own=False, budget_s=100.0, time_limit_s=1e3)
     plain, falling = (curve.points[-1].reason for curve in growth.measure_growth(options).curves)
     assert plain.startswith("it would take about 150 s according to the run with 3 discs, and only ")
     assert falling == ""

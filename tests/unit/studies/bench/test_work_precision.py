@@ -22,11 +22,10 @@ from carom.execution.job import Answer, Method, Status
 from carom.execution.score_jobs import Measures, score_journal
 from carom.studies.bench.convergence import Convergence
 from carom.studies.bench.growth import GrowthPoint, select_same_method
-from carom.studies.bench.machine_noise import Spread
 from carom.studies.bench.options import BenchPlan, compute_geometric_steps, parse_step_series
 from carom.studies.bench.result import Point, find_cheapest, find_pareto_front
 from carom.studies.bench.run import measure_work_precision
-from carom.studies.bench.timing_pass import CellTiming, TimeScene
+from carom.studies.bench.timing_pass import CellTiming, Spread, TimeScene
 
 
 @pytest.fixture
@@ -97,7 +96,7 @@ def test_bench_measures_errors_and_times(scene: Scene) -> None:
 def test_point_beyond_the_budget_is_untimed_with_reason(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     """A point that would need too much of the budget is not timed, and the reason states both times."""
     monkeypatch.setattr("carom.execution.timing.time", Clock(1.0))  # preparing takes 1 s, and so do a run's steps
-    monkeypatch.setattr("carom.studies.bench.timing_pass.time", Clock())
+    monkeypatch.setattr("carom.studies.bench.timing_pass.time", Clock(1e-3))
     coarse, fine = (Method("pit", "tuned"), 0.1), (Method("pit", "tuned"), 0.01)
     # Three rounds of ten times the coarse run's 2 s are more than the quarter of a budget that one method may take.
     found = require_value(TimeScene(scene, (coarse, fine), rounds=3, budget_s=200.0).run(InProcessPool()).value)
@@ -123,7 +122,7 @@ def test_methods_beyond_the_scoring_budget_have_a_reason(scene: Scene, monkeypat
     """When the budget for scoring is used up, PIT's remaining step is not scored, and the reason is the budget."""
     plan = BenchPlan(engines=("pic", "pit"), dts=(1 / 60, 1 / 120), phases=1, timing=False)
     # Each look at the clock takes a second: of the finer steps one of two fits into half of the budget.
-    monkeypatch.setattr("carom.studies.bench.scoring_pass.time", Clock(1.0))
+    monkeypatch.setattr("carom.studies.bench.run.time", Clock(1.0))
     found = measure_work_precision([scene], replace(plan, budget_s=24.0), InProcessPool()).scenes[0]
     unscored = {(c.engine, c.profile, p.dt_s): p.reason for c in found.curves for p in c.points if p.reason}
     assert unscored == {("pit", "tuned", 1 / 120): "the 12 s for scoring this scene are used up; raise --budget"}

@@ -6,7 +6,7 @@ import pytest
 from tests.command import carom_command
 
 from carom.execution.results import Results
-from carom.report.document import Document, Media, Table, Text
+from carom.report.document import Document, Media, Table
 from carom.report.results_file.results_jsonl import format_records, read_records
 from carom.studies.cross_check.document import cross_check_document, rebuild_document
 from carom.studies.cross_check.grid import build_grid
@@ -46,7 +46,7 @@ def test_report_command_rebuilds_report_from_records(folder: Path) -> None:
     done = carom_command("report", folder, "--page", page, "--markdown", "-", columns=120)
     assert done.exit_code == 0
     assert done.output.startswith("# Carom cross-check, from its records")
-    assert "which contains no states" in done.output
+    assert "rebuilt from results.jsonl, without states" in done.output
     assert "Every scene" in page.read_text(encoding="utf-8")
     again = carom_command("report", folder, "--page", page)
     assert again.exit_code == 2
@@ -67,6 +67,6 @@ def test_large_report_lists_only_the_worst_scenes_and_runs(results: Results, mon
     worst = [(cell.scene, cell.method.heading) for cell, rank in zip(whole.runs, ranks, strict=True) if rank >= second]
     assert {(row[0], row[1]) for row in listed} <= set(worst)
     assert [len(rows) for rows in few["Every scene on every engine"]] == [1]
-    said = " ".join(block.text for section in document.sections for block in section.blocks if isinstance(block, Text))
-    for shown, kind, count in ((2, "runs", len(whole.runs)), (1, "scenes", len(whole.rows))):
-        assert f"{shown} of {count} {kind} are shown, those with the worst grades; results.jsonl has all." in said
+    notes = {block.note for section in document.sections for block in section.blocks if isinstance(block, Table)}
+    for shown, count in ((2, len(whole.runs)), (1, len(whole.rows))):
+        assert f"{shown} of {count} rows are shown, those with the worst grades; results.jsonl has all." in notes

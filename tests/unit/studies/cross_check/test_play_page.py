@@ -18,8 +18,7 @@ from carom.catalogue import all_scenes
 from carom.studies.cross_check import demo as module
 from carom.studies.cross_check.document import build_report
 from carom.studies.cross_check.grid import build_grid
-from carom.studies.cross_check.play_page import PLAY_PAGE, build_play_link
-from carom.studies.cross_check.sections.scenes import pack_replays
+from carom.studies.cross_check.sections.scenes import PLAY_PAGE, build_play_link, pack_replays
 
 PAIR = staged("mine/a pair & more", disc_at(0, 0, 1), disc_at(3, 0), duration_s=2.0)
 #: One more than the page shows, of which two meet.

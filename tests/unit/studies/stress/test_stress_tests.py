@@ -13,9 +13,8 @@ from tests.scene_builders import require_value
 
 from carom import load_scene, save_scene, solve_pic, solve_pit
 from carom.model.scene import Chain
-from carom.studies.stress.contact import CONTACT_TESTS
-from carom.studies.stress.finite_walls import WALL_TESTS
-from carom.studies.stress.friction import FRICTION_TESTS
+from carom.studies.stress.contact import CONTACT_TESTS, FRICTION_TESTS
+from carom.studies.stress.pairs import WALL_TESTS
 from carom.studies.stress.run import STRESS_TESTS
 from carom.studies.stress.stress_test import StressTest
 

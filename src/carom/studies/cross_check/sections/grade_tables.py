@@ -18,8 +18,6 @@ from carom.support import formatting
 
 #: Largest number of rows in the table of impacts.
 MOST_IMPACT_ROWS = 40
-#: Largest number of columns with impacts in the table of methods.
-MOST_IMPACT_COLUMNS = 4
 #: Largest number of columns with methods on a terminal.
 MOST_METHOD_COLUMNS = 3
 
@@ -32,10 +30,6 @@ METHOD_DETAIL = (
     "the error of checking once per step, and 0 is no error. Scenes without a unique answer have no error. The cell of "
     "a group of scenes shows how many of the graded scenes are exact or close, and links to the worst scene. "
     f"{Mark.WRONG.symbol} in a corner of a cell means that an impact is missed in one or more scenes of the group. "
-)
-METHOD_SHORT = (
-    "The numbers after - and + count missed and invented impacts. The error is the largest velocity or spin error, "
-    "divided by PIT's error{median}."
 )
 SCENE_NOTE = (
     "Each row shows the largest errors of a run. Times with + are late. n/a means that no impact was found, or that "
@@ -59,28 +53,20 @@ def build_methods_section(grid: Grid) -> Section:
     For a single scene, the section also has the errors of each run.
     """
     methods, is_single_scene = grid.compared, len(grid.rows) == 1
-    impacts = _find_impacts(grid, methods)
     heading = f"{grid.rows[0].name}: every" if is_single_scene else "Every"
-    short = METHOD_SHORT.format(median="" if is_single_scene else " (median over scenes)")
-    symbols = dict.fromkeys(f"{mark.symbol} {mark.css.replace('-', ' ')}" for mark in grid.marks)
     blocks: tuple[Block, ...] = (
         *(_build_run_tables(grid) if is_single_scene else (_build_counts_table(grid, methods),)),
-        _build_method_table(grid, methods, impacts if len(impacts) <= MOST_IMPACT_COLUMNS else ()),
+        _build_method_table(grid, methods),
         Legend(tuple((mark.cell, mark.meaning) for mark in grid.marks), Media.PAGE),
-        Text(METHOD_NOTE, Media.ON_PAPER),
+        Text(METHOD_NOTE, Media.IN_FULL),
         Text(METHOD_DETAIL + RANKING_NOTE, Media.ON_PAPER, folded=True),
-        *(() if is_single_scene else (Text("  ".join(symbols), Media.DETAIL),)),
-        Text(short, Media.DETAIL),
     )
     title = f"{heading} method against PIC, at {grid.step_phrase}"
     return Section(title, blocks if methods else (), short="Every method")
 
 
-def _build_method_table(grid: Grid, methods: Sequence[Method], impacts: Sequence[_Impact]) -> Table:
-    """Return a table with one row per method, which summarises its grades, wrong impacts and errors.
-
-    For a single scene, the table also has a column for each given impact.
-    """
+def _build_method_table(grid: Grid, methods: Sequence[Method]) -> Table:
+    """Return a table with one row per method, which summarises its grades, wrong impacts and errors."""
     numbers = (
         Column("impacts", lambda method: _format_lost(grid.list_cells(method)), "- +", number=True),
         Column("error", lambda method: _format_cost(grid.list_cells(method)), "/ PIT's", number=True),
@@ -89,10 +75,6 @@ def _build_method_table(grid: Grid, methods: Sequence[Method], impacts: Sequence
         columns: tuple[Column, ...] = (
             Column("grade", lambda method: _build_linked_cell(grid.list_cells(method)[0])),
             *numbers,
-            *(
-                Column(impact.bodies, partial(_format_impact_result, impact=impact), f"{impact.time_text} s")
-                for impact in impacts
-            ),
         )
     else:
         groups = formatting.group_by((_read_group(row.name), row.name) for row in grid.rows)
@@ -197,11 +179,9 @@ def _build_counts_table(grid: Grid, methods: Sequence[Method]) -> Table:
     def count(marks: Sequence[Mark], method: Method) -> str:
         return str(sum(cell.mark in marks for cell in grid.list_cells(method)) or "")
 
-    ungraded_marks = tuple(mark for mark in Mark if mark.rank is None)
+    counted = {**_COUNTED, "n/a": tuple(mark for mark in Mark if mark.rank is None)}
     columns = [Column("method", lambda method: method.title)]
-    columns += [
-        Column(name, partial(count, marks), number=True) for name, marks in {**_COUNTED, "n/a": ungraded_marks}.items()
-    ]
+    columns += [Column(name, partial(count, marks), number=True) for name, marks in counted.items()]
     return Table(columns, methods, only=Media.TERMINAL, note="n/a means not graded or not run; -v lists the reasons")
 
 
@@ -278,10 +258,8 @@ def build_impacts_section(grid: Grid) -> Section:
     if len(grid.rows) != 1 or not methods:
         return Section("", ())
     impacts = _find_impacts(grid, methods)
-    # If there are few impacts, a page already shows them in the table of methods. A terminal only has space for few
-    # methods.
-    media = Media.DETAIL if len(impacts) <= MOST_IMPACT_COLUMNS else Media.IN_FULL
-    media |= Media.TERMINAL if len(methods) <= MOST_METHOD_COLUMNS else Media.DETAIL
+    # A terminal only has space for few methods.
+    media = Media.EVERYWHERE if len(methods) <= MOST_METHOD_COLUMNS else Media.IN_FULL
     columns = [
         Column("bodies", lambda impact: impact.bodies),
         Column("time, s", lambda impact: impact.time_text, number=True),

@@ -74,10 +74,6 @@ class _Known(NamedTuple):
     deviation: float
 
 
-def _format_count(known: _Known) -> str:
-    return "not known" if known.answer.count is None else str(known.answer.count)
-
-
 def _format_deviation(known: _Known) -> str:
     sign = "✓" if known.deviation <= THRESHOLDS.rounding else "✗"
     far = math.isinf(known.deviation)
@@ -94,7 +90,7 @@ def build_known_answers_section(grid: Grid) -> Section:
     columns = (
         Column("scene", lambda known: known.scene),
         Column("source", _build_source_cell),
-        Column("impacts", _format_count, number=True),
+        Column("impacts", lambda known: str("not known" if (n := known.answer.count) is None else n), number=True),
         Column("deviation of PIC", _format_deviation, number=True),
     )
     found = [_Known(name, *answer) for name, answer in grid.results.known.items()]

@@ -7,13 +7,12 @@ import math
 import statistics
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
-from typing import NamedTuple
 
 from carom.comparator import Errors
 from carom.execution.job import Method
 from carom.report.document import Cell, Column, Media, Section, Table, Text
 from carom.report.results_file.lines import RowLine
-from carom.studies.cross_check.grid import Grid, GridCell, build_omission_note, select_worst
+from carom.studies.cross_check.grid import Grid, GridCell, select_worst
 from carom.support import formatting
 
 #: Largest number of rows in the table of all runs. A browser takes seconds to show a table of this length.
@@ -63,42 +62,33 @@ def build_spread_section(grid: Grid) -> Section:
     return Section("Spread over phases", (table, Text(SPREAD_NOTE, Media.ON_PAPER)) if cells else ())
 
 
-class _RunTimes(NamedTuple):
-    """A method's run time divided by PIT's, and the number of different final states of repeated runs, per scene."""
-
-    method: Method
-    ratios: list[float]
-    ends: list[int]
-
-
 def build_run_time_section(grid: Grid) -> Section:
     """Return the measured run times at each scene's largest step size."""
-    run_times = []
-    for method in grid.methods:
-        lines = [cell.line for cell in grid.list_cells(method)]
-        ratios = [line.time_ratio for line in lines if line.time_ratio is not None]
-        ends = [line.timing.ends for line in lines if line.timing is not None and line.timing.ends is not None]
-        if ratios:
-            run_times.append(_RunTimes(method, ratios, ends))
-    medians = {times.method: statistics.median(times.ratios) for times in run_times}
+    lines = {method: [cell.line for cell in grid.list_cells(method)] for method in grid.methods}
+    timings = {method: [line.timing for line in own_lines if line.timing] for method, own_lines in lines.items()}
+    ends = {method: [one.ends for one in own if one.ends is not None] for method, own in timings.items()}
+    ratios = {
+        method: [line.time_ratio for line in own_lines if line.time_ratio is not None]
+        for method, own_lines in lines.items()
+    }
+    medians = {method: statistics.median(own_ratios) for method, own_ratios in ratios.items() if own_ratios}
 
-    def build_median_cell(times: _RunTimes) -> Cell:
-        return Cell(formatting.format_ratio(medians[times.method]), part=medians[times.method] / max(medians.values()))
+    def format_repeats(method: Method) -> str:
+        return f"{ends[method].count(1)} of {len(ends[method])}" if ends[method] else "-"
+
+    def build_median_cell(method: Method) -> Cell:
+        return Cell(formatting.format_ratio(medians[method]), part=medians[method] / max(medians.values()))
 
     columns = (
-        Column("engine", lambda times: times.method.title),
+        Column("engine", lambda method: method.title),
         Column("median", build_median_cell, number=True),
-        Column("range", lambda times: " to ".join(formatting.format_ratio(end(times.ratios)) for end in (min, max))),
-        Column("scenes", lambda times: str(len(times.ratios)), number=True),
-        Column(
-            "bit-identical repeats",
-            lambda times: f"{times.ends.count(1)} of {len(times.ends)}" if times.ends else "-",
-            number=True,
-        ),
+        Column("range", lambda method: " to ".join(formatting.format_ratio(end(ratios[method])) for end in (min, max))),
+        Column("scenes", lambda method: str(len(ratios[method])), number=True),
+        Column("bit-identical repeats", format_repeats, number=True),
     )
-    table = Table(columns, run_times, css="times", only=Media.ON_PAPER)
+    table = Table(columns, list(medians), css="times", only=Media.ON_PAPER)
     notes = (Text(RUN_TIME_NOTE, Media.ON_PAPER), Text(RUN_TIME_DETAIL, Media.ON_PAPER, folded=True))
-    return Section("Run time", (table, *notes) if run_times else ())
+    return Section("Run time", (table, *notes) if medians else ())
 
 
 def build_settings_section(grid: Grid) -> Section:
@@ -152,10 +142,10 @@ def build_cells_section(grid: Grid) -> Section:
         *(Column(one.metadata["name"], partial(_format_metric, one.name)) for one in dataclasses.fields(Errors)),
         Column("verdicts", lambda cell: Cell("; ".join(cell.reasons), css="prose")),
     )
-    cells = select_worst(grid.runs, MOST_CELLS, lambda cell: (cell,))
+    cells, note = select_worst(grid.runs, MOST_CELLS, lambda cell: (cell,))
     folded = formatting.format_count(len(cells), "cell")
-    table = Table(columns, cells, folded=folded, css="cells", only=Media.PAGE, packed=True)
-    return Section("All cells at all steps", (table, *build_omission_note(cells, grid.runs, "runs", Media.PAGE)))
+    table = Table(columns, cells, note=note, folded=folded, css="cells", only=Media.PAGE, packed=True)
+    return Section("All cells at all steps", (table,))
 
 
 def _format_metric(name: str, cell: GridCell) -> str:

@@ -31,12 +31,8 @@ DETAIL_NOTE = (
     "For 'error / PIT's', the largest velocity error is divided by PIT's largest velocity error over the phases of the "
     "step. Spin errors are divided in the same way, and the larger of the two ratios counts. For a missed impact, the "
     "error is the whole change of velocity or spin. The 'velocity error not from sampling' is the smaller of the "
-    "deviations from PIT and from PIC, divided by the greatest speed. For single impacts, this error is measured from "
-    "the engine's own state before the impact. Time errors do not count, because checking once per step is late by up "
-    "to a step. Scenes without a unique answer are omitted."
-)
-SHORT_NOTE = (
-    "error / PIT's: the largest velocity or spin error, divided by PIT's largest error over all phases of the step"
+    "deviations from PIT and from PIC, divided by the greatest speed. Time errors do not count, because checking once "
+    "per step is late by up to a step. Scenes without a unique answer are omitted."
 )
 
 
@@ -77,21 +73,6 @@ class EngineCost(NamedTuple):
         """The largest velocity error relative to the reference, for each scene in which it is known."""
         return _select_known_errors(cell.errors.velocity for cell in self.cells)
 
-    @property
-    def local_own_errors(self) -> list[float]:
-        """For each impact in scenes with a horizon, the velocity error that checking once per step does not explain.
-
-        Each error is measured from the engine's own state before the impact.
-        """
-        scores = [cell.row.score for cell in self.cells if cell.row and cell.row.score]
-        return [
-            min(error, solver_error)
-            for score in scores
-            if score.horizon_s is not None
-            for error, solver_error in zip(score.local.velocity, score.local.solver_velocity, strict=True)
-            if math.isfinite(error) and math.isfinite(solver_error)
-        ]
-
 
 def _select_known_errors(errors: Iterable[float | None]) -> list[float]:
     return [error for error in errors if error is not None and not math.isnan(error)]
@@ -118,9 +99,8 @@ def build_sampling_cost_section(grid: Grid) -> Section:
     blocks = (
         *((chart,) if any(cost.own_errors for cost in found) else ()),
         Table(columns, found, only=Media.IN_FULL),
-        Text(NOTE, Media.ON_PAPER),
+        Text(NOTE, Media.IN_FULL),
         Text(DETAIL_NOTE, Media.ON_PAPER, folded=True),
-        Text(SHORT_NOTE, Media.DETAIL),
     )
     return Section("The cost of sampling", blocks)
 
@@ -173,5 +153,4 @@ _COLUMNS = (
     Column("velocity error not from sampling, median", lambda cost: _format_median(cost.own_errors)),
     Column("impacts missed", lambda cost: str(sum(cell.missed for cell in cost.cells))),
     Column("missed by PIT", lambda cost: str(sum(int(cell.pit.get("missed") or 0) for cell in cost.cells))),
-    Column("velocity error not from sampling, single impacts", lambda cost: _format_median(cost.local_own_errors)),
 )

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import partial
 from pathlib import Path
+from urllib.parse import quote
 
 from carom.engines.api import Capabilities, ContactTimes
+from carom.model.scene import Scene
 from carom.report.document import Block, Cell, Column, Legend, Lines, Media, Replays, Section, Table, Text
 from carom.report.files import pack_data
 from carom.report.outcome_marks import Mark
-from carom.studies.cross_check.grid import Grid, GridRow, build_omission_note, merge_own_profiles, select_worst
-from carom.studies.cross_check.play_page import build_play_link
+from carom.studies.cross_check.grid import Grid, GridRow, merge_own_profiles, select_worst
 from carom.support import formatting
 from carom.support.escaping import escape_controls
+
+#: File name of the page in the folder of a report.
+PLAY_PAGE = "play.html"
 
 #: Largest number of scenes in the table.
 MOST_SCENES = 500
@@ -41,26 +45,22 @@ SHORT_NOTE = (
 
 def build_scenes_section(grid: Grid) -> Section:
     """Return a section with a table of all scenes and engines."""
-    columns = [Column("scene", lambda row: Cell(row.name, row.certified, title=row.description))]
+    columns = [Column("scene", lambda row: Cell(row.name, title=row.description))]
     contents = {method: tuple((cell.mark, cell.figure) for cell in grid.list_cells(method)) for method in grid.methods}
     columns += [
         Column(method.heading, partial(_build_cell, grid.methods.index(method)), "" if others else method.profile_shown)
         for *others, method in merge_own_profiles(contents)
     ]
-    legend = Legend(tuple((mark.cell, mark.meaning) for mark in grid.marks), Media.MARKDOWN | Media.DETAIL)
-    rows = select_worst(grid.rows, MOST_SCENES, lambda row: row.cells)
+    rows, note = select_worst(grid.rows, MOST_SCENES, lambda row: row.cells)
     blocks: tuple[Block, ...] = (
-        legend,
-        Table(columns, rows, css="grid", only=Media.IN_FULL),
-        *build_omission_note(rows, grid.rows, "scenes", Media.IN_FULL),
+        Legend(tuple((mark.cell, mark.meaning) for mark in grid.marks), Media.MARKDOWN | Media.DETAIL),
+        Table(columns, rows, note=note, css="grid", only=Media.IN_FULL),
         Text(FIGURE_NOTE, Media.ON_PAPER),
         Text(FIGURE_DETAIL, Media.ON_PAPER, folded=True),
         Text(SHORT_NOTE, Media.DETAIL),
         Replays(partial(pack_replays, grid)),
     )
-    return Section(
-        f"Every scene on every engine, at {grid.step_phrase}, compared with PIC", blocks, short="Every scene"
-    )
+    return Section(f"Every scene on every engine, at {grid.step_phrase}", blocks, short="Every scene")
 
 
 def _build_cell(column_number: int, row: GridRow) -> Cell:
@@ -87,6 +87,21 @@ def pack_replays(grid: Grid) -> Iterator[tuple[str, str]]:
         if reference is not None and runs:
             data = build_replay_data(reference, runs) | {"drag": build_play_link(reference.scene)}
             yield escape_controls(row.name), pack_data(data)
+
+
+def build_play_link(scene: Scene) -> str:
+    """Return the relative link to a scene on the play page; empty if the page can't show the scene."""
+    from carom.web.page import find_page_limit
+
+    return "" if find_page_limit(scene) else f"{PLAY_PAGE}#{quote(scene.name, safe='')}"
+
+
+def build_play_page(scenes: Iterable[Scene]) -> str:
+    """Build the play page with all scenes that it can show; empty without such scenes."""
+    from carom.web.page import add_gallery, render_page
+
+    playable_scenes = [scene for scene in scenes if build_play_link(scene)]
+    return render_page(add_gallery(*playable_scenes)) if playable_scenes else ""
 
 
 def build_unscored_section(grid: Grid) -> Section:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 
 from carom.comparator import LocalScore, Verdict
 from carom.report.document import Block, Column, Media, Section, Table, Text
 from carom.report.outcome_marks import Mark, mark_of_grade
-from carom.studies.cross_check.grid import Grid, GridCell, build_omission_note, select_worst
+from carom.studies.cross_check.grid import Grid, GridCell, select_worst
 from carom.support import formatting
 
 #: Largest number of listed runs.
@@ -37,7 +37,6 @@ SHORT_NOTE = (
 )
 #: Verdicts that follow only from the comparison of single steps.
 _OF_STEPS = (Verdict.PASSED_THROUGH, Verdict.TURNED_ALONE, Verdict.SINKS, Verdict.WORSE_STEPS)
-_OFF_PAPER: Media = Media.TERMINAL | Media.DETAIL
 
 
 def build_steps_section(grid: Grid) -> Section:
@@ -55,7 +54,7 @@ def build_steps_section(grid: Grid) -> Section:
     ) -> Column:
         return Column(head, lambda cell: format_score(cell.line.local_truth), subheading, number=True, only=only)
 
-    diverged = Column("diverged at", _format_divergence_time, only=Media.ON_PAPER)
+    diverged = Column("diverged at", _format_divergence_time)
     columns = (
         *(() if is_single_scene else (Column("scene", lambda cell: cell.scene),)),
         Column("method", lambda cell: cell.method.title),
@@ -63,7 +62,7 @@ def build_steps_section(grid: Grid) -> Section:
         Column("steps", lambda cell: mark_of_grade(cell.line.local_truth.grade, cell.line.local_truth.float_bits).cell),
         *([diverged] if any(map(_format_divergence_time, cells)) else []),
         build_column("due", lambda local: str(local.due)),
-        build_column("impacts", _format_impacts, "- (PIT's) +", only=_OFF_PAPER),
+        build_column("impacts", _format_impacts, "- (PIT's) +", only=Media.TERMINAL | Media.DETAIL),
         build_column("missed", _format_missed, "(PIT's)"),
         build_column("invented", lambda local: str(local.invented)),
         build_column("early", lambda local: str(local.early + local.ahead), only=Media.EVERYWHERE),
@@ -72,17 +71,14 @@ def build_steps_section(grid: Grid) -> Section:
         build_column("error, median", lambda local: formatting.format_number(local.ratio[0])),
         build_column("error", lambda local: formatting.format_number(local.ratio[1], 4), "worst", Media.EVERYWHERE),
         build_column("above 1", lambda local: f"{local.worse_than_pit} of {local.judged}"),
-        build_column("energy", lambda local: formatting.format_number(local.energy), only=Media.ON_PAPER),
-        build_column("energy", lambda local: formatting.format_number(local.energy, 1), only=_OFF_PAPER),
+        build_column("energy", lambda local: formatting.format_number(local.energy), only=Media.EVERYWHERE),
         build_column("entangled", lambda local: formatting.format_percent(_compute_entangled_fraction(local))),
         build_column("until", lambda local: formatting.format_seconds(local.until_s)),
     )
-    listed = select_worst(cells, MOST_RUNS, lambda cell: (cell,))
+    listed, note = select_worst(cells, MOST_RUNS, lambda cell: (cell,))
     folded = "" if is_single_scene else formatting.format_count(len(listed), "run")
     blocks: tuple[Block, ...] = (
-        Table(columns, listed, folded=folded, css="cells", only=media),
-        *build_omission_note(listed, cells, "runs", media),
-        *(Text(line, media) for line in (_describe_divergence(cells) if is_single_scene else ())),
+        Table(columns, listed, note=note, folded=folded, css="cells", only=media),
         Text(NOTE, Media.ON_PAPER),
         Text(DETAIL_NOTE, Media.ON_PAPER, folded=True),
         Text(SHORT_NOTE, media & ~Media.ON_PAPER),
@@ -142,17 +138,3 @@ def _compute_entangled_fraction(local: LocalScore) -> float:
 def _format_divergence_time(cell: GridCell) -> str:
     time_s = cell.line.diverged_s
     return "" if time_s is None else formatting.format_seconds(time_s)
-
-
-def _describe_divergence(cells: Sequence[GridCell]) -> Iterator[str]:
-    """Yield a sentence with the times at which methods and PIT diverged from the reference, if any did."""
-    lines = [cell.line for cell in cells if cell.line.diverged_s is not None]
-    times_s = sorted(line.diverged_s for line in lines if line.diverged_s is not None)
-    pit_times_s = {line.pit_diverged_s for line in lines if line.pit_diverged_s is not None}
-    if times_s:
-        first, last = formatting.format_seconds(times_s[0]), formatting.format_seconds(times_s[-1])
-        time_text = f"at {first}" if first == last else f"between {first} and {last}"
-        pit = [formatting.format_seconds(time_s) for time_s in sorted(pit_times_s)]
-        also_pit = f"; PIT diverged at {formatting.join_words(pit)}" if pit else ""
-        methods = formatting.format_count(len(times_s), "method")
-        yield f"{methods} diverged from the reference's trajectory {time_text}{also_pit}."

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -18,7 +18,6 @@ from carom.support import formatting
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure as Drawn
 
 _WIDTH_IN, _HEIGHT_IN = 5.6, 4.0
 
@@ -141,8 +140,8 @@ def build_trend_section(grid: Grid) -> Section:
     wrong = "Scenes in which a method misses or invents an impact, has impacts out of order, or ends differently."
     velocity = "Velocity error. The shaded area extends from PIT's smallest to PIT's largest error."
     charts = (
-        Figure(partial(_render_velocity_chart, trend), velocity),
-        Figure(partial(_render_wrong_chart, trend), wrong),
+        Figure(partial(_render_chart, trend, "Median velocity error by step size", _scale_velocity_axis), velocity),
+        Figure(partial(_render_chart, trend, "Scenes graded wrong, against step size", _scale_wrong_axis), wrong),
     )
     steps = [(k, f"step {formatting.format_fraction(part)}") for k, part in enumerate(trend.parts)]
     columns = [Column("engine", lambda series: series.name)]
@@ -185,46 +184,46 @@ def _describe_scenes(trend: Trend) -> Iterator[str]:
         yield f"These scenes are omitted, because {why}: {formatting.join_words(names)}."
 
 
-def _render_velocity_chart(trend: Trend, narrow: bool = False) -> str:
+def _render_chart(
+    trend: Trend, label: str, scale: Callable[[Trend, Axes], Callable[[TrendPoint], float]], narrow: bool = False
+) -> str:
+    """Return a chart as SVG, with a line for each method.
+
+    `scale` prepares the y axis, and returns a function that computes the height of a point on this axis.
+    """
     with svg.use_drawing_style():
         figure, axes = svg.build_framed_figure(_WIDTH_IN, _HEIGHT_IN, narrow=narrow, below=len(trend.series))
-        place = svg.scale_error_axis(axes, "y", [p.median for series in trend.series for p in series.points])
+        height_of = scale(trend, axes)
         for series in trend.series:
-            _draw_line(axes, trend, series, [place(p.median) if p.errors else math.nan for p in series.points])
-            if series.method.engine == "pit":
-                low, high = ([place(end(p.errors, default=0.0)) for p in series.points] for end in (min, max))
-                axes.fill_between(trend.parts, low, high, color=svg.INK, alpha=0.08, linewidth=0)
-        axes.set_ylabel("velocity error, median over scenes", labelpad=2)
-        _set_x_axis(axes, trend, figure if narrow else None)
-        return svg.render(figure, "Median velocity error against step size", narrow=narrow)
+            style = svg.choose_line_style(series.method.engine, profile=series.method.profile)
+            axes.plot(trend.parts, list(map(height_of, series.points)), label=series.name, clip_on=False, **style)
+        low, high = (formatting.format_step(dt_s) for dt_s in trend.coarsest_s)
+        between = high if low == high else f"{high} to {low}"
+        axes.set(xscale="log", xlabel=f"step size, as a fraction of the largest ({between})")
+        # The left end of the axis has the large step sizes.
+        axes.set_xlim(max(trend.parts) * 1.25, min(trend.parts) / 1.25)
+        axes.set_xticks(trend.parts, [formatting.format_fraction(part) for part in trend.parts])
+        axes.minorticks_off()
+        svg.finish(axes, figure if narrow else None)
+        return svg.render(figure, label, narrow=narrow)
 
 
-def _render_wrong_chart(trend: Trend, narrow: bool = False) -> str:
-    with svg.use_drawing_style():
-        from matplotlib.ticker import MaxNLocator
-
-        figure, axes = svg.build_framed_figure(_WIDTH_IN, _HEIGHT_IN, narrow=narrow, below=len(trend.series))
-        max_wrong = max(1, *(p.wrong for series in trend.series for p in series.points))
-        axes.set_ylim(-0.05 * max_wrong, 1.08 * max_wrong)
-        for series in trend.series:
-            _draw_line(axes, trend, series, [float(p.wrong) if p.graded else math.nan for p in series.points])
-        axes.yaxis.set_major_locator(MaxNLocator(integer=True))
-        axes.set_ylabel("scenes graded wrong")
-        _set_x_axis(axes, trend, figure if narrow else None)
-        return svg.render(figure, "Scenes graded wrong, against step size", narrow=narrow)
+def _scale_velocity_axis(trend: Trend, axes: Axes) -> Callable[[TrendPoint], float]:
+    """Prepare the y axis for velocity errors, and shade the area from PIT's smallest to PIT's largest error."""
+    place = svg.scale_error_axis(axes, "y", [p.median for series in trend.series for p in series.points])
+    axes.set_ylabel("velocity error, median over scenes", labelpad=2)
+    for series in trend.series:
+        if series.method.engine == "pit":
+            low, high = ([place(end(p.errors, default=0.0)) for p in series.points] for end in (min, max))
+            axes.fill_between(trend.parts, low, high, color=svg.INK, alpha=0.08, linewidth=0)
+    return lambda point: place(point.median) if point.errors else math.nan
 
 
-def _set_x_axis(axes: Axes, trend: Trend, below: Drawn | None) -> None:
-    low, high = (formatting.format_step(dt_s) for dt_s in trend.coarsest_s)
-    between = high if low == high else f"{high} to {low}"
-    axes.set(xscale="log", xlabel=f"step size, as a fraction of the largest ({between})")
-    # The left end of the axis has the large step sizes.
-    axes.set_xlim(max(trend.parts) * 1.25, min(trend.parts) / 1.25)
-    axes.set_xticks(trend.parts, [formatting.format_fraction(part) for part in trend.parts])
-    axes.minorticks_off()
-    svg.finish(axes, below)
+def _scale_wrong_axis(trend: Trend, axes: Axes) -> Callable[[TrendPoint], float]:
+    from matplotlib.ticker import MaxNLocator
 
-
-def _draw_line(axes: Axes, trend: Trend, series: Series, heights: Sequence[float]) -> None:
-    style = svg.choose_line_style(series.method.engine, profile=series.method.profile)
-    axes.plot(trend.parts, heights, label=series.name, clip_on=False, **style)
+    max_wrong = max(1, *(p.wrong for series in trend.series for p in series.points))
+    axes.set_ylim(-0.05 * max_wrong, 1.08 * max_wrong)
+    axes.yaxis.set_major_locator(MaxNLocator(integer=True))
+    axes.set_ylabel("scenes graded wrong")
+    return lambda point: float(point.wrong) if point.graded else math.nan
