@@ -64,6 +64,7 @@ def _build_document(title: str, about: str, grid: Grid) -> Document:
         *build_provenance(results.environment, results.command, results.elapsed_s),
         runs.build_settings_section(grid),
         runs.build_cells_section(grid),
+        runs.build_impact_tables_section(grid),
     )
     return Document(title, build_headline(grid), sections, about, grade_tables.find_first_replay(grid))
 
