@@ -101,7 +101,7 @@ def test_unsupported_parts_of_a_space_are_listed(tmp_path: Path) -> None:
         "its body has 2 shapes",
         "a sensor",
         "its kinematic body moves by itself",
-        "a disc is inside it or behind each of its faces",
+        "no face has all discs in front of it",
         "disc 0: its filter",
     ):
         assert what in told

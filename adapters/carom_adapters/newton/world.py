@@ -122,7 +122,7 @@ class NewtonWorld:
         return Observation(position, velocity, () if has_overflowed else tuple(self._list_contacts(count)), warning)
 
     def _list_contacts(self, count: int) -> Iterator[Contact]:
-        """Yield the contacts in which a force acted, without impulses.
+        """Yield the contacts in which a force acted. The yielded contacts contain no impulses.
 
         The forces that the solver reports do not include the bounce, so impulses can't be computed.
         """

@@ -158,7 +158,7 @@ class _Reading:
             return
         wall = wall_towards([disc for _, disc in self.discs], _list_faces(shape))
         if wall is None:
-            reason = "no half-plane can replace it: a disc is inside it or behind each of its faces"
+            reason = "no half-plane can replace it: no face has all discs in front of it"
             self.dropped.append(f"{label}: {reason}")
             return
         self.walls.append((shape, wall))

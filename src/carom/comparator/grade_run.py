@@ -248,8 +248,8 @@ def _has_sampled_impacts(judged: JudgedRun, sampling: Measured, cost: SamplingCo
 def _has_good_end(judged: JudgedRun, allowed_errors: NDArray[np.float64]) -> bool:
     """Whether the final errors are small enough, or the final state follows from the run's own impacts.
 
-    Rounding and an energy error of a millionth are allowed in addition to `allowed_errors`, which has the order of
-    `Errors.list_final_errors`.
+    The elements of `allowed_errors` are in the same order as in `Errors.list_final_errors`. Rounding, and an energy
+    error of a millionth, are always allowed.
     """
     own, scales, (energy, *final) = judged.consistency, judged.scales, allowed_errors
     if not abs(judged.measured.largest.energy) <= max(energy + judged.rounding, THRESHOLDS.energy):

@@ -146,7 +146,7 @@ class RunInUnits(SeenRun):
         return self._run.counts["frames"]
 
     def advance_frames(self, frames: int) -> None:
-        """Run this many frames of a PIT run, and advance to the time of the next frame."""
+        """Compute this many frames of PIT. Afterwards, `time_s` is the time of the next frame."""
         self._of_frames.advance_frames(frames)
 
     @property

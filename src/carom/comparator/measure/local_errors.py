@@ -47,8 +47,8 @@ class LocalErrors:
             scene's greatest speed.
         restitution: Ratio of the speeds of separation and approach along the exact normal, minus the scene's
             coefficient of restitution.
-        spin: Error of the rim speed after the impact, for the body with the larger error, divided by the scene's
-            greatest disc or rim speed. NaN if no disc spins.
+        spin: Error of the rim speed after the impact, for the body with the larger error. The error is divided by the
+            scene's greatest speed of discs and rims. NaN if no disc spins.
         energy: Kinetic energy of the two bodies after the impact minus the exact kinetic energy, divided by the scene's
             energy (see `Scales`).
         sampling_velocity: Velocity error of PIT, started from the same state with the same step size; NaN if PIT finds

@@ -70,7 +70,7 @@ class Window:
     ) -> Difference:
         """Return the smallest difference between a state of the run and PIC's state after any number of impacts.
 
-        PIC's last impacts may only be omitted if they are still ahead in the run's state.
+        An impact of PIC may be left out only if the run has not reached this impact in its state.
         """
         best: Difference | None = None
         for count in range(len(truth), -1, -1):

@@ -135,7 +135,7 @@ class _Reading:
                 has_wall = True
                 self.walls.append((fixture, wall))
             else:
-                reason = "no half-plane can replace it: a disc is inside it or behind each of its faces"
+                reason = "no half-plane can replace it: no face has all discs in front of it"
                 self.dropped.append(f"{label}: {reason}")
         if has_wall:
             self.dropped.append(f"{label}: only its face towards the discs is kept, without its ends and its skin")

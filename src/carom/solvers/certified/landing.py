@@ -75,7 +75,7 @@ def _sum_reversing_bounces(
     from the quantity ``y u - q``, which friction does not change.
 
     If ``|r|`` may be larger than R, friction can change the slip by at most a known amount in all remaining impacts. If
-    the slip is larger than this amount, some slip remains, and is uncertain by this amount.
+    the slip is larger than this change, the disc still slides at the end, and its slip is known up to this change.
     """
     (place, speed, slip, rim), hop = state, 2 * bounce.leaves / ground.presses
     e, b = arb(material.restitution), arb(bodies.scene.wall_tangential_restitution)

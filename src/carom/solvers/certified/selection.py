@@ -117,7 +117,8 @@ class Selection:
     def _solve(self, instant_s: float, disc: int, body: int) -> Meeting | None:
         """Compute the time of an impact as an interval, starting from its bound.
 
-        Return None if there is no impact, or if the bound was too early, so that only a better bound was found.
+        Return None if there is no impact. Also return None if the impact is later than its bound: then only the bound
+        is replaced by a later one.
         """
         self.solved += 1
         if self.solved % _CHUNK == 0 and time.perf_counter() > self.deadline_s:

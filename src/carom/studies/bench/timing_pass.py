@@ -181,8 +181,8 @@ class CellTiming:
         advance_s: Time of all steps.
         prepare_s: Time to build the world.
         whole_s: The sum of `advance_s` and `prepare_s`.
-        call_s: Part of `advance_s` for Python's call into the world; NaN if the adapter does not accept a call without
-            steps.
+        call_s: Part of `advance_s` for Python's call into the world, measured by a call that takes no steps; NaN if the
+            adapter does not accept such a call.
         empty_s: Part of `advance_s` for the same number of steps of a world with one disc at rest.
         net_s: Rest of `advance_s`, without `call_s` and `empty_s`.
         ratio: `advance_s` divided by that of PIT with the same step size in the same round; None if PIT was not timed.

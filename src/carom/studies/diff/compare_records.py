@@ -129,10 +129,10 @@ class Change:
     def most_important(self) -> BeforeAfter | None:
         """The most important changed number; None if no number changed.
 
-        If the run became better, a number that became better is preferred. Otherwise, a number that became worse is
-        preferred. The order of importance is: missed and invented impacts, errors without a unit, errors with a unit,
-        verdicts. Among equally important numbers, the first is returned. Errors of impacts are first, because they
-        cause the other errors.
+        If the run became better, numbers that became better are the most important. Otherwise, numbers that became
+        worse are the most important. The further order of importance is: missed and invented impacts, errors without a
+        unit, errors with a unit, verdicts. Among equally important numbers, the first is returned. Errors of impacts
+        are first, because they cause the other errors.
         """
         direction = -1.0 if self.kind is Kind.BETTER else 1.0
 

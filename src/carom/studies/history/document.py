@@ -218,7 +218,10 @@ def render_error_chart(history: History) -> str:
 
 
 def _list_errors(releases: list[Release], profile: str) -> list[list[float]]:
-    """Return each release's velocity errors of a profile, for scenes and step sizes with an error in every release."""
+    """Return the velocity errors of a profile for each release.
+
+    Only those scenes and step sizes are included whose error was measured in every release.
+    """
     errors = [
         {cell: run.velocity for cell, run in release.results.items() if math.isfinite(run.velocity)}
         for release in releases

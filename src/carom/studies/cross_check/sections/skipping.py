@@ -16,10 +16,10 @@ from carom.studies.cross_check.grid import Grid
 from carom.support import formatting
 
 NOTE = (
-    "Skipping changes no result. Without skipping, PIC predicts the next impact of every pair after each impact. If a "
-    "formula solves the scene, PIC without skipping computes one impact after another instead. PIT without skipping "
-    "tests every pair and wall at every frame. Runs with and without skipping are timed alternately on this machine. "
-    "If a ratio is below 1, the scene is so small that skipping takes more time than it saves."
+    "Skipping changes no result. Without skipping, PIC predicts the next impact of every pair after each impact. PIC "
+    "solves some scenes by a formula; without skipping, PIC computes one impact after another in these scenes. PIT "
+    "without skipping tests every pair and wall at every frame. Runs with and without skipping are timed alternately "
+    "on this machine. If a ratio is below 1, the scene is so small that skipping takes more time than it saves."
 )
 
 
