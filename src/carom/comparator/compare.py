@@ -108,8 +108,8 @@ def require_possible_trace(trace: Trace) -> None:
 
     Raises:
         InputError: The trace's `float_bits` is neither 32 nor 64. An impact has a body that the scene does not have. A
-        wall turns, or moves in another way than in the scene. Spins are missing although discs turn. The run continues
-        after the scene's end.
+            wall turns, or moves in another way than in the scene. Spins are missing although discs turn. The run
+            continues after the scene's end.
     """
     scene, impacts, spins = trace.scene, trace.impacts, trace.spins
     source = f"the trace of {trace.method!r} of scene {scene.name!r}"
