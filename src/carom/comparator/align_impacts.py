@@ -83,7 +83,7 @@ def _find_divergence(
 def _find_shown_by_states(
     reference: Trace, missed: Sequence[int], truth: LocalTruth | None, dt_s: float
 ) -> frozenset[int]:
-    """Return the missed impacts that the states show, although the engine did not report them.
+    """Return those missed impacts that the run's states show, although the engine did not report these impacts.
 
     Only groups of successive steps with several impacts are searched. For such a group, an engine may report fewer
     impacts than happened.
@@ -108,7 +108,7 @@ def _sort_bodies(rows: NDArray[np.void]) -> NDArray[np.int64]:
 
 
 def _drop_contact_starts(reference: Trace, observed: Trace, invented: Sequence[int]) -> tuple[int, ...]:
-    """Remove a disc's spurious impacts on a wall once it rests, slides or rolls on this wall in the reference.
+    """Remove a disc's spurious impacts on a wall on which the disc already rests, slides or rolls in the reference.
 
     An engine may report the beginning of this contact as an impact, with the start of a step as its time. So impacts up
     to one step before the contact are also removed.
@@ -156,7 +156,7 @@ def _sort_by_reference(
             earlier, later = sequence[k - 1], sequence[k]
             if earlier not in to_reference or later not in to_reference:
                 break
-            a, b = to_reference[later], to_reference[earlier]  # a < b if the reference has the opposite order
+            a, b = to_reference[later], to_reference[earlier]  # if a < b, the reference has the opposite order
             if a > b:
                 break
             common = set(reference.impacts[["first", "second"]][a]) & set(reference.impacts[["first", "second"]][b])

@@ -213,10 +213,9 @@ def clip_before_rest(
 def _find_crush_limit(reference: Trace, dt_s: float, pit: Trace | None) -> float:
     """Return the time after which the impacts of a disc between two closing walls are too frequent for this step size.
 
-    As the walls crush the disc, the times between its impacts become ever shorter. The result is the time after which
-    each impact follows the previous one within two steps, because a method that checks once per step then misses
-    impacts. If PIT's run is given and misses or invents an earlier impact of the disc, the result is one step before
-    that impact.
+    As the walls crush the disc, the times between its impacts become ever shorter. After the returned time, each impact
+    follows the previous impact within two steps, so a method that checks once per step misses impacts. If PIT's run is
+    given and misses or invents an earlier impact of the disc, the result is one step before that impact.
     """
     impacts, times = reference.impacts, reference.impacts["time_s"]
     disc = int(impacts["first"][-1])
@@ -233,7 +232,7 @@ def _find_crush_limit(reference: Trace, dt_s: float, pit: Trace | None) -> float
 
 
 def _find_last_bounces(reference: Trace) -> dict[Pair, list[int]]:
-    """Find discs whose last impacts are ever lower bounces on a fixed body. Return their indices by pair of bodies."""
+    """Find the last bounces, ever lower, of discs on fixed bodies. Return the bounces' indices by pair of bodies."""
     scene, impacts = reference.scene, reference.impacts
     found = {}
     for disc in np.flatnonzero(scene.arrays.movable).tolist():

@@ -232,8 +232,8 @@ def _has_sampled_impacts(judged: JudgedRun, sampling: Measured, cost: SamplingCo
     time_s, local_s = errors["time_s"], judged.local.time_s[[observed for _, observed in judged.alignment.matched]]
     velocity = at_worst[0, impacts] + judged.rounding * own_scales.speed_m_s[impacts] / scales.speed_m_s
     spin = at_worst[1, impacts] + judged.rounding * own_scales.rim_m_s[impacts] / scales.rim_m_s
-    # If an impact is at most a step late, compared with the exact impact that follows from the run's own state, earlier
-    # impacts caused the rest of the lateness.
+    # The local lateness of an impact is measured from the exact impact that follows from the run's own state. If the
+    # local lateness is at most a step, earlier impacts caused the rest of the lateness.
     later_s = np.where(local_s <= known_ratio * dt_s, known_ratio * cost.found_off_s[impacts], 0.0)
     latest_s, earliest_s = np.maximum(late_s[impacts], later_s), early_s[impacts]
     is_sampled = (errors["velocity"] <= velocity) & (time_s <= latest_s + rounding_s) & ~(errors["spin"] > spin)

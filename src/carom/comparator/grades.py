@@ -35,7 +35,7 @@ class Grade(Enum):
 
     @classmethod
     def _missing_(cls, value: object) -> Grade | None:
-        """Return the grade for its name in an earlier version of Carom."""
+        """Return the grade that had the name `value` in an earlier version of Carom."""
         return cls(EARLIER_WORDS[value]) if isinstance(value, str) and value in EARLIER_WORDS else None
 
 

@@ -2,10 +2,9 @@
 
 The impacts of each pair of bodies are matched separately, in order of time. There are as many matches as possible. If
 several matchings have this number of matches, the one with the smallest sum of time differences is used. Each reference
-impact has a *window*: the time between the previous and the next reference impact of either body that it moves. Outside
-of this window, at least one of the bodies is on another path. An observed impact can match a reference impact only
-within its window. An engine may report an impact up to `LATEST_STAMP_STEPS` steps late, so each window is longer by
-this time at both ends.
+impact has a *window*: the time in which its movable bodies have no other reference impact. Outside of this window, at
+least one of the bodies is on another path. An observed impact can match a reference impact only within its window. An
+engine may report an impact up to `LATEST_STAMP_STEPS` steps late, so each window is longer by this time at both ends.
 """
 
 from __future__ import annotations

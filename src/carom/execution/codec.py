@@ -55,7 +55,7 @@ class Codec(Generic[T]):
 
 
 def _build_type(write: Callable[[Any], Any], read: Callable[[Any], Any]) -> Any:
-    """Return a type for pydantic, which converts with `write` and `read`.
+    """Return a type that makes pydantic write values with `write` and read them with `read`.
 
     `read` may raise any exception for invalid data.
     """

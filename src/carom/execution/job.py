@@ -183,7 +183,7 @@ class Answer(Generic[T]):
 
 
 class Task(Protocol[T_co]):
-    """Work with one engine. The task is sent to a worker process and carried out there, and its value is sent back."""
+    """A piece of work with one engine. A worker process carries out the task, and sends the value back."""
 
     @property
     def engine(self) -> str:

@@ -158,7 +158,7 @@ class Journal(MemoryJournal[K, T], Closeable):
             raise InputError(f"{self.path} is not a journal of this work: {problem}", hints=["name another folder"])
         found, end = [], len(head)
         for number, line in enumerate(lines, start=2):
-            if len(line) > LONGEST_LINE + 1:  # the line feed does not count
+            if len(line) > LONGEST_LINE + 1:  # the limit does not include the line feed
                 problem = f"is longer than {LONGEST_LINE >> 20} MiB, the limit of Carom's lines"
                 raise InputError(f"{self.path}, line {number} {problem}", hints=[_REMOVE])
             try:

@@ -160,7 +160,7 @@ class LocalPool(Pool):
         lanes = jobs or count_available_cores()
         share_mb = compute_memory_share(lanes) if memory_limit_mb is None else memory_limit_mb
         with suppress(AdapterError):  # the error is reported when an adapter is loaded
-            # cached before the forks, so that workers need not search the installed packages again
+            # the list is cached before the forks, so that workers need not search the installed packages again
             list_adapter_points()
         self._fork_server = ForkServer.launch()
         self._lanes = [Lane(time_limit_s, share_mb, self._fork_server) for _ in range(lanes)]

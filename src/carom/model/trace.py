@@ -28,7 +28,7 @@ def format_setting(value: Setting) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
-#: Other names for the profiles of PIC and PIT. With these names, users can run all methods with the same profile.
+#: Other names for the profiles of PIC and PIT. With these names, users can request one profile name for all methods.
 PROFILE_ALIASES: Mapping[str, Mapping[str, str]] = {
     "pic": {"default": "frame-by-frame", "tuned": "event-driven"},
     "pit": {"default": "tuned"},
@@ -41,7 +41,7 @@ def resolve_profile(method: str, profile: str) -> str:
 
 
 def format_profile(method: str, profile: str, overrides: Mapping[str, Setting]) -> str:
-    """Return the text for a profile: its name and the changed settings. The only profile of PIT is not named."""
+    """Return the text for a profile: its name and the changed settings. PIT's only profile is not named."""
     profile_name = "" if method == "pit" else resolve_profile(method, profile)
     values = ", ".join(f"{name}={format_setting(value)}" for name, value in overrides.items())
     return f"{profile_name} with {values}".lstrip() if values else profile_name

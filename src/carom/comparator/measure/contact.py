@@ -273,13 +273,13 @@ def _measure_errors(reference: Trace, truth: States, observed: States) -> Contac
 
 @lru_cache(maxsize=32)
 def _compute_pit_states(scene: Scene, dt_s: float, times_s: tuple[float, ...]) -> States:
-    """Return PIT's states at ascending times of frames, each after the frame's check for overlap."""
+    """Return PIT's states just after its checks for overlap at the given times, which must be in ascending order."""
     run = start_pit_run(scene, FrameClock(step_s=dt_s))
     fall = np.where(scene.arrays.movable[:, None], np.array(scene.gravity_m_s2), 0.0)
     places, velocities, spins = [], [], []
     for time_s in times_s:
         run.advance_frames(round(time_s / dt_s) + 1 - run.frames)
-        back_s = run.time_s - time_s  # the run's state is that of the next frame
+        back_s = run.time_s - time_s  # the run has already advanced to the next frame
         velocities.append(run.velocities() - fall * back_s)
         places.append(run.positions() - velocities[-1] * back_s - 0.5 * fall * back_s * back_s)
         spins.append(np.zeros(len(scene.discs)) if (run_spins := run.spins()) is None else run_spins)

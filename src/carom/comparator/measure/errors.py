@@ -223,7 +223,7 @@ def _group_small_runs(runs: Iterable[MatchedRun]) -> Iterator[list[MatchedRun]]:
 
 def larger_error(difference: Array) -> Array:
     """Return the larger of the two bodies' errors at each of m impacts, from vectors of shape ``(2, m, 2)``."""
-    larger: Array = compute_lengths(difference).max(axis=0)  # keeps NaN
+    larger: Array = compute_lengths(difference).max(axis=0)  # NaN if an error is NaN
     return larger
 
 

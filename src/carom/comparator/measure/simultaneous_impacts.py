@@ -136,7 +136,8 @@ def find_first_group(reference: Trace) -> Group | None:
     group_contacts = tuple(c for c in contacts if c.first in discs and (c.second < 0 or c.second in discs))
     rim = scene.arrays.surface_speed_m_s.copy()
     bodies = np.stack([impacts["first"], impacts["second"]], axis=1)[:begin].ravel()
-    rim[bodies[bodies >= 0]] = rim_speeds(reference, "after").T[:begin].ravel()[bodies >= 0]  # the last impact counts
+    # NumPy assigns in order, so each disc gets the rim speed that it has after its last impact.
+    rim[bodies[bodies >= 0]] = rim_speeds(reference, "after").T[:begin].ravel()[bodies >= 0]
     ended = [(flights[disc], rim[disc]) for disc in sorted(discs)]
     motion = [
         (*flight.velocity_at(time_s), r * flight.damping.compute_kept_fraction(time_s - flight.begin_s))

@@ -217,7 +217,7 @@ def _bound_closing_speed(block: Block, latest_states: Mapping[int, tuple[float, 
 
 
 def _drop_bystanders(block: Block, found: Activity, step: int) -> None:
-    """Remove pairs that do not meet, if meetings of other pairs explain the velocity changes of their discs."""
+    """Remove each pair that does not meet and whose velocity changes are explained by meetings of other pairs."""
     active, n = found.due[step], block.bodies.n
     involved = {body for pair, due_s in active.items() if due_s >= 0.0 for body in pair if body < n}
     unexplained = set(np.flatnonzero(block.velocity_changed[step]).tolist()) - involved

@@ -194,7 +194,7 @@ class StepWatch:
         self._states = [states.select_rows(slice(done, None))]
 
     def _record_found_by_pit(self, block: Block, chain: StepChain) -> dict[Pair, bool]:
-        """Return whether PIT finds each pair's impact if a chain continues a cut chain; else, an empty dictionary.
+        """If a chain continues a cut chain, return whether PIT finds each pair's impact; else return {}.
 
         If the chain is cut at its end, store the result for the next part.
 

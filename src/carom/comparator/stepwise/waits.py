@@ -96,7 +96,7 @@ def _compute_undamped_wait(state: body_states.BodyStates, pair: Pair, last: int)
             return primitives.wall_time(x, y, vx, vy, radius, wall)
         return primitives.wall_fall_time(x, y, vx, vy, radius, wall, *bodies.gravity)
     (ox, oy), (ux, uy) = state.motion_of(j)
-    if bodies.is_pulled(i) == bodies.is_pulled(j):  # gravity moves both equally
+    if bodies.is_pulled(i) == bodies.is_pulled(j):  # gravity accelerates both discs equally
         return primitives.pair_time(x, y, vx, vy, radius, ox, oy, ux, uy, bodies.radius[j])
     if bodies.is_pulled(i):
         return primitives.disc_fall_time(x, y, vx - ux, vy - uy, radius, ox, oy, bodies.radius[j], *bodies.gravity)

@@ -16,8 +16,8 @@ from carom.comparator.stepwise.step_chains import StepChain
 from carom.comparator.stepwise.window_runs import WindowImpact, simulate_pic
 from carom.model.trace import Vector
 
-#: In a window, PIC lets a disc rest if the disc approaches a body no faster than after falling for this fraction of a
-#: step.
+#: In a window, PIC lets a disc rest if the speed at which the disc approaches a body is at most the speed gained by
+#: falling for this fraction of a step.
 _RESTING = 1e-3
 
 

@@ -47,7 +47,8 @@ _ROUNDINGS = 4
 class FreeFlight:
     """Determines after each step whether another impact is possible.
 
-    The decision uses only the engine's own states. From a step on, a run is free flight if two conditions hold:
+    The decision uses only the engine's own states. The rest of a run is free flight if two conditions hold after a
+    step:
 
     - If all bodies continue on straight paths, no two overlap or come near each other before the scene's end.
     - The last two steps left every bit of every velocity unchanged. They moved every disc by its velocity times the

@@ -123,9 +123,9 @@ class OpenContact:
         """Return the instant at which two bodies meet, for a pair that comes to rest.
 
         `compute_turn_time` needs a free path after the impact, but resting bodies do not separate. At the returned
-        instant, the bodies on their free paths before the impact reach the distance that they have while they rest.
-        This distance changes at the normal speed that the bodies have at the end of the contact. The free path is a
-        parabola, or a line if gravity accelerates both bodies equally.
+        instant, the free paths before the impact bring the bodies to the distance that they have while they rest. The
+        distance of the resting bodies changes at the normal speed that they have at the end of the contact. The free
+        path is a parabola, or a line if gravity accelerates both bodies equally.
 
         Args:
             gravity: Acceleration of each disc, from `compute_gravity`.
@@ -235,7 +235,7 @@ class ImpactCollector:
         self._numbers = count(1)
 
     def skip_to(self, time_s: float, observation: Observation) -> None:
-        """Store the state at `time_s` as the last state. The steps since the previous one must have no contacts."""
+        """Replace the last state by the state at `time_s`. The steps between the two states must have no contacts."""
         self._last, self._last_s = observation, time_s
 
     def add(self, time_s: float, observation: Observation) -> None:
@@ -410,9 +410,9 @@ class ImpactCollector:
     def _compute_motions_at_impact(self, effective_s: float, contact: OpenContact) -> list[Motion]:
         """Return velocities and spins of two falling, damped or braked discs at their impact, given those at step ends.
 
-        Between the impact and a step boundary, gravity or slowing changes the velocities. A scene never has both. For
-        slowed discs, the instant may be before the contact's start or after its end by at most the contact's duration.
-        If the instant can't be computed, the reported instant is used.
+        Between the impact and a step boundary, the velocities change by gravity or by slowing. A scene has at most one
+        of these two effects. For slowed discs, the instant may be before the contact's start or after its end by at
+        most the contact's duration. If the instant can't be computed, the reported instant is used.
         """
         beyond_s = contact.end_s - contact.start_s if self._slowing else 0.0
         at_s = effective_s if math.isfinite(effective_s) else contact.reported.time_s
