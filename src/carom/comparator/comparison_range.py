@@ -253,9 +253,9 @@ def _find_last_bounces(reference: Trace) -> dict[Pair, list[int]]:
 def _find_end_of_pit_bounces(reference: Trace, pair: Pair, first_row: int, pit: Trace, alignment: Alignment) -> float:
     """Return the time up to which PIT finds the final bounces of a pair; infinity if PIT finds all of them.
 
-    PIT finds each bounce late, so the disc flies slightly too long or too short until the next bounce. When these
-    differences add up to the time between two bounces, PIT has a spurious impact. PIT may also find the disc so deep in
-    the body that gravity pulls the disc back before the disc has left the body.
+    PIT finds each bounce late, so the disc flies slightly too long or too short until the next bounce. When the
+    differences of flight times add up to the time between two bounces, PIT has a spurious impact. PIT may also find the
+    disc so deep in the body that gravity pulls the disc back before the disc has left the body.
     """
     expected_s, found_s = reference.impacts["time_s"], pit.impacts["time_s"]
     expected = group_by_pair(reference.impacts)[pair]

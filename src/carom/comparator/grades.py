@@ -29,7 +29,7 @@ class Grade(Enum):
     UNGRADED = "not graded"
 
     def is_at_least_as_bad_as(self, other: Grade) -> bool:
-        """Whether this grade equals another grade or is worse. False if one of them is UNGRADED."""
+        """Whether this grade equals another grade or is worse. False if one of the two grades is UNGRADED."""
         order = list(Grade)
         return self is not Grade.UNGRADED and order.index(self) >= order.index(other)
 

@@ -193,8 +193,8 @@ class Task(Protocol[T_co]):
         """Carry out the task in the worker process. The value must have the declared return type.
 
         Raises:
-            UnavailableError, UnsupportedError: The task can't be carried out. Any other error is an error of the
-                adapter.
+            UnavailableError, UnsupportedError: The task can't be carried out. Any other exception counts as an error of
+                the adapter.
         """
 
 

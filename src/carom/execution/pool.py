@@ -236,9 +236,9 @@ class LocalPool(Pool):
 class _PendingItems(Generic[Item]):
     """Items that no lane has taken yet.
 
-    A lane takes items of one engine until none is left. Then the lane takes items of another engine. The lane prefers
-    an engine whose items no other lane takes. Its second choice is an engine that this lane has already started, and
-    its third choice is the engine with the most remaining items.
+    A lane takes items of one engine until none is left, and then takes items of another engine. The lane prefers an
+    engine whose items no other lane takes. The lane's second choice is an engine that the lane has already started, and
+    the third choice is the engine with the most remaining items.
 
     Attributes:
         engines: Names of the engines that any of the items needs.

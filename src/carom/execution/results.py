@@ -28,8 +28,8 @@ class Row:
         trace: The trace; None if the job was not run.
         score: The comparison with the reference; None if the job was not run.
         timing: Run times; None if the job was not timed.
-        time_ratio: Run time of all steps divided by PIT's run time for the same scene and step size. Both run times are
-            measured directly one after the other. None if one of the runs was not timed.
+        time_ratio: Run time of all steps divided by PIT's run time for the same scene and step size. The run times of
+            the engine and of PIT are measured directly one after the other. None if one of the runs was not timed.
         spread: Distribution of the scores over many phases; None if only one phase was run.
         untimed: Reason why a job that ran could not be timed as requested; empty for other jobs.
     """

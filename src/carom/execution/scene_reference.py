@@ -96,9 +96,9 @@ def build_reference(trace: Trace, is_requested: bool | None, time_budget_s: floa
 
     Args:
         trace: The PIC trace of the scene.
-        is_requested: If true, compute a certified run and use it as the reference. If None, use PIC as the reference.
-            In this case, a certified run is used only to find the horizon. It is computed only if the scene has
-            `FEWEST_DISCS` to `MOST_DISCS` discs, and python-flint is installed. If false, compute no certified run.
+        is_requested: If true, compute a certified run and use it as the reference. If None, use PIC as the reference,
+            and a certified run only to find the horizon; the certified run needs `FEWEST_DISCS` to `MOST_DISCS` discs,
+            and python-flint. If false, compute no certified run.
         time_budget_s: Seconds for the certified run.
 
     Raises:

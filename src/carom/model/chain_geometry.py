@@ -40,7 +40,7 @@ class Foot(NamedTuple):
     Attributes:
         x: x coordinate of the point, in metres.
         y: y coordinate of the point, in metres.
-        edge: Number of the edge that contains the point. At a joint of two edges, the lower of their numbers.
+        edge: Number of the edge that contains the point. At a joint of two edges, the lower edge number.
         inner: Whether the point is between the ends of the edge.
     """
 

@@ -288,7 +288,7 @@ class Trace(ByValue, Tabular):
         state_before: Structured array of `STATE_DTYPE`, one entry per impact: the method's last state before the
             impact. None for a solver, because the impacts alone determine its paths.
         ambiguous: Indices of impacts that share a movable disc with an earlier impact at the same instant. The result
-            depends on the order of these impacts, which physics does not determine.
+            depends on the order of such simultaneous impacts, which physics does not determine.
         samples: Positions for drawing, if requested.
         profile: Name of the profile; empty if a solver was called directly.
         overrides: Settings that the user requested instead of those of the profile.

@@ -181,7 +181,7 @@ def _iterate_flights(trace: Trace, until_s: float) -> Iterator[Array]:
 
 
 def _compute_slowing(slowing: Slowing, duration_s: Array, speed: Array) -> tuple[Array, Array]:
-    """Return the fraction of each initial speed that is left, and the displacement divided by this initial speed."""
+    """Return the fraction of each flight's initial speed that is left, and the distance divided by this speed."""
     if not slowing:
         return np.ones_like(duration_s), duration_s
     flights = list(zip(duration_s.tolist(), speed.tolist(), strict=True))
@@ -330,7 +330,7 @@ def _measure_angular_error(trace: Trace) -> tuple[float, float, float]:
     discs = np.maximum(bodies, 0)
     inertia, radius = start.inertia[discs], start.radius_m[discs]
     from_velocity = np.array([[1.0], [-1.0]]) * np.sum(change * tangent, axis=2)
-    from_spin = inertia * spun  # NaN for discs that can't turn; they are excluded below
+    from_spin = inertia * spun  # NaN for discs that can't turn, which are excluded below
     is_checked = known & (bodies >= 0) & start.movable[discs] & np.isfinite(inertia)
     error = np.where(is_checked, np.maximum(np.abs(from_spin - from_velocity) - pulled, 0.0), 0.0)
     shorter = (from_spin * from_velocity >= 0.0) & (np.abs(from_spin) <= np.abs(from_velocity))

@@ -1,10 +1,11 @@
 """Errors of discs that slide, roll or rest, relative to the exact solution of Coulomb's law.
 
 The run's states are compared with the reference's states at the same instants. PIT has no lasting contact: its discs
-bounce at each check for overlap. Errors up to PIT's are allowed. Three other kinds of error are also allowed. First, an
-integrator may move a disc at a constant speed for a whole step. The disc then has a position error of ``dt / 2`` times
-the change of its speed in the step. Second, velocities may be wrong by ``g dt (1 + f)``, the change that gravity g and
-the coefficient of friction f (at most 1) cause in a step. Third, an impact may be a step late.
+bounce at each check for overlap. Errors up to PIT's are allowed. Three other kinds of error in lasting contact are also
+allowed. First, an integrator may move a disc at a constant speed for a whole step, which causes a position error of
+``dt / 2`` times the change of the disc's speed in the step. Second, velocities may be wrong by ``g dt (1 + f)``, the
+change that gravity g and the coefficient of friction f (at most 1) cause in a step. Third, an impact may be a step
+late.
 """
 
 from __future__ import annotations
@@ -96,7 +97,8 @@ class ContactScore:
             first state. The subtracted part is the error of an integrator that moves a disc at one speed for a whole
             step.
         momentum_m_s: Largest error of a disc's angular momentum about a point on the wall's surface, divided by mass
-            and radius. Friction does not change this momentum. NaN if a disc meets other discs or several walls.
+            and radius. Friction does not change the angular momentum about such a point. NaN if a disc meets other
+            discs or several walls.
         rest_m_s: Largest mean final speed of a disc that should rest; NaN if no disc should rest.
         frozen: Whether a disc stands still at the end although it should move.
         quality: Gaps and hops of discs that should stay on their walls.

@@ -167,7 +167,7 @@ def measure_local_errors(trace: Trace, scales: Scales) -> LocalErrors:
     wait[pairs] = _compute_time_to_contact(bodies, pairs)
     wait[walls], normal[walls] = _find_wall_meetings(trace, bodies, start, walls)
     if (wait < 0.0).any():
-        # If two bodies overlap, they met in the past. Their meeting was after the last earlier impact of each body.
+        # If two bodies overlap, they met in the past, but after the last earlier impact of each body.
         since_turn = np.minimum(_find_last_turn_times(trace) - start, 0.0)
         wait = np.where(wait < 0.0, np.maximum(wait, since_turn), wait)
     happens = known & np.isfinite(wait)

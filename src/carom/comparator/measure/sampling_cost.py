@@ -45,8 +45,8 @@ class SamplingCost:
         errors: Errors of velocity and spin. The error of a missed impact is the whole change that the impact causes.
             For several phases, each value is the largest error up to this impact, because errors propagate from impact
             to impact.
-        found: The largest errors over those phases at which PIT finds the impact and all earlier ones; 0 if there is no
-            such phase.
+        found: The largest errors over those phases at which PIT finds the impact and all earlier impacts; 0 if there is
+            no such phase.
         found_off_s: The largest error of the impact's time over the same phases as in `found`, in seconds, shape
             ``(m,)``.
         final: Final errors, see `Errors.list_final_errors`. For several phases, each value is the largest over phase 0
@@ -108,8 +108,8 @@ def measure_sampling_cost(aligned: AlignedRun, pit: Trace, measured: Measured, m
         aligned: The compared traces.
         pit: PIT's run.
         measured: The errors of PIT's run at phase 0, at which the scene is not shifted.
-        measured_run: The errors of the run that is compared with PIT. If these errors are larger than PIT's errors at
-            evenly spread phases, PIT also runs at the phases at which PIT is as late as the run.
+        measured_run: The errors of the run that is compared with PIT. If the run's errors are larger than PIT's errors
+            at evenly spread phases, PIT also runs at the phases at which PIT is as late as the run.
     """
     reference, impacts, cut = aligned.reference, aligned.compared.impacts, not aligned.compared.is_whole_run
 

@@ -29,8 +29,8 @@ _AT_ONCE = 64
 #: than the disc.
 _TOGETHER = 16
 
-#: Number of distances that are computed together in scenes with few pairs. In such scenes, more steps are searched
-#: together, because computing distances takes less time than computing boxes.
+#: Number of distances that are computed together in scenes with few pairs. In scenes with few pairs, more steps are
+#: searched together, because computing distances takes less time than computing boxes.
 _DISTANCES = 2**12
 
 

@@ -2,7 +2,7 @@
 
 If a run is late, some of PIC's impacts may not have happened in the run at the end of a window. So PIC's state is also
 computed without its last impacts, if these impacts are still ahead in the run's own state. The run is compared with the
-most similar of these states.
+most similar of PIC's states.
 """
 
 from __future__ import annotations
@@ -177,7 +177,7 @@ def _compute_energy_gain(window: Window, found: Difference, *, entangled: bool) 
 
 
 def _is_missed(window: Window, pair: Pair, speed_before: float) -> bool:
-    """Whether two bodies that should have met moved on as before, and so passed through each other."""
+    """Whether two bodies that should have met kept their motion, and so passed through each other."""
     block, bodies, activity = window.block, window.bodies, window.activity
     steps = window.chain.pairs[pair]
     own_steps = [step for step in _list_due_steps(window, pair) if (step, pair) not in activity.consequences]
@@ -259,7 +259,7 @@ def _measure_lateness(window: Window, comparison: Comparison, found: Difference,
     closing = max(first.contact.closing, 1e-300)
     comparison.late_known = window.gap_rounding / closing / dt_s
     # An engine may move discs along straight steps instead of curved paths. The position error is then up to `a dt^2 /
-    # 2` for an acceleration a. This error, divided by the closing speed, is the largest delay of the contact.
+    # 2` for an acceleration a. The position error divided by the closing speed is the largest delay of the contact.
     bends = bodies.pull + bodies.slowing.compute_deceleration(window.speed)
     comparison.late_allowed = 1.0 + comparison.late_known + 0.5 * bends * dt_s / closing
     if agrees:

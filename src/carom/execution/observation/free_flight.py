@@ -51,10 +51,10 @@ class FreeFlight:
     step:
 
     - If all bodies continue on straight paths, no two overlap or come near each other before the scene's end.
-    - The last two steps left every bit of every velocity unchanged. They moved every disc by its velocity times the
-      step size, except for rounding. So the engine does not damp discs, push them or move them in any other way.
+    - The last two steps left every bit of every velocity unchanged, and moved every disc by its velocity times the step
+      size, except for rounding. So the engine does not damp discs, push them or move them in any other way.
 
-    Then the final state is at the ends of the straight paths.
+    If both conditions hold, the final state is at the ends of the straight paths.
 
     Attributes:
         next_check_s: Time before which free flight can't begin. Until this time, `has_begun` needs to be called only
