@@ -232,7 +232,7 @@ def _find_crush_limit(reference: Trace, dt_s: float, pit: Trace | None) -> float
 
 
 def _find_last_bounces(reference: Trace) -> dict[Pair, list[int]]:
-    """Find the last bounces, ever lower, of discs on fixed bodies. Return the bounces' indices by pair of bodies."""
+    """Find series of ever lower bounces of discs on fixed bodies. Return the bounces' indices by pair of bodies."""
     scene, impacts = reference.scene, reference.impacts
     found = {}
     for disc in np.flatnonzero(scene.arrays.movable).tolist():
@@ -268,7 +268,7 @@ def _find_end_of_pit_bounces(reference: Trace, pair: Pair, first_row: int, pit: 
         if k in alignment.spurious:
             return float(found_s[k]) - pit.dt_s
         if stuck[nth] and nth + 1 < len(expected):
-            # If PIT missed or invented an earlier impact, this impact also counts as not found.
+            # After a missed or invented impact, PIT's impact `k` also counts as not found.
             is_matched = reference_of.get(k) == expected[nth] and expected_s[expected[nth]] <= found_s[k]
             is_before_next = found_s[k] < expected_s[expected[nth + 1]]
             return float(found_s[k]) - (0.0 if is_matched and is_before_next else pit.dt_s)

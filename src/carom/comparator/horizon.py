@@ -35,7 +35,7 @@ class Horizon:
         tolerance: Largest relative error at which an impact still agrees. Time errors are divided by the scene's
             duration. Errors of velocities and rim speeds are divided by the greatest speed at the start. With gravity
             or driven bodies, the greatest speed of the whole run is used.
-        agreed: Number of impacts before the first one that does not agree within the tolerance.
+        agreed: Number of impacts before the first impact that does not agree within the tolerance.
         order_differs: Index of the first impact whose bodies differ from those of the certified impact with the same
             index; None if there is none.
         certified: Number of impacts whose error bounds are proven.

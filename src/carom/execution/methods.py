@@ -50,7 +50,7 @@ _Settings = tuple[Mapping[str, Setting] | str, ...]
 
 @dataclass(frozen=True)
 class SettingsTask(AdapterTask):
-    """Queries the settings of a profile for several step sizes. The items of `overrides` replace such settings."""
+    """Queries the settings of a profile for several step sizes, with replacements from `overrides`."""
 
     profile: str
     dts: tuple[float, ...]

@@ -120,7 +120,7 @@ class StepWatch:
         return float(self._states[-1].time_s[-1])
 
     def finish(self) -> LocalTruth:
-        """Return the comparison of all steps, after the last state was added."""
+        """Return the comparison of all steps. Call this method after the last state was added."""
         if self._dropped:
             return self._finish()
         states = States.joined(self._states)
