@@ -31,8 +31,8 @@ class AlignedRun(ComparedRun):
         inverted: Pairs of impacts that the run has in the wrong order. Each impact is given by its index in the
             reference. Each pair begins with the impact that is earlier in the reference.
         diverged_s: Time in seconds of the run's first missed, spurious or out-of-order impact; None if there is none.
-        pit_diverged_s: Time in seconds of the first impact that PIT misses or invents with the same step size. None if
-            there is no such impact, or no PIT run.
+        pit_diverged_s: Time in seconds of the first impact that PIT misses or invents with the same step size. None
+            without a PIT run, or if PIT misses and invents no impact.
     """
 
     alignment: Alignment
@@ -83,10 +83,10 @@ def _find_divergence(
 def _find_shown_by_states(
     reference: Trace, missed: Sequence[int], truth: LocalTruth | None, dt_s: float
 ) -> frozenset[int]:
-    """Return the missed impacts that the states show, although the engine did not report them.
+    """Return those missed impacts that the run's states show, although the engine did not report these impacts.
 
-    Only groups of successive steps with several impacts are searched. For such a group, an engine may report fewer
-    impacts than happened.
+    Only groups of successive steps with several impacts are searched, because an engine may report only some of these
+    impacts.
     """
     if truth is None or not missed:
         return frozenset()
@@ -108,10 +108,10 @@ def _sort_bodies(rows: NDArray[np.void]) -> NDArray[np.int64]:
 
 
 def _drop_contact_starts(reference: Trace, observed: Trace, invented: Sequence[int]) -> tuple[int, ...]:
-    """Remove a disc's spurious impacts on a wall once it rests, slides or rolls on this wall in the reference.
+    """Remove a disc's spurious impacts on a wall on which the disc already rests, slides or rolls in the reference.
 
-    An engine may report the beginning of this contact as an impact, with the start of a step as its time. So impacts up
-    to one step before the contact are also removed.
+    An engine may report the beginning of resting, sliding or rolling as an impact, with the start of a step as the
+    time. So impacts up to one step before the lasting contact are also removed.
     """
     if reference.modes is None:
         return tuple(invented)
@@ -143,7 +143,7 @@ def _sort_by_reference(
 ) -> set[tuple[int, int]]:
     """Sort the run's impacts into the reference's order by swapping impacts that do not count as out of order.
 
-    Return the pairs that count as out of order (see `compare_order`). These pairs are not swapped.
+    Pairs of impacts that count as out of order (see `compare_order`) are not swapped, but returned.
 
     An insertion sort is used, because it needs only one comparison for an impact that is already in order.
     """
@@ -156,7 +156,7 @@ def _sort_by_reference(
             earlier, later = sequence[k - 1], sequence[k]
             if earlier not in to_reference or later not in to_reference:
                 break
-            a, b = to_reference[later], to_reference[earlier]  # a < b if the reference has the opposite order
+            a, b = to_reference[later], to_reference[earlier]  # if a < b, the reference has the opposite order
             if a > b:
                 break
             common = set(reference.impacts[["first", "second"]][a]) & set(reference.impacts[["first", "second"]][b])

@@ -158,7 +158,7 @@ def _require_wall_motion(trace: Trace, source: str) -> None:
 
 
 def _expected_wall_velocities(trace: Trace) -> dict[str, NDArray[np.float64]]:
-    """Return, by field name, the velocity that the second body of each impact has in the scene; 0 for a disc.
+    """Return the velocity that the scene gives the second body of each impact, by field name; 0 for a disc.
 
     If a wall's velocity changes within the step of the impact, the velocity that is nearest to the reported one is
     returned.
@@ -167,7 +167,7 @@ def _expected_wall_velocities(trace: Trace) -> dict[str, NDArray[np.float64]]:
     due = {name: np.zeros((len(impacts), 2)) for name in ("velocity_second_before", "velocity_second_after")}
     for k in np.flatnonzero((impacts["second"] < 0) & (start.wall_drives is not None)).tolist():
         drive = start.drive_of_wall(wall_index(int(impacts["second"][k])))
-        time_s = max(float(impacts["time_s"][k]), 0.0)  # a verdict reports a time before the start
+        time_s = max(float(impacts["time_s"][k]), 0.0)  # a verdict reports negative times
         span = (time_s - (trace.dt_s or 0.0)) * (1.0 - 2.0**-40), time_s * (1.0 + 2.0**-40)
         legs = drive.velocities_within(*span) if math.isfinite(time_s) else [drive.velocity_at(0.0)]
         for name, velocities in due.items():

@@ -213,10 +213,9 @@ def clip_before_rest(
 def _find_crush_limit(reference: Trace, dt_s: float, pit: Trace | None) -> float:
     """Return the time after which the impacts of a disc between two closing walls are too frequent for this step size.
 
-    As the walls crush the disc, the times between its impacts become ever shorter. The result is the time after which
-    each impact follows the previous one within two steps, because a method that checks once per step then misses
-    impacts. If PIT's run is given and misses or invents an earlier impact of the disc, the result is one step before
-    that impact.
+    As the walls crush the disc, the times between its impacts become ever shorter. After the returned time, each impact
+    follows the previous impact within two steps, so a method that checks once per step misses impacts. If PIT's run is
+    given and misses or invents an earlier impact of the disc, the result is one step before that impact.
     """
     impacts, times = reference.impacts, reference.impacts["time_s"]
     disc = int(impacts["first"][-1])
@@ -233,7 +232,7 @@ def _find_crush_limit(reference: Trace, dt_s: float, pit: Trace | None) -> float
 
 
 def _find_last_bounces(reference: Trace) -> dict[Pair, list[int]]:
-    """Find discs whose last impacts are ever lower bounces on a fixed body. Return their indices by pair of bodies."""
+    """Find series of ever lower bounces of discs on fixed bodies. Return the bounces' indices by pair of bodies."""
     scene, impacts = reference.scene, reference.impacts
     found = {}
     for disc in np.flatnonzero(scene.arrays.movable).tolist():
@@ -254,9 +253,9 @@ def _find_last_bounces(reference: Trace) -> dict[Pair, list[int]]:
 def _find_end_of_pit_bounces(reference: Trace, pair: Pair, first_row: int, pit: Trace, alignment: Alignment) -> float:
     """Return the time up to which PIT finds the final bounces of a pair; infinity if PIT finds all of them.
 
-    PIT finds each bounce late, so the disc flies slightly too long or too short until the next bounce. When these
-    differences add up to the time between two bounces, PIT has a spurious impact. PIT may also find the disc so deep in
-    the body that gravity pulls the disc back before the disc has left the body.
+    PIT finds each bounce late, so the disc flies slightly too long or too short until the next bounce. When the
+    differences of flight times add up to the time between two bounces, PIT has a spurious impact. PIT may also find the
+    disc so deep in the body that gravity pulls the disc back before the disc has left the body.
     """
     expected_s, found_s = reference.impacts["time_s"], pit.impacts["time_s"]
     expected = group_by_pair(reference.impacts)[pair]
@@ -269,7 +268,7 @@ def _find_end_of_pit_bounces(reference: Trace, pair: Pair, first_row: int, pit: 
         if k in alignment.spurious:
             return float(found_s[k]) - pit.dt_s
         if stuck[nth] and nth + 1 < len(expected):
-            # If PIT missed or invented an earlier impact, this impact also counts as not found.
+            # After a missed or invented impact, PIT's impact `k` also counts as not found.
             is_matched = reference_of.get(k) == expected[nth] and expected_s[expected[nth]] <= found_s[k]
             is_before_next = found_s[k] < expected_s[expected[nth + 1]]
             return float(found_s[k]) - (0.0 if is_matched and is_before_next else pit.dt_s)

@@ -64,8 +64,7 @@ def grade_trajectory(judged: JudgedRun) -> Grade:
 def _add_phase_dependence(found: tuple[Finding, ...], as_right: int, phases: int) -> tuple[Finding, ...]:
     """Report that the run equals PIT, and that PIT is less accurate at other phases of the step.
 
-    If nothing is wrong with the run, its first verdict is CONFORMS, and the note is added to the reason of this
-    verdict.
+    If nothing is wrong with the run, the first verdict is CONFORMS, and the report is added to the reason of CONFORMS.
     """
     note = f"PIT is equally accurate at {as_right} of {phases} phases of the step"
     if found[0].verdict is Verdict.CONFORMS:
@@ -77,8 +76,8 @@ def _grade_flight_and_contact(judged: JudgedRun) -> Grade:
     """Grade the impacts of a run and the contacts in which its discs slide, roll and rest. Return the worse grade.
 
     If the impacts can't be graded, the grade of the contacts is returned. If the trajectory diverged, contacts are
-    ignored, because different bounces lead to different contacts. But the final motion of a single disc on a single
-    wall does not depend on the bounces, so wrong contacts of such a disc count.
+    ignored, because different bounces lead to different contacts. But wrong contacts count if the scene has a single
+    disc and a single wall, because the final motion then does not depend on the bounces.
     """
     flight_grade, contact = _grade_flight(judged), judged.contact
     if contact is None:
@@ -196,7 +195,7 @@ def _is_within_rounding(judged: JudgedRun, measured: Measured, rounding_s: float
 
 
 def _has_close_impacts(judged: JudgedRun, cost: SamplingCost) -> bool:
-    """Whether all time errors are below a hundredth of a step, and all other errors below a hundredth of PIT's."""
+    """Whether time errors are below a hundredth of a step, and all other errors below a hundredth of PIT's errors."""
     step_s = judged.observed.dt_s or cost.dt_s
     own_scales, scales = judged.baseline.find_own_scales(judged.reference), judged.scales
     errors, impacts = judged.measured.of_impacts, judged.measured.matched
@@ -232,8 +231,8 @@ def _has_sampled_impacts(judged: JudgedRun, sampling: Measured, cost: SamplingCo
     time_s, local_s = errors["time_s"], judged.local.time_s[[observed for _, observed in judged.alignment.matched]]
     velocity = at_worst[0, impacts] + judged.rounding * own_scales.speed_m_s[impacts] / scales.speed_m_s
     spin = at_worst[1, impacts] + judged.rounding * own_scales.rim_m_s[impacts] / scales.rim_m_s
-    # If an impact is at most a step late, compared with the exact impact that follows from the run's own state, earlier
-    # impacts caused the rest of the lateness.
+    # The local lateness of an impact is measured from the exact impact that follows from the run's own state. If the
+    # local lateness is at most a step, earlier impacts caused the rest of the lateness.
     later_s = np.where(local_s <= known_ratio * dt_s, known_ratio * cost.found_off_s[impacts], 0.0)
     latest_s, earliest_s = np.maximum(late_s[impacts], later_s), early_s[impacts]
     is_sampled = (errors["velocity"] <= velocity) & (time_s <= latest_s + rounding_s) & ~(errors["spin"] > spin)

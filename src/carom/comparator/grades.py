@@ -29,13 +29,13 @@ class Grade(Enum):
     UNGRADED = "not graded"
 
     def is_at_least_as_bad_as(self, other: Grade) -> bool:
-        """Whether this grade equals another grade or is worse. False if one of them is UNGRADED."""
+        """Whether this grade equals another grade or is worse. False if one of the two grades is UNGRADED."""
         order = list(Grade)
         return self is not Grade.UNGRADED and order.index(self) >= order.index(other)
 
     @classmethod
     def _missing_(cls, value: object) -> Grade | None:
-        """Return the grade for its name in an earlier version of Carom."""
+        """Return the grade that had the name `value` in an earlier version of Carom."""
         return cls(EARLIER_WORDS[value]) if isinstance(value, str) and value in EARLIER_WORDS else None
 
 

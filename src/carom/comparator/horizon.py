@@ -21,9 +21,9 @@ from carom.solvers.certified.certify import certify
 from carom.solvers.certified.result import CertifiedTrace
 from carom.solvers.pic import solve_pic
 
-# Largest relative error of a reliable reference. `Horizon` describes what errors are divided by. The value is a
-# thousand times the rounding threshold of the verdicts, and at most a thousandth of PIT's errors at usual step sizes.
-# So the results do not depend on the exact value.
+# Largest relative error of a reliable reference. The docstring of `Horizon` lists the quantities by which errors are
+# divided. The value is a thousand times the rounding threshold of the verdicts, and at most a thousandth of PIT's
+# errors at usual step sizes. So the results do not depend on the exact value.
 RELIABLE_ERROR = 1e-9
 
 
@@ -35,7 +35,7 @@ class Horizon:
         tolerance: Largest relative error at which an impact still agrees. Time errors are divided by the scene's
             duration. Errors of velocities and rim speeds are divided by the greatest speed at the start. With gravity
             or driven bodies, the greatest speed of the whole run is used.
-        agreed: Number of impacts before the first one that does not agree within the tolerance.
+        agreed: Number of impacts before the first impact that does not agree within the tolerance.
         order_differs: Index of the first impact whose bodies differ from those of the certified impact with the same
             index; None if there is none.
         certified: Number of impacts whose error bounds are proven.
@@ -158,9 +158,9 @@ def compute_horizon(certified: CertifiedTrace, trace: Trace, *, tolerance: float
 def _compute_largest_differences(
     one: NDArray[np.void], two: NDArray[np.void], time_s: float, speed_m_s: float, radii: NDArray[np.void] | None = None
 ) -> NDArray[np.float64]:
-    """Return, for each impact, the largest relative difference between `one` and `two` in time and velocities after it.
+    """Return, for each impact, the largest relative difference between the numbers of `one` and `two`.
 
-    If a number of an impact is NaN, the result is NaN.
+    The compared numbers are the time and the velocities after the impact. If one of them is NaN, the result is NaN.
     """
     found = np.zeros(len(one))
     for name, scale in (("time_s", time_s), ("velocity_first_after", speed_m_s), ("velocity_second_after", speed_m_s)):

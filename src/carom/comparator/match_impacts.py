@@ -1,11 +1,11 @@
 """Matching of the impacts of a run with those of a reference. Impacts without a match are missed or spurious.
 
 The impacts of each pair of bodies are matched separately, in order of time. There are as many matches as possible. If
-several matchings have this number of matches, the one with the smallest sum of time differences is used. Each reference
-impact has a *window*: the time between the previous and the next reference impact of either body that it moves. Outside
-of this window, at least one of the bodies is on another path. An observed impact can match a reference impact only
-within its window. An engine may report an impact up to `LATEST_STAMP_STEPS` steps late, so each window is longer by
-this time at both ends.
+several matchings have equally many matches, the matching with the smallest sum of time differences is used. Each
+reference impact has a *window*: the time in which its movable bodies have no other reference impact. Outside of this
+window, at least one of the bodies is on another path. An observed impact can match a reference impact only within the
+reference impact's window. An engine may report an impact up to `LATEST_STAMP_STEPS` steps late, so each window is
+longer by this time at both ends.
 """
 
 from __future__ import annotations
@@ -94,8 +94,8 @@ def match_impacts(reference: Trace, observed: Trace, compared: ComparisonRange |
 def _has_passed(impact: np.void, observed: Trace) -> bool:
     """Whether the two bodies of an unobserved impact separate in the observed final state.
 
-    If the bodies separate, they have passed through each other. The impact then counts as missed, because no later step
-    would find it. The result is false for an impact with a wall.
+    If the bodies separate, they have passed through each other. An impact counts as missed if its bodies have passed
+    through each other, because no later step would find the impact. The result is false for an impact with a wall.
     """
     first, second = int(impact["first"]), int(impact["second"])
     if second < 0 or impact["time_s"] > observed.end_time_s:

@@ -26,11 +26,11 @@ class Scales:
         length_m: Radius of the largest disc.
         speed_m_s: Greatest speed of any disc in the reference; 1 m/s if no disc moves.
         rim_m_s: Scale for errors of spin times radius: the greatest speed of any disc's centre, or of any rim relative
-            to its centre, whichever is larger. In a contact both speeds are added, so the larger one determines the
-            rounding error of a spin.
+            to its centre, whichever is larger. In a contact, the speeds of centre and rim are added, so the larger
+            speed determines the rounding error of a spin.
         time_s: The scene's duration in seconds.
-        energy_j: The larger of two energies. The first is the kinetic energy of the movable discs at the start,
-            including rotation. The second is the absolute work of driven bodies, summed over the reference's impacts.
+        energy_j: The larger of two energies: the kinetic energy of the movable discs at the start, including rotation,
+            and the absolute work of driven bodies, summed over the reference's impacts.
         reach_m: Upper bound on the magnitude of a coordinate. Rounding errors of positions are proportional to this
             bound.
     """

@@ -39,8 +39,8 @@ class Score(Shown):
             inaccurate as PIT, and above 1 for a worse run. If all velocities and spins of both PIT and the run are
             exact, the value is the ratio of the largest time errors. PIT's time error then counts as at least one step.
             The value is NaN without a PIT run, without an impact, or if simultaneous impacts have no unique result. The
-            value is infinite if only the run has an error, if a number of the run is not finite, or if the run ended
-            before its last impact.
+            value is infinite if the run has an error and PIT has none, if a number of the run is not finite, or if the
+            run ended too early to report all impacts.
         findings: At least one verdict, each with its reason.
         grade: The grade.
         float_bits: Width of the method's floats: 32 or 64 bits. Errors within the rounding of these floats count as
@@ -52,8 +52,8 @@ class Score(Shown):
         horizon_s: End of the compared part of the run, in seconds. The part ends at the horizon, or when bounces before
             a lasting contact become too small for the step. None if the whole run is compared.
         local: Errors of each impact, relative to the exact impact that follows from the trace's own state before it.
-        convention: If simultaneous impacts have no unique result: the possible outcome that is nearest to the run's.
-            None if all results are unique.
+        convention: If simultaneous impacts have no unique result: the possible outcome that is nearest to the run's
+            outcome. None if all results are unique.
         consistency: Contradictions between the trace's own impacts and states; None if one of its numbers is NaN or
             infinite.
         local_truth: Score of the single steps, each compared with PIC from the run's own state; None if states were not
@@ -65,7 +65,8 @@ class Score(Shown):
         contact: Score of the time in which discs slide, roll or rest. None if there is no such time, or if states were
             not stored.
         lucky_phase: Number of phases of the step at which PIT is as accurate as the run, and number of phases that were
-            tried. Only given if an exact or close run equals PIT, but PIT is less accurate at some phases. Else None.
+            tried. The numbers are given only if an exact or close run equals PIT, but PIT is less accurate at some
+            phases; otherwise None.
 
     Examples:
         >>> reference = carom.solve_pic("paper/late")
@@ -106,7 +107,7 @@ class Score(Shown):
     def own_velocity(self) -> float | None:
         """The velocity error that sampling does not explain: the smaller of the errors relative to PIT and to PIC.
 
-        The smaller error is used, because a method that is more accurate than PIT also differs from PIT.
+        The error relative to PIC is also considered, because a method that is more accurate than PIT differs from PIT.
         """
         if self.against_pit is None:
             return None
@@ -118,7 +119,7 @@ class Score(Shown):
         """The verdicts, without their reasons."""
         return tuple(finding.verdict for finding in self.findings)
 
-    # Names of version 0.1 for errors in `total`.
+    # Version 0.1 used these names for errors in `total`.
     time_error_s = property(attrgetter("total.time_s"))
     velocity_error = property(attrgetter("total.velocity"))
     direction_error_rad = property(attrgetter("total.direction_rad"))

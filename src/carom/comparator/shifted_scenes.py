@@ -143,6 +143,6 @@ def _replace_bodies(scene: Scene, discs: Iterable[Disc], walls: Iterable[AnyWall
         SceneError: Bodies overlap.
     """
     replaced = scene.model_copy(update={"discs": tuple(discs), "walls": tuple(walls), **fields})
-    # A copy is not validated. All its fields have valid types, but the bodies may overlap.
+    # The copy of a scene is not validated: all fields have valid types, but bodies may overlap.
     replaced.model_post_init(None)
     return replaced

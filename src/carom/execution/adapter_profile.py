@@ -27,7 +27,7 @@ def load_supported_adapter(job: Job) -> Adapter:
     if reason := explain_unavailable_adapter(adapter):
         raise UnavailableError(reason)
     located = job.profile in adapter.profiles and adapter.profiles[job.profile].located
-    # The capabilities that a profile declares hold only if no setting of the profile is replaced.
+    # The capabilities that a profile declares are valid only if no setting of the profile is replaced.
     able = adapter.capabilities if job.method.overrides else capabilities_of(adapter, job.profile)
     if reason := unsupported_reason(job.scene, able, job.dt_s, located=located):
         raise UnsupportedError(reason)

@@ -62,7 +62,7 @@ class ClusterPool(Pool):
         self, scheduler: str, time_limit_s: float = DEFAULT_TIME_LIMIT_S, memory_limit_mb: float | None = None
     ) -> None:
         try:
-            distributed: Any = importlib.import_module("distributed")  # untyped
+            distributed: Any = importlib.import_module("distributed")  # the package has no type hints
         except ImportError:
             problem = "--scheduler needs distributed, which is not installed"
             raise MissingExtraError(problem, hints=["pip install 'carom[cluster]'"]) from None
@@ -121,7 +121,8 @@ class ClusterPool(Pool):
                     raise ClusterError(f"{why}; tasks left: {len(submitted)}", hints=[_CONTINUE]) from None
                 else:
                     yield results
-                # Only now: a result whose worker was lost after its task is awaited until its future is cancelled.
+                # A future is removed only after `result` returns. If a worker was lost after its task, `result` waits
+                # until `watch` cancels the future.
                 del submitted[future]
                 future.release()
         if lost_tasks:
@@ -186,7 +187,7 @@ def _carry_out(
 ) -> list[T]:
     """Process one item in a worker of the cluster. Engines keep running between items."""
     if not hasattr(_THREAD_LOCAL, "lane"):
-        _THREAD_LOCAL.lane = Lane(*limits)  # never closed, since its processes end when this process ends
+        _THREAD_LOCAL.lane = Lane(*limits)  # never closed: the processes of the lane end when this process ends
     return list(work(item, _THREAD_LOCAL.lane))
 
 

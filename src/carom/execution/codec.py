@@ -55,7 +55,7 @@ class Codec(Generic[T]):
 
 
 def _build_type(write: Callable[[Any], Any], read: Callable[[Any], Any]) -> Any:
-    """Return a type for pydantic, which converts with `write` and `read`.
+    """Return a type that makes pydantic write values with `write` and read them with `read`.
 
     `read` may raise any exception for invalid data.
     """
@@ -118,7 +118,7 @@ def _build_field_type(hint: Any, carried: Any) -> Any:
 def build_dataclass_type(kind: type[Any], **carried: Any) -> Any:
     """Return a type with which pydantic converts a dataclass. A value is written as a string that contains JSON.
 
-    In this inner JSON, NaN and infinities are written without quotes, because the string "NaN" could be a setting. For
+    In the inner JSON, NaN and infinities are written without quotes, because the string "NaN" could be a setting. For
     each field, `_build_field_type` gets the argument `carried[name]`, where `name` is the field's name.
     """
     known = {"Scene": Scene, "LocalTruth": LocalTruth, "States": States, "np": np, "NDArray": NDArray}

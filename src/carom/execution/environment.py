@@ -37,7 +37,7 @@ class Environment:
 
     @property
     def machine(self) -> tuple[str, str, int]:
-        """System, processor and number of cores. Run times depend on these and on the versions."""
+        """System, processor and number of cores. Run times depend on the machine and on the versions."""
         return (self.system, self.processor, self.cores)
 
 

@@ -16,8 +16,8 @@ _OWN = Path(__file__).resolve().parents[1]
 def describe_exception(error: BaseException) -> str:
     """Return an unexpected exception as text, such as ``TypeError: message (adapter.py, line 12)``.
 
-    The first file in the traceback that does not belong to Carom is usually the adapter. The location is the last line
-    of the traceback in this file. If all files belong to Carom, the last line of the traceback is used.
+    The location is the traceback's last line in the first file that does not belong to Carom, which is usually the
+    adapter. If all files belong to Carom, the last line of the traceback is used.
     """
     places = traceback.extract_tb(error.__traceback__)
     foreign_file = next((place.filename for place in places if not Path(place.filename).is_relative_to(_OWN)), None)

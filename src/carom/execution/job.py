@@ -183,7 +183,7 @@ class Answer(Generic[T]):
 
 
 class Task(Protocol[T_co]):
-    """Work with one engine. The task is sent to a worker process and carried out there, and its value is sent back."""
+    """A piece of work with one engine. A worker process carries out the task, and sends the value back."""
 
     @property
     def engine(self) -> str:
@@ -193,8 +193,8 @@ class Task(Protocol[T_co]):
         """Carry out the task in the worker process. The value must have the declared return type.
 
         Raises:
-            UnavailableError, UnsupportedError: The task can't be carried out. Any other error is an error of the
-                adapter.
+            UnavailableError, UnsupportedError: The task can't be carried out. Any other exception counts as an error of
+                the adapter.
         """
 
 

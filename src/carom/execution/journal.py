@@ -1,9 +1,9 @@
 """Journals: append-only files with one line of JSON per result. An interrupted study resumes from its journal.
 
 Each append writes complete lines at once. A process that is killed loses no complete line, but can leave an incomplete
-last line. This line is removed when the journal is opened again. The first line identifies the study. A float is
-written as the shortest text that reads back as the same float. NaN and infinities are written as strings. Control
-characters are escaped, so that a line contains no line break.
+last line. An incomplete last line is removed when the journal is opened again. The first line identifies the study. A
+float is written as the shortest text that reads back as the same float. NaN and infinities are written as strings.
+Control characters are escaped, so that a line contains no line break.
 """
 
 from __future__ import annotations
@@ -158,7 +158,7 @@ class Journal(MemoryJournal[K, T], Closeable):
             raise InputError(f"{self.path} is not a journal of this work: {problem}", hints=["name another folder"])
         found, end = [], len(head)
         for number, line in enumerate(lines, start=2):
-            if len(line) > LONGEST_LINE + 1:  # the line feed does not count
+            if len(line) > LONGEST_LINE + 1:  # the limit does not include the line feed
                 problem = f"is longer than {LONGEST_LINE >> 20} MiB, the limit of Carom's lines"
                 raise InputError(f"{self.path}, line {number} {problem}", hints=[_REMOVE])
             try:
@@ -226,7 +226,7 @@ def _read_lines(file: int) -> Iterator[bytes]:
     """Yield the lines of a file, except an incomplete last line: one without line feed, or one that is not JSON.
 
     After a power failure a file can end in zeros. If a line is longer than `LONGEST_LINE`, only its beginning is
-    yielded. This beginning is also longer than `LONGEST_LINE`, so callers can detect it.
+    yielded. The yielded beginning is also longer than `LONGEST_LINE`, so callers can detect it.
     """
     previous = b""
     with open(file, "rb", closefd=False) as stream:

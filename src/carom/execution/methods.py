@@ -50,7 +50,7 @@ _Settings = tuple[Mapping[str, Setting] | str, ...]
 
 @dataclass(frozen=True)
 class SettingsTask(AdapterTask):
-    """Queries the settings of a profile for several step sizes. Settings in `overrides` replace its settings."""
+    """Queries the settings of a profile for several step sizes, with replacements from `overrides`."""
 
     profile: str
     dts: tuple[float, ...]
@@ -94,7 +94,7 @@ class Methods(NamedTuple):
         info = self.infos.get(job.engine)
         if (known := self.find_refusal(job.method, job.dt_s)) is not None or info is None or info.capabilities is None:
             return known
-        # The capabilities that a profile declares hold only if no setting of the profile is replaced.
+        # The capabilities that a profile declares are valid only if no setting of the profile is replaced.
         capabilities = info.capabilities if job.method.overrides else info.own.get(job.profile, info.capabilities)
         reason = unsupported_reason(job.scene, capabilities, job.dt_s, located=job.profile in info.located)
         return Answer(Status.UNSUPPORTED, reason) if reason else None

@@ -63,10 +63,10 @@ def generate_phases(count: int, seed: int = 0) -> tuple[float, ...]:
 def compute_pit_miss_probability(scene: Scene, dt_s: float) -> float:
     """Return the fraction of all possible phases in which PIT misses the impact of two discs; NaN if they don't meet.
 
-    PIT detects the impact if one of its checks happens while the discs overlap and approach. This lasts for a time T.
-    For straight paths and constant speeds, ``T = sqrt(R^2 - b^2) / u``. R is the sum of the radii, b is the smallest
-    distance of the centres, and u is the relative speed. PIT finds the impact with the probability
-    ``min(1, T / dt_s)``.
+    PIT detects the impact if one of its checks happens while the discs overlap and approach. The discs overlap and
+    approach for a time T. For straight paths and constant speeds, ``T = sqrt(R^2 - b^2) / u``. R is the sum of the
+    radii, b is the smallest distance of the centres, and u is the relative speed. PIT finds the impact with the
+    probability ``min(1, T / dt_s)``.
     """
     if len(scene.discs) != 2 or scene.walls or scene.damping_per_s or scene.table_deceleration_m_s2:
         return math.nan

@@ -160,7 +160,7 @@ class LocalPool(Pool):
         lanes = jobs or count_available_cores()
         share_mb = compute_memory_share(lanes) if memory_limit_mb is None else memory_limit_mb
         with suppress(AdapterError):  # the error is reported when an adapter is loaded
-            # cached before the forks, so that workers need not search the installed packages again
+            # the list is cached before the forks, so that workers need not search the installed packages again
             list_adapter_points()
         self._fork_server = ForkServer.launch()
         self._lanes = [Lane(time_limit_s, share_mb, self._fork_server) for _ in range(lanes)]
@@ -236,9 +236,9 @@ class LocalPool(Pool):
 class _PendingItems(Generic[Item]):
     """Items that no lane has taken yet.
 
-    A lane takes items of one engine until none is left. Then the lane takes items of another engine. The lane prefers
-    an engine whose items no other lane takes. Its second choice is an engine that this lane has already started, and
-    its third choice is the engine with the most remaining items.
+    A lane takes items of one engine until none is left, and then takes items of another engine. The lane prefers an
+    engine whose items no other lane takes. The lane's second choice is an engine that the lane has already started, and
+    the third choice is the engine with the most remaining items.
 
     Attributes:
         engines: Names of the engines that any of the items needs.

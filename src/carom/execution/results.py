@@ -28,8 +28,8 @@ class Row:
         trace: The trace; None if the job was not run.
         score: The comparison with the reference; None if the job was not run.
         timing: Run times; None if the job was not timed.
-        time_ratio: Run time of all steps divided by PIT's run time for the same scene and step size. Both run times are
-            measured directly one after the other. None if one of the runs was not timed.
+        time_ratio: Run time of all steps divided by PIT's run time for the same scene and step size. The run times of
+            the engine and of PIT are measured directly one after the other. None if one of the runs was not timed.
         spread: Distribution of the scores over many phases; None if only one phase was run.
         untimed: Reason why a job that ran could not be timed as requested; empty for other jobs.
     """
@@ -70,8 +70,8 @@ class Results(Tabular):
         command: The command that repeats this cross-check; empty if the cross-check was called from Python.
         elapsed_s: Wall-clock seconds of the whole cross-check.
         certified: Comparison of PIC with a certified run (a run with proven error bounds) for each scene, by the
-            scene's name. If no run was certified, the value is the reason. Scenes of one or two discs are included on
-            request only.
+            scene's name. If no run was certified, the value is the reason. Scenes of one or two discs are included only
+            if certification is requested.
         horizons: Time up to which runs are compared with the reference, in seconds, by the scene's name. After this
             time the reference is not reliable, or lasting contact has begun. Scenes that are not listed are compared up
             to their end.

@@ -21,10 +21,10 @@ from carom.support.limits import CERTIFY_SECONDS
 #: Largest number of impacts of a reference in a cross-check. Each impact needs memory.
 MOST_IMPACTS = 200_000
 
-#: Largest number of discs of a scene that is certified without request. A certified run stores bounds for all pairs of
+#: Largest number of discs in a scene that is certified by default. A certified run stores bounds for all pairs of
 #: discs.
 MOST_DISCS = 1000
-#: Smallest number of discs of a scene that is certified without request. A formula solves scenes with fewer discs.
+#: Smallest number of discs in a scene that is certified by default. A formula solves scenes with fewer discs.
 FEWEST_DISCS = 3
 
 
@@ -96,9 +96,9 @@ def build_reference(trace: Trace, is_requested: bool | None, time_budget_s: floa
 
     Args:
         trace: The PIC trace of the scene.
-        is_requested: If true, compute a certified run and use it as the reference. If None, use PIC as the reference.
-            In this case, a certified run is used only to find the horizon. It needs three or more discs, and
-            python-flint. If false, compute no certified run.
+        is_requested: If true, compute a certified run and use it as the reference. If None, use PIC as the reference,
+            and a certified run only to find the horizon; the certified run needs `FEWEST_DISCS` to `MOST_DISCS` discs,
+            and python-flint. If false, compute no certified run.
         time_budget_s: Seconds for the certified run.
 
     Raises:

@@ -20,7 +20,8 @@ from carom.execution.pool import Pool
 from carom.execution.scene_reference import require_reference, shift_to_phase, solve_reference
 from carom.execution.scheduler import TaskRequest, run_tasks
 
-#: Number of references that a worker caches. A few are enough, since the jobs of a batch are sorted by scene and phase.
+#: Number of references that a worker caches. A few references are enough, since the jobs of a batch are sorted by scene
+#: and phase.
 REFERENCES_KEPT = 8
 
 

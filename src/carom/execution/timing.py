@@ -141,7 +141,7 @@ def _time_steps(world: World, steps: int, dt_s: float, *, located: bool) -> floa
     """Take steps, and return their run time in seconds. If the world has its own clock, read this clock."""
     own_clock_s = world.seconds if isinstance(world, TimedWorld) else 0.0
     started = time.perf_counter()
-    if located:  # includes the time for shortening steps, which the profile needs
+    if located:  # the run time includes the shortening of steps, which the profile needs
         cutter = Cutter(world)
         for step in range(1, steps + 1):
             for _ in cutter.take_step((step - 1) * dt_s, step * dt_s):

@@ -146,7 +146,7 @@ def validate_adapter(adapter: Adapter) -> tuple[Engine, Capabilities, Mapping[st
 def _check_capabilities(declared: object, where: str) -> Capabilities:
     capabilities = _check_fields(declared, Capabilities, where)
     for name, value in ((field.name, getattr(capabilities, field.name)) for field in fields(capabilities)):
-        if isinstance(value, tuple) and not value[0] <= value[1]:  # true for NaN
+        if isinstance(value, tuple) and not value[0] <= value[1]:  # true if a limit is NaN
             raise build_wrong_value_error(f"{where}.{name}", "a smallest and a largest value", value, DECLARED)
         if isinstance(value, float) and math.isnan(value):
             raise build_wrong_value_error(f"{where}.{name}", "a number", value, DECLARED)
@@ -167,7 +167,7 @@ def _check_fields(declared: object, kind: type[Kind], where: str) -> Kind:
     if not isinstance(declared, kind):
         raise build_wrong_value_error(where, f"{kind.__name__}(...)", declared, DECLARED)
     hints, values = get_type_hints(kind), {}
-    for name in (field.name for field in fields(kind)):  # type: ignore[arg-type] # always a dataclass
+    for name in (field.name for field in fields(kind)):  # type: ignore[arg-type] # `kind` is always a dataclass
         value = getattr(declared, name)
         if isinstance(value, np.generic):
             value = value.item()
@@ -194,7 +194,7 @@ def to_whole_number(value: object, name: str, *, smallest: int = -MOST_WHOLE) ->
         AdapterError: The value is not a whole number, or is out of bounds. In the message, the value is called `name`.
     """
     try:
-        number = operator.index(value)  # type: ignore[arg-type] # anything else raises
+        number = operator.index(value)  # type: ignore[arg-type] # other values raise TypeError
     except TypeError:
         raise build_wrong_value_error(name, "a whole number", value) from None
     if not smallest <= number <= MOST_WHOLE:

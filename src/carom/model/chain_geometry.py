@@ -40,7 +40,7 @@ class Foot(NamedTuple):
     Attributes:
         x: x coordinate of the point, in metres.
         y: y coordinate of the point, in metres.
-        edge: Number of the edge that contains the point. At a joint of two edges, the lower of their numbers.
+        edge: Number of the edge that contains the point. At a joint of two edges, the lower edge number.
         inner: Whether the point is between the ends of the edge.
     """
 
@@ -90,8 +90,8 @@ class Stretch(NamedTuple):
         if self.whole:  # all points of a circle are equally far from its centre
             rim = (cx + self.radius * dx / distance, cy + self.radius * dy / distance) if distance else (ax, ay)
             return rim, self.radius > 0.0
-        # Whether the point is in the arc's sector is computed from its positions relative to the arc's ends, because
-        # the centre of a flat arc is far away.
+        # The test whether the point is in the arc's sector uses the point's positions relative to the arc's ends,
+        # because the centre of a flat arc is far away.
         is_past_begin = ((ax - cx) * (y - ay) - (ay - cy) * (x - ax)) * bulge > 0.0
         is_before_end = ((bx - cx) * (y - by) - (by - cy) * (x - bx)) * bulge < 0.0
         if (is_past_begin or is_before_end) if abs(bulge) > 1.0 else (is_past_begin and is_before_end):
@@ -165,7 +165,7 @@ class Outline:
 
     @cached_property
     def lengths(self) -> tuple[float, ...]:
-        """All coordinates, radii and widths of the shape, for the choice of a unit of length. Some are negative."""
+        """Coordinates, radii and widths of the shape, for the choice of a unit of length. Some numbers are negative."""
         arcs = [(*stretch.centre, stretch.radius) for stretch in self.stretches if stretch.centre is not None]
         return (*(c for point in self.points for c in point), self.half_width, *(c for arc in arcs for c in arc))
 
@@ -181,8 +181,8 @@ class Outline:
     def find_nearest(self, x: float, y: float) -> Foot:
         """Return the point of the line that is nearest to a given point.
 
-        If several points are equally near, a point between the ends of its edge is returned: near a joint, rounding
-        hides that this point is nearer than the joint.
+        If several points are equally near, a point between the ends of its edge is preferred to a joint. Near a joint,
+        rounding can hide that the point on the edge is nearer than the joint.
         """
         feet = [
             (_compute_square(px - x, py - y), not inner, k, px, py)

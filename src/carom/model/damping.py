@@ -58,10 +58,10 @@ class Damping:
         return damped_time.all_damped(self.per_s, np.ravel(undamped_s)).reshape(np.shape(undamped_s))
 
     def find_latest_undamped(self, seconds: float) -> float:
-        """Return the greatest undamped time that corresponds to a damped time of at most `seconds`, 0 or more.
+        """Return the greatest undamped time, 0 or more, whose damped time is at most `seconds`.
 
-        Because of rounding, ``to_damped(to_undamped(seconds))`` may be greater than `seconds`. The result of this
-        function differs from ``to_undamped(seconds)`` by a few units in the last place.
+        `seconds` must be 0 or more. Because of rounding, ``to_damped(to_undamped(seconds))`` may be greater than
+        `seconds`. The result of this function differs from ``to_undamped(seconds)`` by a few units in the last place.
         """
         return damped_time.latest_undamped(self.per_s, seconds)
 

@@ -254,7 +254,7 @@ class DiscArrays:
 
     @property
     def driven_speeds(self) -> NDArray[np.float64]:
-        """All velocity components of driven bodies and all belt speeds, in m/s. Some are negative."""
+        """All velocity components of driven bodies and all belt speeds, in m/s. Some numbers are negative."""
         drives = (*(self.wall_drives or ()), *self.disc_drives)
         speeds = [part for drive in drives for leg in drive.legs for part in leg.velocity]
         return np.array([*speeds, *(self.belts_m_s or ())], np.float64)
@@ -309,5 +309,5 @@ def _select(second: NDArray[np.int64], of_walls: list[float], of_discs: float) -
 
 
 def list_wall_lengths(wall: HalfPlane | Outline) -> tuple[float, ...]:
-    """Return the coordinates and radii of a wall, in metres. Some are negative."""
+    """Return the coordinates and radii of a wall, in metres. Some coordinates are negative."""
     return wall[:2] if isinstance(wall, tuple) else wall.lengths

@@ -36,9 +36,9 @@ def compute_kinetic_energies(
 def work_of_driven(trace: Trace) -> NDArray[np.float64]:
     """Return the work that a driven body does on the disc in each impact, in joules, shape ``(m,)``.
 
-    The work is the scalar product of the impulse on the disc and the velocity of the driven surface. This velocity
-    includes the speed of a conveyor or the spin of a driven disc. An impact changes the kinetic energy by this work
-    minus the energy lost in the impact. Without a driven body, the work is 0.
+    The work is the scalar product of the impulse on the disc and the velocity of the driven surface. The velocity of
+    the surface includes the speed of a conveyor or the spin of a driven disc. An impact changes the kinetic energy by
+    this work minus the energy lost in the impact. Without a driven body, the work is 0.
     """
     start, impacts = trace.scene.arrays, trace.impacts
     work = np.zeros(len(impacts))

@@ -87,7 +87,7 @@ class Drive(NamedTuple):
         return self.leg_at(time_s).moved_at(time_s)
 
     def velocities_within(self, begin_s: float, end_s: float) -> list[Vector]:
-        """Return the velocities that the body has between two times; the velocity just after them if they are equal."""
+        """Return the body's velocities between two times. For equal times, return the velocity just afterwards."""
         return [leg.velocity for leg in self.legs_from(begin_s) if leg.begin_s <= max(begin_s, end_s)]
 
     def _find_leg_number(self, time_s: float) -> int:

@@ -30,7 +30,7 @@ class WindowRow:
         end_s: Time of the last state in the window.
         due: Number of impacts that PIC finds in the window.
         missed: Number of pairs of bodies that passed through each other.
-        pit_missed: Number of these pairs whose impact PIT misses too, from the same state at the same phase.
+        pit_missed: Number of the missed pairs that PIT also misses from the same state at the same phase.
         entangled: Whether the window has no unique answer, because of several pairs or impacts, or an initial overlap.
         turned: Whether bodies changed direction although PIC finds no impact.
         open: Whether the run ended before the end of the window.
@@ -166,8 +166,8 @@ class LocalTruth:
         slip_counts: Two numbers of steps, each summed over all discs: steps with an unexplained change of velocity or
             spin, and steps with an unexplained change of position.
         resting_steps: Number of steps in which a disc belonged to a resting pair, summed over all discs.
-        sunk_radii: Greatest overlap of a resting pair, divided by the distance of the pair's centres when they touch; 0
-            if no pair overlapped.
+        sunk_radii: Largest depth to which a resting body sank into another body, divided by the contact distance: from
+            centre to centre, or from centre to wall; 0 if no body sank.
         sinks_s: First time at which a step increased the overlap of a pair by more than free fall does. NaN if free
             fall explains all overlaps.
         polygon: Whether the method moves discs straight in each step, so that curved paths become polygons. The error

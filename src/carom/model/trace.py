@@ -28,7 +28,7 @@ def format_setting(value: Setting) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
-#: Other names for the profiles of PIC and PIT. With these names, users can run all methods with the same profile.
+#: Other names for the profiles of PIC and PIT. With these names, users can request one profile name for all methods.
 PROFILE_ALIASES: Mapping[str, Mapping[str, str]] = {
     "pic": {"default": "frame-by-frame", "tuned": "event-driven"},
     "pit": {"default": "tuned"},
@@ -41,7 +41,7 @@ def resolve_profile(method: str, profile: str) -> str:
 
 
 def format_profile(method: str, profile: str, overrides: Mapping[str, Setting]) -> str:
-    """Return the text for a profile: its name and the changed settings. The only profile of PIT is not named."""
+    """Return the text for a profile: its name and the changed settings. PIT's only profile is not named."""
     profile_name = "" if method == "pit" else resolve_profile(method, profile)
     values = ", ".join(f"{name}={format_setting(value)}" for name, value in overrides.items())
     return f"{profile_name} with {values}".lstrip() if values else profile_name
@@ -288,7 +288,7 @@ class Trace(ByValue, Tabular):
         state_before: Structured array of `STATE_DTYPE`, one entry per impact: the method's last state before the
             impact. None for a solver, because the impacts alone determine its paths.
         ambiguous: Indices of impacts that share a movable disc with an earlier impact at the same instant. The result
-            depends on the order of these impacts, which physics does not determine.
+            depends on the order of such simultaneous impacts, which physics does not determine.
         samples: Positions for drawing, if requested.
         profile: Name of the profile; empty if a solver was called directly.
         overrides: Settings that the user requested instead of those of the profile.

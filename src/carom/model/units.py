@@ -24,8 +24,8 @@ def convert_units(value: Any, length: float = 1.0, time: float = 1.0, *, field: 
 
     Args:
         value: The scene, its part or the content of its file. Values of wrong types stay unchanged.
-        length: The new unit of length, in the old one.
-        time: The new unit of time, in the old one.
+        length: The new unit of length, expressed in the old unit.
+        time: The new unit of time, expressed in the old unit.
         field: Name of the field that contains the value.
     """
     if isinstance(value, Model):

@@ -217,7 +217,7 @@ class Ring(_Common):
         return Outline((self.centre_m,), (), self.half_width_m, radius=self.radius_m)
 
 
-#: The kind of a wall for each field that only this kind has in a scene file.
+#: The fields of scene files that only one kind of wall has, each with this kind.
 _TELLING: Mapping[str, type[Chain | Ring]] = {"points_m": Chain, "centre_m": Ring, "radius_m": Ring}
 
 

@@ -124,11 +124,12 @@ def measure_consistency(trace: Trace, scales: Scales, until_s: float = math.inf)
 
 
 def _iterate_flights(trace: Trace, until_s: float) -> Iterator[Array]:
-    """Yield each disc's k free flights, which end at its impacts and at the end of the run, shape ``(6, k)``.
+    """For each disc, yield an array of shape ``(6, k)`` with a column for each of the disc's k free flights.
 
-    The rows are the disc, the time at which the flight begins, and the deviations of velocity, rim speed and position
-    at the flight's end. Deviations are NaN if the flight can't be followed. The last row is the distance by which the
-    engine may have moved the overlapping disc at both ends of the flight.
+    A free flight ends at an impact of the disc or at the end of the run. The rows are the disc, the time at which the
+    flight begins, and the deviations of velocity, rim speed and position at the flight's end. Deviations are NaN if the
+    flight can't be followed. The last row is the largest distance by which the engine may have moved an overlapping
+    disc at the two ends of the flight together.
     """
     impacts, count = trace.impacts, len(trace.impacts)
     bodies = np.concatenate([impacts["first"], impacts["second"]])
@@ -180,7 +181,7 @@ def _iterate_flights(trace: Trace, until_s: float) -> Iterator[Array]:
 
 
 def _compute_slowing(slowing: Slowing, duration_s: Array, speed: Array) -> tuple[Array, Array]:
-    """Return the fraction of each initial speed that is left, and the displacement divided by this initial speed."""
+    """Return the fraction of each flight's initial speed that is left, and the distance divided by this speed."""
     if not slowing:
         return np.ones_like(duration_s), duration_s
     flights = list(zip(duration_s.tolist(), speed.tolist(), strict=True))
@@ -189,13 +190,13 @@ def _compute_slowing(slowing: Slowing, duration_s: Array, speed: Array) -> tuple
 
 
 def find_turn_times(trace: Trace) -> Array:
-    """Return the time at which each impact turned the paths of its bodies; NaN if unknown."""
+    """Return the time at which each impact changed the paths of its bodies; NaN if this time is unknown."""
     times: Array = trace.impacts["time_s"] if trace.effective_time_s is None else trace.effective_time_s
     return times
 
 
 def _compute_turn_places(trace: Trace, turning: Array) -> Array:
-    """Return the positions of both bodies when each impact turned their paths, shape ``(2, m, 2)``; NaN if unknown."""
+    """Return the positions of both bodies when each impact changed their paths, shape ``(2, m, 2)``; NaN if unknown."""
     state = trace.state_before
     if state is None:
         return np.full((2, len(trace.impacts), 2), math.nan)
@@ -246,11 +247,12 @@ def _measure_stamp_error(trace: Trace) -> float:
 def _measure_normal_error(trace: Trace, scales: Scales) -> tuple[float, float]:
     """Return the largest unexplained velocity change perpendicular to the normal, and an angle at the same impact.
 
-    The velocity is divided by the scene's greatest speed. The angle is the one between the velocity change and the
-    normal. Without friction and gravity, the relative velocity changes only along the normal. Friction adds a
-    perpendicular change of at most its coefficient times the normal change. Gravity adds a change if it acts on only
-    one of the bodies. If a disc has several contacts in one step, their velocity changes can't be separated and are not
-    checked.
+    The returned change is divided by the scene's greatest speed. The returned angle is between the whole velocity
+    change of this impact and the normal. Without friction and gravity, the relative velocity changes only along the
+    normal. At a half-plane wall, the whole change counts as a change along the normal of the wall itself. Friction adds
+    a perpendicular change of at most the coefficient of friction times the normal change. Gravity adds a change if it
+    acts on only one of the bodies. If a disc has several contacts in one step, their velocity changes can't be
+    separated and are not checked.
     """
     impacts, second, movable = trace.impacts, trace.impacts["second"], trace.scene.arrays.movable
     changes = velocities(impacts, "after") - velocities(impacts, "before")
@@ -328,7 +330,7 @@ def _measure_angular_error(trace: Trace) -> tuple[float, float, float]:
     discs = np.maximum(bodies, 0)
     inertia, radius = start.inertia[discs], start.radius_m[discs]
     from_velocity = np.array([[1.0], [-1.0]]) * np.sum(change * tangent, axis=2)
-    from_spin = inertia * spun  # NaN for discs that can't turn; they are excluded below
+    from_spin = inertia * spun  # NaN for discs that can't turn, which are excluded below
     is_checked = known & (bodies >= 0) & start.movable[discs] & np.isfinite(inertia)
     error = np.where(is_checked, np.maximum(np.abs(from_spin - from_velocity) - pulled, 0.0), 0.0)
     shorter = (from_spin * from_velocity >= 0.0) & (np.abs(from_spin) <= np.abs(from_velocity))

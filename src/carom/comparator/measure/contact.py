@@ -1,10 +1,11 @@
 """Errors of discs that slide, roll or rest, relative to the exact solution of Coulomb's law.
 
 The run's states are compared with the reference's states at the same instants. PIT has no lasting contact: its discs
-bounce at each check for overlap. Errors up to PIT's are allowed. Three other kinds of error are also allowed. First, an
-integrator may move a disc at a constant speed for a whole step. The disc then has a position error of ``dt / 2`` times
-the change of its speed in the step. Second, velocities may be wrong by ``g dt (1 + f)``, the change that gravity g and
-the coefficient of friction f (at most 1) cause in a step. Third, an impact may be a step late.
+bounce at each check for overlap. Errors up to PIT's are allowed. Three other kinds of error in lasting contact are also
+allowed. First, an integrator may move a disc at a constant speed for a whole step, which causes a position error of
+``dt / 2`` times the change of the disc's speed in the step. Second, velocities may be wrong by ``g dt (1 + f)``, the
+change that gravity g and the coefficient of friction f (at most 1) cause in a step. Third, an impact may be a step
+late.
 """
 
 from __future__ import annotations
@@ -96,7 +97,8 @@ class ContactScore:
             first state. The subtracted part is the error of an integrator that moves a disc at one speed for a whole
             step.
         momentum_m_s: Largest error of a disc's angular momentum about a point on the wall's surface, divided by mass
-            and radius. Friction does not change this momentum. NaN if a disc meets other discs or several walls.
+            and radius. Friction does not change the angular momentum about such a point. NaN if a disc meets other
+            discs or several walls.
         rest_m_s: Largest mean final speed of a disc that should rest; NaN if no disc should rest.
         frozen: Whether a disc stands still at the end although it should move.
         quality: Gaps and hops of discs that should stay on their walls.
@@ -273,13 +275,13 @@ def _measure_errors(reference: Trace, truth: States, observed: States) -> Contac
 
 @lru_cache(maxsize=32)
 def _compute_pit_states(scene: Scene, dt_s: float, times_s: tuple[float, ...]) -> States:
-    """Return PIT's states at ascending times of frames, each after the frame's check for overlap."""
+    """Return PIT's states just after its checks for overlap at the given times, which must be in ascending order."""
     run = start_pit_run(scene, FrameClock(step_s=dt_s))
     fall = np.where(scene.arrays.movable[:, None], np.array(scene.gravity_m_s2), 0.0)
     places, velocities, spins = [], [], []
     for time_s in times_s:
         run.advance_frames(round(time_s / dt_s) + 1 - run.frames)
-        back_s = run.time_s - time_s  # the run's state is that of the next frame
+        back_s = run.time_s - time_s  # the run has already advanced to the next frame
         velocities.append(run.velocities() - fall * back_s)
         places.append(run.positions() - velocities[-1] * back_s - 0.5 * fall * back_s * back_s)
         spins.append(np.zeros(len(scene.discs)) if (run_spins := run.spins()) is None else run_spins)

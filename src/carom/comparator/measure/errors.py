@@ -186,7 +186,7 @@ def measure_errors(runs: Iterable[MatchedRun], scales: Scales) -> Iterator[Measu
 def _build_measured(
     scales: Scales, run: MatchedRun, impact_errors: Array, energy: float, momentum: float, ends: Array
 ) -> Measured:
-    """Return all errors of a run. `impact_errors` has a row for each name in `_IMPACT_ERRORS`, and one for `time_s`."""
+    """Return all errors of a run. `impact_errors` has a row for each name in `_IMPACT_ERRORS`, and for `time_s`."""
     errors = dict(zip((*_IMPACT_ERRORS, "time_s"), impact_errors, strict=True))
     largest = {one.name: find_largest(errors[one.name]) for one in fields(Errors) if one.name in errors}
     restitution = errors["restitution_error"]
@@ -223,7 +223,7 @@ def _group_small_runs(runs: Iterable[MatchedRun]) -> Iterator[list[MatchedRun]]:
 
 def larger_error(difference: Array) -> Array:
     """Return the larger of the two bodies' errors at each of m impacts, from vectors of shape ``(2, m, 2)``."""
-    larger: Array = compute_lengths(difference).max(axis=0)  # keeps NaN
+    larger: Array = compute_lengths(difference).max(axis=0)  # NaN if an error is NaN
     return larger
 
 
@@ -342,7 +342,7 @@ def unknown_velocities(trace: Trace) -> NDArray[np.bool_]:
     """Return whether each body's velocity after an impact is unknown, shape ``(2, m)``, first bodies in the first row.
 
     If a disc has several contacts in one step, the method may report only the state after the last contact. The
-    velocities after the other contacts are then unknown.
+    velocities after the disc's earlier contacts of the step are then unknown.
     """
     found = np.zeros((2, len(trace.impacts)), dtype=np.bool_)
     if trace.effective_time_s is None or trace.state_before is None:

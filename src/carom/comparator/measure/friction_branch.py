@@ -2,9 +2,9 @@
 
 Each impact is checked with the run's own numbers: the velocities before the impact, the normal and the normal impulse.
 So errors of the impact's time and of its normal impulse do not matter. The law of friction computes two tangential
-impulses: one that makes the bodies stick, and one that makes them slide. The smaller one is correct
-(`core/impact_law.h`). If the run's tangential impulse is nearer to the larger of these impulses, the run took the wrong
-branch. If both impulses are equal, neither branch is wrong.
+impulses: one that makes the bodies stick, and one that makes them slide. The smaller impulse is correct
+(`core/impact_law.h`). If the run's tangential impulse is nearer to the larger of these two impulses, the bodies wrongly
+stick or slide. If the two impulses are equal, sticking and sliding are both correct.
 """
 
 from __future__ import annotations

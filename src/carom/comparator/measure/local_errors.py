@@ -77,12 +77,12 @@ class LocalErrors:
         return int(np.isfinite(self.velocity).sum())
 
     def median(self, name: str) -> float:
-        """Return the median magnitude of the error with this field name; NaN if there is none."""
+        """Return the median magnitude of the error with this field name; NaN if no impact has a known error."""
         known = self._list_known(name)
         return compute_median(known) if len(known) else math.nan
 
     def worst(self, name: str) -> float:
-        """Return the largest magnitude of the error with this field name; NaN if there is none."""
+        """Return the largest magnitude of the error with this field name; NaN if no impact has a known error."""
         known = self._list_known(name)
         return float(np.max(known)) if len(known) else math.nan
 
@@ -154,7 +154,8 @@ def measure_local_errors(trace: Trace, scales: Scales) -> LocalErrors:
         unknown: dict[str, Any] = dict.fromkeys(_ERRORS, np.full(len(trace.impacts), math.nan))
         return LocalErrors(**unknown, spurious=())
     impacts, state, scene = trace.impacts, find_own_states(trace), trace.scene.arrays
-    belt_speeds = np.stack([np.zeros(len(impacts)), scene.belt_speeds_of(impacts["second"])])  # of both surfaces
+    # Conveyor speeds of both bodies; 0 for the first body, which is always a disc.
+    belt_speeds = np.stack([np.zeros(len(impacts)), scene.belt_speeds_of(impacts["second"])])
     start, bodies = state["time_s"], _Bodies(trace, state, belt_speeds)
     # An impact with NaN or an infinity has no local error, because a verdict reports such impacts.
     known = np.isfinite(bodies.position).all(axis=(0, 2)) & np.isfinite(start) & find_finite_impacts(trace)
@@ -166,7 +167,7 @@ def measure_local_errors(trace: Trace, scales: Scales) -> LocalErrors:
     wait[pairs] = _compute_time_to_contact(bodies, pairs)
     wait[walls], normal[walls] = _find_wall_meetings(trace, bodies, start, walls)
     if (wait < 0.0).any():
-        # If two bodies overlap, they met in the past. They met after the last impact that each of them had before.
+        # If two bodies overlap, they met in the past, but after the last earlier impact of each body.
         since_turn = np.minimum(_find_last_turn_times(trace) - start, 0.0)
         wait = np.where(wait < 0.0, np.maximum(wait, since_turn), wait)
     happens = known & np.isfinite(wait)
@@ -182,7 +183,7 @@ def measure_local_errors(trace: Trace, scales: Scales) -> LocalErrors:
     instant = np.where(happens, start + wait, math.nan)
     differences = (after - expected, sampled - expected, after - sampled)
     velocity, sampling_velocity, solver_velocity = (larger_error(one) / scales.speed_m_s for one in differences)
-    rims = np.abs([rim - expected_rim, sampled_rim - expected_rim, rim - sampled_rim]).max(axis=1)  # keeps NaN
+    rims = np.abs([rim - expected_rim, sampled_rim - expected_rim, rim - sampled_rim]).max(axis=1)  # NaN if unknown
     spin, sampling_spin, solver_spin = rims / scales.rim_m_s if scene.turns else np.full_like(rims, math.nan)
     return LocalErrors(
         time_s=turn_times(trace) - instant,

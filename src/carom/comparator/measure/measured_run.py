@@ -33,8 +33,8 @@ class MeasuredRun(AlignedRun):
         measured_against_pit: Errors of the run relative to PIT with the same step size; None without PIT.
         sampling_cost: Largest errors of PIT over the phases of the step; None without PIT.
         local: Errors of each impact, relative to the exact impact that follows from the run's own state before it.
-        convention: The possible outcome that is nearest to the run's, if simultaneous impacts have no unique result;
-            otherwise None.
+        convention: If simultaneous impacts have no unique result, the possible outcome that is nearest to the run's
+            outcome; otherwise None.
         consistency: Contradictions between the run's states and its reported impacts; None if a number of the run is
             NaN or infinite.
         contact: Score of the time in which discs slide, roll or rest; None if there is no such time, or if states were

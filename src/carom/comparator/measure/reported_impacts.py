@@ -111,7 +111,7 @@ def _format_first(found: Sequence[tuple[float, _Bodies]]) -> str:
     if not found:
         return ""
     time_s, bodies = min(found)
-    first, second = sorted(bodies, key=lambda body: (body < 0, body))  # a wall comes last
+    first, second = sorted(bodies, key=lambda body: (body < 0, body))  # discs come before walls
     return f"at {format_instant(time_s)} between {body_name(first)} and {body_name(second)}"
 
 

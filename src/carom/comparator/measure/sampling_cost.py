@@ -45,8 +45,8 @@ class SamplingCost:
         errors: Errors of velocity and spin. The error of a missed impact is the whole change that the impact causes.
             For several phases, each value is the largest error up to this impact, because errors propagate from impact
             to impact.
-        found: The largest errors over those phases at which PIT finds the impact and all earlier ones; 0 if there is no
-            such phase.
+        found: The largest errors over those phases at which PIT finds the impact and all earlier impacts; 0 if there is
+            no such phase.
         found_off_s: The largest error of the impact's time over the same phases as in `found`, in seconds, shape
             ``(m,)``.
         final: Final errors, see `Errors.list_final_errors`. For several phases, each value is the largest over phase 0
@@ -94,8 +94,8 @@ class SamplingCost:
             for name in ("errors", "found", "found_off_s")
         )
         final = np.max([costs[0].final, *(cost.final for cost in costs[1:] if math.isfinite(cost.late_s))], axis=0)
-        # Impacts have grade *close* if time errors are at most `part` of a step, and other errors are at most `part` of
-        # PIT's largest error so far.
+        # Impacts have grade *close* if time errors divided by the step size are at most `part`, and other errors
+        # divided by PIT's largest error so far are at most `part`.
         part, rounding, dt_s = THRESHOLDS.close, THRESHOLDS.rounding, costs[0].dt_s
         is_close = (late_s <= part * dt_s) & (all_errors <= part * errors + rounding).all(axis=(1, 2))
         return cls(dt_s, errors, found, off_s, final, find_largest(late_s), len(costs), int(is_close.sum()))
@@ -108,8 +108,8 @@ def measure_sampling_cost(aligned: AlignedRun, pit: Trace, measured: Measured, m
         aligned: The compared traces.
         pit: PIT's run.
         measured: The errors of PIT's run at phase 0, at which the scene is not shifted.
-        measured_run: The errors of the run that is compared with PIT. If these errors are larger than PIT's errors at
-            evenly spread phases, PIT also runs at the phases at which PIT is as late as the run.
+        measured_run: The errors of the run that is compared with PIT. If the run's errors are larger than PIT's errors
+            at evenly spread phases, PIT also runs at the phases at which PIT is as late as the run.
     """
     reference, impacts, cut = aligned.reference, aligned.compared.impacts, not aligned.compared.is_whole_run
 
@@ -133,7 +133,7 @@ def measure_sampling_cost(aligned: AlignedRun, pit: Trace, measured: Measured, m
 def _find_own_phases(measured_run: Measured, cost: SamplingCost, known: float) -> tuple[float, ...]:
     """Return the phases at which PIT is as late as the run, for impacts at which the run's errors exceed PIT's.
 
-    A phase is a number from 0 to 1. For a run that checks for overlap once per step, there is a single such phase.
+    A phase is a number from 0 to 1. If the run checks for overlap once per step, all its impacts give the same phase.
     """
     errors, impacts = measured_run.of_impacts, measured_run.matched
     (velocity, spin), late_s = cost.found[:, impacts], errors["time_s"]
@@ -173,7 +173,7 @@ def _measure_costs_at_phases(
 ) -> tuple[SamplingCost, ...]:
     """Return PIT's errors at each given phase, up to the first impact that differs from the impacts of `scene`.
 
-    If `cut` is true, only impacts up to a horizon are compared, without final states.
+    If `cut` is true, only impacts up to a horizon are compared, and final states are not compared.
     """
     reference = solve_pic(scene, max_impacts=reliable_impacts if cut else None)
     scales = compute_scales(scene, reference)
@@ -184,7 +184,7 @@ def _measure_costs_at_phases(
 def _run_shifted_scenes(
     reference: Trace, dt_s: float, phases: Iterable[float], reliable_impacts: int, cut: bool
 ) -> Iterator[MatchedRun]:
-    """Run shifted scenes with PIT and PIC, and match their impacts up to the first that differs from `reference`."""
+    """Run shifted scenes with PIT and PIC, and match the impacts before PIC's first difference from `reference`."""
     for shifted_scene in build_shifted_scenes(reference, dt_s, phases):
         try:
             truth = solve_pic(shifted_scene, max_impacts=reliable_impacts + 1)

@@ -1,10 +1,10 @@
 """Simultaneous impacts that share a disc: all possible outcomes, and the outcome that is nearest to a trace's.
 
 If a disc collides with several bodies at one instant, the law of impact of two bodies has no unique result. The pairs
-may collide one after the other until no pair approaches. Each order of these impacts leads to an *admissible* outcome.
-All impulses may also act at once. With restitution e, each pair with an impulse then separates at e times its approach
-speed, and the other pairs separate at least as fast (D. Baraff, Analytical methods for dynamic simulation of
-non-penetrating rigid bodies, SIGGRAPH 1989).
+may collide one after the other until no pair approaches. Each order in which the pairs may collide leads to an
+*admissible* outcome. All impulses may also act at once. With restitution e, each pair with an impulse then separates at
+e times its approach speed, and the other pairs separate at least as fast (D. Baraff, Analytical methods for dynamic
+simulation of non-penetrating rigid bodies, SIGGRAPH 1989).
 """
 
 from __future__ import annotations
@@ -136,7 +136,8 @@ def find_first_group(reference: Trace) -> Group | None:
     group_contacts = tuple(c for c in contacts if c.first in discs and (c.second < 0 or c.second in discs))
     rim = scene.arrays.surface_speed_m_s.copy()
     bodies = np.stack([impacts["first"], impacts["second"]], axis=1)[:begin].ravel()
-    rim[bodies[bodies >= 0]] = rim_speeds(reference, "after").T[:begin].ravel()[bodies >= 0]  # the last impact counts
+    # NumPy assigns in order, so each disc gets the rim speed that it has after its last impact.
+    rim[bodies[bodies >= 0]] = rim_speeds(reference, "after").T[:begin].ravel()[bodies >= 0]
     ended = [(flights[disc], rim[disc]) for disc in sorted(discs)]
     motion = [
         (*flight.velocity_at(time_s), r * flight.damping.compute_kept_fraction(time_s - flight.begin_s))
@@ -211,7 +212,7 @@ def _find_nearest_outcome(
 def _find_motions_after(trace: Trace, group: Group) -> Motions:
     """Return the motions of the group's discs after the trace's impacts at the group's instant.
 
-    The times of these impacts may differ from the instant by `LATEST_STAMP_STEPS` steps.
+    The times of the trace's impacts may differ from the instant by up to `LATEST_STAMP_STEPS` steps.
     """
     motion = group.motion_m_s.copy()
     row = {disc: k for k, disc in enumerate(group.discs)}

@@ -28,7 +28,7 @@ class LocalScore:
 
     Attributes:
         until_s: Time of the last state, in seconds.
-        windows: Number of windows with a *due* impact: an impact of PIC, started from the run's own state.
+        windows: Number of windows with a *due* impact: an impact that PIC finds if it starts from the run's own state.
         due: Number of due impacts.
         missed: Number of pairs of bodies that passed through each other.
         missed_by_pit: Number of the missed pairs that PIT also misses from the same state.

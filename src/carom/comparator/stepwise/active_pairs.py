@@ -29,8 +29,8 @@ _AT_ONCE = 64
 #: than the disc.
 _TOGETHER = 16
 
-#: Number of distances that are computed together in scenes with few pairs. In such scenes, more steps are searched
-#: together, because computing distances takes less time than computing boxes.
+#: Number of distances that are computed together in scenes with few pairs. In scenes with few pairs, more steps are
+#: searched together, because computing distances takes less time than computing boxes.
 _DISTANCES = 2**12
 
 
@@ -217,7 +217,7 @@ def _bound_closing_speed(block: Block, latest_states: Mapping[int, tuple[float, 
 
 
 def _drop_bystanders(block: Block, found: Activity, step: int) -> None:
-    """Remove pairs that do not meet, if meetings of other pairs explain the velocity changes of their discs."""
+    """Remove each pair that does not meet and whose velocity changes are explained by meetings of other pairs."""
     active, n = found.due[step], block.bodies.n
     involved = {body for pair, due_s in active.items() if due_s >= 0.0 for body in pair if body < n}
     unexplained = set(np.flatnonzero(block.velocity_changed[step]).tolist()) - involved

@@ -2,7 +2,7 @@
 
 If a run is late, some of PIC's impacts may not have happened in the run at the end of a window. So PIC's state is also
 computed without its last impacts, if these impacts are still ahead in the run's own state. The run is compared with the
-most similar of these states.
+most similar of PIC's states.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ def compare_window(
         activity: The pairs that meet, push or rest in each step.
         found_by_pit: Whether PIT, started at the beginning of the chain, finds each pair's impact. Only used if the
             window continues a chain that was cut.
-        ends: Whether the run ends with the block.
+        ends: Whether this block is the last block of the run.
         speed_before: Greatest speed of the discs before the window, in metres per second. Only used if the window
             continues a chain that was cut.
     """
@@ -99,7 +99,7 @@ def compare_window(
     if not comparison.open:
         _measure_lateness(window, comparison, found, agrees=agrees)
         comparison.price_velocity = comparison.price_spin = 0.0
-        if not (agrees or comparison.entangled or comparison.missed):  # else PIT's errors are not needed
+        if not (agrees or comparison.entangled or comparison.missed):  # in other cases PIT's errors are not needed
             _measure_sampling_cost(window, comparison, found)
     missed_by_pit = {pair for pair in missed if not found_by_pit.get(pair, True)}
     missed_by_pit |= find_pairs_missed_by_pit(block, chain, [pair for pair in missed if pair not in found_by_pit])
@@ -177,14 +177,14 @@ def _compute_energy_gain(window: Window, found: Difference, *, entangled: bool) 
 
 
 def _is_missed(window: Window, pair: Pair, speed_before: float) -> bool:
-    """Whether two bodies that should have met moved on as before, and so passed through each other."""
+    """Whether two bodies that should have met kept their motion, and so passed through each other."""
     block, bodies, activity = window.block, window.bodies, window.activity
     steps = window.chain.pairs[pair]
     own_steps = [step for step in _list_due_steps(window, pair) if (step, pair) not in activity.consequences]
     if not own_steps:
         return False
     last = own_steps[-1]
-    while last + 1 in steps:  # bodies that still push while they separate had a late impact
+    while last + 1 in steps:  # if bodies push each other while they separate, their impact was late
         last += 1
     i, j = pair
     discs = (i, j) if j < bodies.n else (i,)
@@ -259,7 +259,7 @@ def _measure_lateness(window: Window, comparison: Comparison, found: Difference,
     closing = max(first.contact.closing, 1e-300)
     comparison.late_known = window.gap_rounding / closing / dt_s
     # An engine may move discs along straight steps instead of curved paths. The position error is then up to `a dt^2 /
-    # 2` for an acceleration a. This error, divided by the closing speed, is the largest delay of the contact.
+    # 2` for an acceleration a. The position error divided by the closing speed is the largest delay of the contact.
     bends = bodies.pull + bodies.slowing.compute_deceleration(window.speed)
     comparison.late_allowed = 1.0 + comparison.late_known + 0.5 * bends * dt_s / closing
     if agrees:
@@ -280,7 +280,7 @@ def _measure_lateness(window: Window, comparison: Comparison, found: Difference,
     if contact.friction == 0.0 and size > window.speed_rounding:
         normal = (change[0] / size, change[1] / size)  # normal of the run's own impact
         closing = velocity_before[0] * normal[0] + velocity_before[1] * normal[1]
-        if closing != 0.0:  # 0 if the disc changed its velocity before a moving wall reached it
+        if closing != 0.0:  # `closing` is 0 if the disc changed its velocity before a moving wall reached it
             separating = velocity_after[0] * normal[0] + velocity_after[1] * normal[1]
             comparison.restitution = -separating / closing - bodies.restitution_of(first.pair)
 

@@ -25,7 +25,7 @@ Pair = tuple[int, int]
 class FiniteWall:
     """A wall that is a chain of edges, or a circle. The features of a chain are its edges, ends and corners.
 
-    If a disc meets several features at once, the one with the lowest number counts.
+    If a disc meets several features at once, the feature with the lowest number counts.
 
     Attributes:
         outline: The wall.
@@ -116,8 +116,8 @@ class SceneBodies:
     def measure_wall_distance(self, wall: int, x: float, y: float, time_s: float) -> tuple[float, float, float]:
         """Return the distance of a point from wall number `wall`, and the unit normal from the wall to the point.
 
-        On the centre line of a finite wall, the normal is undefined. There the normal (0, 0) is returned, so that the
-        closing speed is 0, as in PIT. A moving wall is at its position at `time_s`.
+        On the centre line of a finite wall, the normal is undefined. For points on the centre line, the normal (0, 0)
+        is returned, so that the closing speed is 0, as in PIT. A moving wall is at its position at `time_s`.
         """
         shape = self.walls[wall]
         x, y = self.to_wall_frame(wall, x, y, time_s)

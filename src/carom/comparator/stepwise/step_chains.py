@@ -96,7 +96,7 @@ class Chains:
         ]
 
     def take_complete(self, *, ends: bool = False) -> list[StepChain]:
-        """Remove and return the complete chains, sorted by their ends; all chains if `ends` is true."""
+        """Remove and return the complete chains, sorted by their ends. If `ends` is true, return all chains."""
         done = self._complete + [chain for chain in self.open_chains if ends or chain.end <= self.complete_until]
         self.open_chains, self._complete = [chain for chain in self.open_chains if chain not in done], []
         return sorted(done, key=lambda chain: (chain.end, chain.begin, chain.discs))
@@ -111,7 +111,7 @@ class Chains:
         for chain in self.open_chains:
             for disc in filter(movable, chain.discs):
                 holders[disc].append(chain)
-        groups: dict[int, _Group] = {}  # by disc
+        groups: dict[int, _Group] = {}  # the group of each disc
         for pair in pairs:
             group = _Group(step, step, [pair], set(filter(movable, pair)))
             if pair in last:

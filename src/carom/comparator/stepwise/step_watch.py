@@ -120,7 +120,7 @@ class StepWatch:
         return float(self._states[-1].time_s[-1])
 
     def finish(self) -> LocalTruth:
-        """Return the comparison of all steps, after the last state was added."""
+        """Return the comparison of all steps. Call this method after the last state was added."""
         if self._dropped:
             return self._finish()
         states = States.joined(self._states)
@@ -194,7 +194,7 @@ class StepWatch:
         self._states = [states.select_rows(slice(done, None))]
 
     def _record_found_by_pit(self, block: Block, chain: StepChain) -> dict[Pair, bool]:
-        """Return whether PIT finds each pair's impact if a chain continues a cut chain; else, an empty dictionary.
+        """If a chain continues a cut chain, return whether PIT finds each pair's impact; else return {}.
 
         If the chain is cut at its end, store the result for the next part.
 

@@ -36,8 +36,8 @@ def compute_later_wait(state: body_states.BodyStates, pair: Pair) -> float:
 def compute_wait_again(state: body_states.BodyStates, pair: Pair) -> float:
     """Return the seconds from an impact of two bodies until their next impact, if no third body strikes them.
 
-    Two bodies can meet again if a prescribed motion changes the velocity of one of them. On a table they can also meet
-    again, because the table slows each body in its own direction of motion.
+    Two bodies can meet again if a prescribed motion changes the velocity of one of them. On a table, two bodies can
+    also meet again, because the table slows each body in its own direction of motion.
     """
     if not state.bodies.slowing.table_m_s2:
         return compute_later_wait(state, pair)
@@ -96,7 +96,7 @@ def _compute_undamped_wait(state: body_states.BodyStates, pair: Pair, last: int)
             return primitives.wall_time(x, y, vx, vy, radius, wall)
         return primitives.wall_fall_time(x, y, vx, vy, radius, wall, *bodies.gravity)
     (ox, oy), (ux, uy) = state.motion_of(j)
-    if bodies.is_pulled(i) == bodies.is_pulled(j):  # gravity moves both equally
+    if bodies.is_pulled(i) == bodies.is_pulled(j):  # gravity accelerates both discs equally
         return primitives.pair_time(x, y, vx, vy, radius, ox, oy, ux, uy, bodies.radius[j])
     if bodies.is_pulled(i):
         return primitives.disc_fall_time(x, y, vx - ux, vy - uy, radius, ox, oy, bodies.radius[j], *bodies.gravity)

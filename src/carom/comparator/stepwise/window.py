@@ -16,8 +16,8 @@ from carom.comparator.stepwise.step_chains import StepChain
 from carom.comparator.stepwise.window_runs import WindowImpact, simulate_pic
 from carom.model.trace import Vector
 
-#: In a window, PIC lets a disc rest if the disc approaches a body no faster than after falling for this fraction of a
-#: step.
+#: In a window, PIC lets a disc rest if the speed at which the disc approaches a body is at most the speed gained by
+#: falling for this fraction of a step.
 _RESTING = 1e-3
 
 
@@ -44,7 +44,7 @@ class Window:
         self.gap_rounding = 2.0 * float(np.maximum.reduce(block.place_rounding[steps, discs], axis=None))
         fastest = max(float(np.maximum.reduce(block.own_speed[steps, discs], axis=None)), 1e-300)
         seconds = self.lasts + (2.0 + MARGIN_STEPS) * block.dt_s
-        # An impact may double a speed. The factor of 4 allows for two such impacts.
+        # An impact may double a speed. The factor of 4 allows for two impacts that double a speed.
         reach = 4.0 * (fastest + self.bodies.fastest_wall) * seconds + self.bodies.pull * seconds**2
         self.pairs = [
             pair for pair in self.bodies.list_pairs(discs) if self.start.measure_separation(pair).gap <= reach
@@ -70,7 +70,7 @@ class Window:
     ) -> Difference:
         """Return the smallest difference between a state of the run and PIC's state after any number of impacts.
 
-        An impact of PIC may be left out only if the run has not reached this impact in its state.
+        An impact of PIC may be left out only if the impact is still ahead in the run's state.
         """
         best: Difference | None = None
         for count in range(len(truth), -1, -1):

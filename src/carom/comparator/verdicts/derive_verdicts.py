@@ -175,7 +175,7 @@ def _report_order(judged: JudgedRun) -> Iterator[Finding]:
 
 
 def _report_timing(judged: JudgedRun) -> Iterator[Finding]:
-    # Two impacts in the wrong order also have wrong times. Only their order is reported.
+    # Two impacts in the wrong order also have wrong times, but only the wrong order is reported.
     swapped = {index for pair in judged.inverted for index in pair}
     errors = [error.time_s for error in judged.measured.errors if error.reference not in swapped]
     for verdict, sign in ((Verdict.LATE, 1.0), (Verdict.EARLY, -1.0)):

@@ -241,7 +241,7 @@ class _Run:
         if steps_taken == 1:
             return world.observe()
         sizes = np.abs(rows.numbers[begin : begin + steps_taken - 1])
-        are_reliable = bool(np.maximum.reduce(sizes, axis=None) <= LARGEST)  # false for NaN
+        are_reliable = bool(np.maximum.reduce(sizes, axis=None) <= LARGEST)  # false if a number is NaN
         if not are_reliable:
             steps_taken = 1 + int(np.argmin(np.maximum.reduce(sizes, axis=1) <= LARGEST))
         steps = range(first, first + steps_taken - 1)
@@ -352,6 +352,6 @@ def _classify_end(warning: str) -> tuple[Outcome, tuple[str, ...]]:
     """Return outcome and notes of a run that ended early, because of a warning or a state that is not finite."""
     if not warning:
         return Outcome.NON_FINITE, ()
-    if warning == Outcome.STANDSTILL.value:  # not a fault: the state is valid
+    if warning == Outcome.STANDSTILL.value:  # a standstill is not a fault: the state is valid
         return Outcome.STANDSTILL, ()
     return Outcome.WARNED, (warning,)

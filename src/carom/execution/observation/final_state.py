@@ -95,7 +95,7 @@ class LastStep:
     ) -> LastStep:
         """Return a copy of this step that ends at `until_s`.
 
-        If an impact of one of `discs` is not in `impacts`, undo it.
+        Impacts of `discs` that are not in `impacts` are undone.
 
         Each of the discs flies freely after its last impact, or after the start of the step if it has no impact.
 

@@ -47,13 +47,14 @@ _ROUNDINGS = 4
 class FreeFlight:
     """Determines after each step whether another impact is possible.
 
-    The decision uses only the engine's own states. From a step on, a run is free flight if two conditions hold:
+    The decision uses only the engine's own states. The rest of a run is free flight if two conditions hold after a
+    step:
 
     - If all bodies continue on straight paths, no two overlap or come near each other before the scene's end.
-    - The last two steps left every bit of every velocity unchanged. They moved every disc by its velocity times the
-      step size, except for rounding. So the engine does not damp discs, push them or move them in any other way.
+    - The last two steps left every bit of every velocity unchanged, and moved every disc by its velocity times the step
+      size, except for rounding. So the engine does not damp discs, push them or move them in any other way.
 
-    Then the final state is at the ends of the straight paths.
+    If both conditions hold, the final state is at the ends of the straight paths.
 
     Attributes:
         next_check_s: Time before which free flight can't begin. Until this time, `has_begun` needs to be called only

@@ -2,7 +2,7 @@
 
 A contact that lasts several steps becomes one impact. The velocities before the impact are those at the start of the
 contact's first step. The velocities after the impact are those at the end of the contact's last step. If an engine
-reports velocities with a contact, these are used instead.
+reports velocities with a contact, the reported velocities are used instead.
 """
 
 from __future__ import annotations
@@ -123,9 +123,9 @@ class OpenContact:
         """Return the instant at which two bodies meet, for a pair that comes to rest.
 
         `compute_turn_time` needs a free path after the impact, but resting bodies do not separate. At the returned
-        instant, the bodies on their free paths before the impact reach the distance that they have while they rest.
-        This distance changes at the normal speed that the bodies have at the end of the contact. The free path is a
-        parabola, or a line if gravity accelerates both bodies equally.
+        instant, the free paths before the impact bring the bodies to the distance that they have while they rest. The
+        distance of the resting bodies changes at the normal speed that they have at the end of the contact. The free
+        path is a parabola, or a line if gravity accelerates both bodies equally.
 
         Args:
             gravity: Acceleration of each disc, from `compute_gravity`.
@@ -235,7 +235,7 @@ class ImpactCollector:
         self._numbers = count(1)
 
     def skip_to(self, time_s: float, observation: Observation) -> None:
-        """Store the state at `time_s` as the last state. The steps since the previous one must have no contacts."""
+        """Replace the last state by the state at `time_s`. The steps between the two states must have no contacts."""
         self._last, self._last_s = observation, time_s
 
     def add(self, time_s: float, observation: Observation) -> None:
@@ -354,7 +354,7 @@ class ImpactCollector:
         if impulse is None:
             impulse = math.dist(_compute_relative_velocity(after), _compute_relative_velocity(motions_before))
         known.add(impulse, contact.normal)
-        # Free fall during `_REST_STEPS` steps adds this speed. A pair that is faster does not rest.
+        # A pair does not rest if its normal speed exceeds the speed that free fall adds in `_REST_STEPS` steps.
         slowest = _REST_STEPS * self._pull * (time_s - self._last_s)
         if not abs(_compute_separation_speed(after, contact.normal)) <= slowest:
             known.at_rest = None
@@ -375,7 +375,7 @@ class ImpactCollector:
         by_normal = sign * (contact.impulse_n_s or 0.0) * self._inverse_mass[body]
         vx, vy = vx + by_normal * nx, vy + by_normal * ny
         tangential = contact.tangential_impulse_n_s
-        if not tangential:  # keeps results without friction bit-identical
+        if not tangential:  # without friction, results stay bit-identical
             return (vx, vy, spin)
         by_friction = sign * tangential * self._inverse_mass[body]
         return (vx - by_friction * ny, vy + by_friction * nx, spin - tangential * self._spin_per_impulse[body])
@@ -408,11 +408,12 @@ class ImpactCollector:
         self._done.append((contact.number, record, effective, state))
 
     def _compute_motions_at_impact(self, effective_s: float, contact: OpenContact) -> list[Motion]:
-        """Return velocities and spins of two falling, damped or braked discs at their impact, given those at step ends.
+        """Return velocities and spins of two falling, damped or braked discs just before and just after their impact.
 
-        Between the impact and a step boundary, gravity or slowing changes the velocities. A scene never has both. For
-        slowed discs, the instant may be before the contact's start or after its end by at most the contact's duration.
-        If the instant can't be computed, the reported instant is used.
+        The velocities and spins are known at step boundaries. Between the impact and a step boundary, the velocities
+        change by gravity or by slowing. A scene has at most one of these two effects. For slowed discs, the instant may
+        be before the contact's start or after its end by at most the contact's duration. If the instant can't be
+        computed, the reported instant is used.
         """
         beyond_s = contact.end_s - contact.start_s if self._slowing else 0.0
         at_s = effective_s if math.isfinite(effective_s) else contact.reported.time_s

@@ -73,7 +73,7 @@ class Validator:
             to_plain_text(found.warning, "the warning of an observation")
         numbers = rows.numbers[row]
         sizes = np.abs(numbers)
-        if np.maximum.reduce(sizes) <= LARGEST:  # false for NaN
+        if np.maximum.reduce(sizes) <= LARGEST:  # false if a number is NaN
             return True
         finite = np.isfinite(numbers)
         if (far := (sizes > LARGEST) & finite).any():

@@ -104,7 +104,7 @@ class ForkServer:
             return None
         own_socket, child_socket = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         for stream in (sys.stdout, sys.stderr):
-            stream.flush()  # so that only one of the processes writes the content of the buffer
+            stream.flush()  # otherwise both processes would write the content of the buffer
         parent = os.getpid()
         with warnings.catch_warnings():
             # Python warns because the BLAS library has started threads, but BLAS supports forks.
@@ -157,7 +157,7 @@ class ForkServer:
             if sys.platform == "linux":
                 pidfd = os.pidfd_open(process)
                 select.select([pidfd], [], [], PATIENCE_S)
-                signal.pidfd_send_signal(pidfd, signal.SIGKILL)  # ends even a stopped process
+                signal.pidfd_send_signal(pidfd, signal.SIGKILL)  # SIGKILL ends even a stopped process
                 os.close(pidfd)
             os.waitpid(process, 0)
 
@@ -179,7 +179,7 @@ def _serve(requests: socket.socket, parent: int) -> NoReturn:
 
 def _detach(kept_file: int) -> None:
     """Detach this process from the command's terminal, signals and files. Only the file `kept_file` stays open."""
-    gc.disable()  # otherwise finalisers of the command's objects could also run in this process
+    gc.disable()  # otherwise this process could also run finalisers of the command's objects
     gc.freeze()
     os.setsid()
     signal.set_wakeup_fd(-1)
@@ -195,8 +195,8 @@ def _detach(kept_file: int) -> None:
 
 def _fork_watchdogs(requests: socket.socket) -> None:
     """Fork a watchdog for each request, until the command closes its end of the socket."""
-    signal.signal(signal.SIGCHLD, signal.SIG_DFL)  # if this signal were ignored, the exit status would be lost
-    watchdogs: dict[int, tuple[int, int]] = {}  # process number of each watchdog, and pipe for its status, by pidfd
+    signal.signal(signal.SIGCHLD, signal.SIG_DFL)  # if SIGCHLD were ignored, exit statuses would be lost
+    watchdogs: dict[int, tuple[int, int]] = {}  # by pidfd: the watchdog's process number, and the pipe for its status
     poll = select.poll()
     poll.register(requests, select.POLLIN)
     while True:

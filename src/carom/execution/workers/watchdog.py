@@ -11,7 +11,7 @@ output and error. The watchdog waits for one of these events:
 - The parent needs no more answers: it sends SIGTERM, or closes its end of standard input.
 - The parent exits.
 
-After that, the watchdog kills all remaining processes and exits with the worker's status.
+After the event, the watchdog kills all remaining processes and exits with the worker's status.
 
 On Linux the watchdog adopts orphaned descendants of the worker, so that the watchdog also finds processes that have
 left the session. If the watchdog is killed, the system kills the worker. On other systems, processes that have left the
@@ -76,8 +76,8 @@ def _wait_and_clean_up(worker: int, woken: int, parent: int) -> None:
     """Wait until the worker ends or is no longer needed. Kill remaining processes, and exit with the worker's status.
 
     The worker is no longer needed if the other end of standard input is closed, the parent sends SIGTERM, or the parent
-    exits. The first condition is not enough: the other end stays open if the parent has forked a process that also
-    holds it.
+    exits. A closed standard input is not enough as a condition: the other end stays open if the parent has forked a
+    process that also holds this end.
     """
     null = os.open(os.devnull, os.O_WRONLY)
     os.dup2(null, 1)  # only the worker may keep the answer pipe open

@@ -62,7 +62,7 @@ def build_codec(task: type[Task[T]]) -> Codec[tuple[int, Answer[T]]]:
 
 
 def _exit_after(watchdog: int) -> None:
-    """Wait until the watchdog has ended, then end this process. On Linux, the system does this already."""
+    """Wait until the watchdog has ended, then end this process. On Linux, the system already ends this process."""
     while os.getppid() == watchdog:
         time.sleep(WATCHDOG_CHECK_S)
     os._exit(1)

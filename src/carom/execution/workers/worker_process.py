@@ -205,7 +205,7 @@ class _Process(LinePipes):
 
     def end(self) -> None:
         """End the process and all processes that it started."""
-        self._popen.send_signal(signal.SIGCONT)  # continues a stopped watchdog
+        self._popen.send_signal(signal.SIGCONT)  # SIGCONT continues a stopped watchdog
         self.close()  # the watchdog ends when its input is closed
         # A forked process can hold the other end of the pipe open, so signals are sent too. When the watchdog ends, the
         # worker also ends.
