@@ -18,7 +18,7 @@ class Media(Flag):
     MARKDOWN = auto()
     TERMINAL = auto()
     DETAIL = auto()  # a terminal on which the user requests the whole document
-    ON_PAPER = PAGE | MARKDOWN  # files
+    ON_PAPER = PAGE | MARKDOWN  # media that are written to files
     IN_FULL = ON_PAPER | DETAIL  # all media except a terminal on which the user only requests a summary
     EVERYWHERE = IN_FULL | TERMINAL
 

@@ -48,8 +48,8 @@ class Summary:
         verdicts: Meaning of each verdict by name. The meanings are stored, because other versions of Carom may have
             other verdicts.
         scenes: Values of each scene by name.
-        sampling: PIT's errors for each scene and step size. All runs with this scene and step size are compared with
-            these errors.
+        sampling: PIT's errors for each scene and step size. The errors of every other run are compared with PIT's
+            errors for the same scene and step size.
     """
 
     format: int

@@ -33,7 +33,7 @@ def compute_default_dts(scene: Scene) -> tuple[float, ...]:
 
 
 def _to_mapping(value: Any) -> dict[str, Any]:
-    if not isinstance(value, Mapping | tuple):  # the default is an empty tuple
+    if not isinstance(value, Mapping | tuple):  # the default of `settings` is an empty tuple
         raise TypeError
     return dict(value)
 

@@ -211,7 +211,8 @@ class _Observer:
     def observe_traces(self, jobs: Iterable[Job], *, shifted: bool = False) -> Iterator[tuple[Job, Answer[Trace]]]:
         """Yield the result of each job as it arrives.
 
-        States are kept for pictures: with the largest step size, and if a picture can show all discs of the scene.
+        States are stored for pictures, but only at the scene's largest step size, and only if a picture can show all
+        discs of the scene.
         """
         asks, samples = [], self.plan.options.samples and not shifted
         for job in jobs:

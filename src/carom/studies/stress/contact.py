@@ -1,8 +1,8 @@
 """Stress tests with friction, and with a disc on a wall under gravity: rest, rolling, and critical slopes.
 
 Each scene with gravity is a disc of unit mass on the wall y = 0. On a slope, gravity is tilted instead of the wall,
-because a tilted wall would have rounded coordinates. Slightly above or below a critical slope, a disc must move almost
-like at the critical slope.
+because a tilted wall would have rounded coordinates. On a slope that is slightly steeper or flatter than a critical
+slope, a disc must move almost as on the critical slope.
 
 Impacts with friction are head-on or with a wall. Therefore the normal is correct even if an impact is found late, so
 late detection is no reason to fail. There is one exception: in the long chain of sticking impacts, late detection may
@@ -37,8 +37,8 @@ _G, _K = 10.0, 0.5
 _LASTS_S = 0.5
 
 #: Coefficient of friction of all slopes and of the floor with rolling resistance, and the tangents of critical slopes.
-#: These are, in order, the steepest slopes on which a block stays at rest, a disc rolls without slipping, rolling
-#: resistance holds a disc, and a disc that bounces with restitution 1/2 stops sliding.
+#: The critical slopes are, in order, the steepest slopes on which a block stays at rest, a disc rolls without slipping,
+#: rolling resistance holds a disc, and a disc that bounces with restitution 1/2 stops sliding.
 _FRICTION = 0.3
 _STEEPEST = {
     "sliding-slope": _FRICTION,
@@ -173,7 +173,7 @@ _GRIP = 10.0
 
 
 def _compute_tangential_impulse(friction: float, normal_impulse: float, slip: float, inverse_mass: float) -> float:
-    """Return the impulse of friction: the impulse that stops the slip, or that of sliding friction if it is smaller."""
+    """Return the smaller of two impulses: the impulse of sliding friction, and the impulse that stops the slip."""
     return math.copysign(min(abs(slip) / inverse_mass, friction * normal_impulse), slip)
 
 

@@ -48,7 +48,7 @@ def _build_row_trial(description: str, gaps: Sequence[float], phase: float, step
 @stress_test
 def _cradle_gap(gap: float) -> Iterator[Trial]:
     description = f"Newton's cradle of five discs with gaps of {format_metres(gap)}. Only the last disc must move away."
-    # The scene is twice as long as needed, so that a late method also finds every impact.
+    # The scene is twice as long as needed, so that a method that finds impacts late also finds every impact.
     steps = 40 + math.ceil(3 * gap / (SPEED_M_S / RATE_HZ))
     return (_build_row_trial(description, [gap] * 3, phase, steps) for phase in PHASES)
 

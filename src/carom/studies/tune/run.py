@@ -48,8 +48,8 @@ class Tuning:
         first: Results of the first profile.
         best: Results of the best settings, or `first` if nothing was better.
         others: Results of the engine's other profiles on the same scenes, by name.
-        located: Names of the profiles whose steps Carom shortens, so that a step ends at each impact. No setting of an
-            engine does this.
+        located: Names of the profiles whose steps Carom shortens so that a step ends at each impact, which no setting
+            of the engine can do.
         code: The engine's code for the first scene, as far as the best settings change it; empty if nothing was better,
             or if the adapter writes no code.
         profile_settings: The first profile's settings at the first scene's step size, by name.

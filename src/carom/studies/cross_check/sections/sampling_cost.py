@@ -1,4 +1,7 @@
-"""Section that compares the errors of each engine and PIT. PIT's errors show the effect of checking once per step."""
+"""Section that compares the errors of each engine with PIT's errors.
+
+PIT's errors show the effect of checking once per step.
+"""
 
 from __future__ import annotations
 
