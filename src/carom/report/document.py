@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 
 class Media(Flag):
-    """Where a document is shown."""
+    """Media in which a document is shown."""
 
     PAGE = auto()
     MARKDOWN = auto()
@@ -187,7 +187,10 @@ class Figure(NamedTuple):
 
 
 class Figures(NamedTuple):
-    """Drawings on a page, side by side or, if `large` is true, one below the other. Other media show tables instead."""
+    """Drawings on a page, side by side or, if `large` is true, one below the other.
+
+    Media other than pages show tables instead of drawings.
+    """
 
     items: tuple[Figure, ...]
     large: bool = False

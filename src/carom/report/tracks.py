@@ -201,7 +201,8 @@ def list_flight_pulls(scene: Scene) -> list[Array]:
 def list_sampled_positions(trace: Trace) -> tuple[Array, Array] | None:
     """Return the times and positions of a trace's samples and of its end; None if there are no samples.
 
-    The last step may end after the scene. Such a sample is omitted, and the final state is used instead.
+    The last step may end after the scene. A sample after the end of the scene is omitted, and the final state is used
+    instead.
     """
     samples = trace.samples
     if samples is None or not len(samples.time_s):
@@ -244,8 +245,8 @@ def select_points(count: int, measure_errors: Callable[[int, int], Array], most:
 
     Args:
         count: Number of points.
-        measure_errors: Function of the indices of two points. It returns distances from the connection of these points:
-            those of the two points, and those of all points between them.
+        measure_errors: Function that takes the indices of two points, connects these two points, and returns how far
+            these points and all points between them are from the connection.
         most: Largest allowed distance of a point from the connection.
     """
     selected, pending = [0], [(0, count - 1)]

@@ -122,7 +122,7 @@ def _describe_longest_step(advice: Advice, criterion: Callable[[StepAdvice], Ste
 
 
 def _has_no_step_limit(answer: StepAdvice, step_range: StepRange) -> bool:
-    """Whether every tested step size passes, including the whole run in one step."""
+    """Whether a method passes with every tested step size, even if one step is as long as the whole run."""
     return step_range.largest_passing is not None and step_range.smallest_failing is None and answer.refused_s is None
 
 

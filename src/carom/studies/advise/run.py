@@ -38,7 +38,7 @@ AIMED = 3
 
 
 class ReferenceCut(Enum):
-    """Reason why only the beginning of a scene is searched. Each value is the phrase that the report shows."""
+    """Reason why only the beginning of a scene is searched. Each member's value is the phrase that the report shows."""
 
     TIE = "a disc meets two others at once, so the scene has no unique answer"
     CHAOS = "rounding decides what happens"

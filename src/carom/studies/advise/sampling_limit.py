@@ -126,7 +126,10 @@ GRAZE = math.cos(math.pi / 6)
 
 
 class Cause(Enum):
-    """Reason why an impact is hard to find. Each value is the phrase that the report shows, with numbers in braces."""
+    """Reason why an impact is hard to find.
+
+    Each member's value is the phrase that the report shows, with names of numbers in braces.
+    """
 
     GRAZE = "a graze, off centre by {offset} times the contact distance"
     FAST = "the discs are fast for their size ({size})"
@@ -139,7 +142,7 @@ class Cause(Enum):
 class HardImpact:
     """An impact of the reference, with the largest step sizes at which checking once per step is accurate enough.
 
-    The step sizes are computed without friction. For discs with friction, these step sizes only guide the search.
+    The step sizes are computed without friction, so for discs with friction they only guide the search.
 
     Attributes:
         time_s: Time of the impact.

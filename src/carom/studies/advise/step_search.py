@@ -32,9 +32,9 @@ LONGEST = OCTAVES_BELOW + 1
 OCTAVES_COVERED = 3
 
 #: Several numbers count as equal if the largest is at most this factor times the smallest. An error counts as
-#: proportional to the step size if the error divided by the step size is equal for `OCTAVES_BELOW` octaves. Then the
-#: error's order of convergence is between 0.84 and 1.16. An error counts as independent of the step size if the error
-#: is equal for `LONGEST` octaves. Then the error's order of convergence is between -0.11 and 0.11.
+#: proportional to the step size if the error divided by the step size is equal for `OCTAVES_BELOW` octaves; the error's
+#: order of convergence is then between 0.84 and 1.16. An error counts as independent of the step size if the error is
+#: equal for `LONGEST` octaves; the error's order of convergence is then between -0.11 and 0.11.
 SAME = 1.25
 
 #: The smallest tested step size, as a fraction of the shortest of three times: a frame, the whole run, and the step
@@ -43,7 +43,7 @@ FINEST = 1 / 64
 
 
 class SearchEnding(Enum):
-    """Reason why no further step size was tested. Each value is the phrase that the report shows."""
+    """Reason why no further step size was tested. Each member's value is the phrase that the report shows."""
 
     FOUND = "both recommended step sizes were found"
     BUDGET = "the budget of engine steps was used up"

@@ -33,7 +33,7 @@ LEAST_CHANGE = 0.05
 
 
 class BaselineChange(Enum):
-    """Change of a point's run time or error. Each value is the word that a report shows."""
+    """Change of a point's run time or error. Each member's value is the word that a report shows."""
 
     REGRESSED = "regressed"
     IMPROVED = "improved"

@@ -281,7 +281,7 @@ def select_same_method(points: Sequence[GrowthPoint]) -> list[GrowthPoint]:
     """Return the points from the last decrease of the run time onwards, which were all computed by the same algorithm.
 
     If the run time decreases with more discs, the engine has changed its algorithm. For example, PIC solves two discs
-    by a closed form. One power law can't describe both algorithms.
+    by a closed form. One power law can't describe the run times of two algorithms.
     """
     falls = [k for k in range(1, len(points)) if points[k].advance_s < points[k - 1].advance_s]
     return list(points[falls[-1] if falls else 0 :])

@@ -247,7 +247,7 @@ class SceneTiming:
 
     @property
     def cut_off(self) -> bool:
-        """Whether some methods or step sizes were not timed. A repeated pass may time them."""
+        """Whether some methods or step sizes were not timed, so that a repeated pass may time them."""
         return bool(self.untimed)
 
 

@@ -115,12 +115,12 @@ class GridCell(NamedTuple):
 
     @property
     def errors(self) -> Errors:
-        """The largest errors of the run; NaN without an error."""
+        """The largest errors of the run; NaN for an error that was not measured."""
         return self.line.total or _NO_ERRORS
 
     @property
     def cost(self) -> float:
-        """The run's error divided by PIT's; NaN without an error."""
+        """The run's error divided by PIT's error; NaN if this ratio is unknown."""
         return math.nan if self.line.price_paid is None else float(self.line.price_paid)
 
     @property
@@ -130,7 +130,7 @@ class GridCell(NamedTuple):
 
     @property
     def time_error_s(self) -> float:
-        """The largest time error, in seconds; 0 within rounding, NaN without an error."""
+        """The largest time error, in seconds; 0 if it is only rounding, and NaN if no time error was measured."""
         error_s = self.errors.time_s
         if math.isnan(error_s):
             return error_s
@@ -334,8 +334,8 @@ def rank_methods(grid: Grid, methods: Iterable[Method]) -> list[Method]:
 def compute_standing(cells: Iterable[GridCell]) -> tuple[float, float]:
     """Compute the sort key of a method from its cells, one for each scene. The best method has the smallest key.
 
-    The key is the mean grade, then the median error divided by PIT's (0 without such an error). A method without a
-    grade is last. Keys can only be compared if all methods have cells of the same scenes.
+    The key is the mean grade, then the median over cells of the error divided by PIT's error (0 if no cell has this
+    ratio). A method without a grade is last. Keys can only be compared if all methods have cells of the same scenes.
     """
     cells = list(cells)
     places = [cell.rank for cell in cells if cell.rank is not None]

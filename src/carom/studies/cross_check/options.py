@@ -75,7 +75,7 @@ class Options(LimitOptions):
             reliable.
         certify_s: Time limit for the certified run of each scene, in seconds.
         timing: Whether to also time each job with its scene's largest step size, while nothing else runs.
-        samples: Whether to store positions of the discs. The pictures of reports need them.
+        samples: Whether to store positions of the discs, which the pictures of reports need.
 
     Raises:
         InputError: A value is invalid.

@@ -175,7 +175,7 @@ class ReleaseCell:
 
 
 class ChangeKind(Enum):
-    """Change of a run from one release to the next. Each value is the phrase that the report shows."""
+    """Change of a run from one release to the next. Each member's value is the phrase that the report shows."""
 
     SAME_BITS = "same bits"
     WORSE = "worse"

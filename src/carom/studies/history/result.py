@@ -45,10 +45,7 @@ class Release:
 
     @property
     def observes_no_contact(self) -> bool:
-        """Whether the adapter observes no contact of this release, although velocities change.
-
-        If so, the release's results are useless.
-        """
+        """Whether the results are useless because the adapter observes no contact, although velocities change."""
         results = [run for run in self.results.values() if run.expected]
         return bool(results) and all(run.observes_no_contact for run in results)
 

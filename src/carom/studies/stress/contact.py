@@ -119,8 +119,9 @@ def _build_slope_trial(kind: str, value: float, side: float) -> Trial:
     elif kind == "bouncing-slope":
         # If the first bounce has this speed, the bounces last until the end of the scene. Between two bounces, the disc
         # flies with take-off speed w, and gravity adds `2 w tan(slope)` to the speed at which the disc slides. The next
-        # bounce reduces this speed by `f (1 + e)(1 + 1/k) w`, with friction f, restitution e and inertia factor k. Both
-        # changes are equal at the critical slope. In total, bounces change the speed as much as lasting contact would.
+        # bounce reduces this speed by `f (1 + e)(1 + 1/k) w`, with friction f, restitution e and inertia factor k. At
+        # the critical slope, gravity and a bounce change this speed by equal amounts. In total, bounces change the
+        # speed as much as lasting contact would.
         hits = 0.5 * _LASTS_S * normal_pull * (1.0 - e) / e
         fields = {"velocity": complex(0.0, -hits), "wall_restitution": e}
     check = _build_contact_check(along, rim, pull * _LASTS_S)
@@ -223,7 +224,7 @@ def _inertia(value: float) -> Iterator[Trial]:
 def _grip_chain(value: float) -> Iterator[Trial]:
     """Make a trial of a superball that bounces between two plates.
 
-    It moves from one plate to the other in twelve steps.
+    The superball moves from one plate to the other in twelve steps.
     """
     rounds = max(1, round(value / 2))
     height = 12.0 / RATE_HZ

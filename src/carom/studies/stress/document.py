@@ -151,7 +151,7 @@ def _build_heat_cell(results: StressResults, rows: list[StressRow], method: Meth
 
 
 def _format_sign(row: StressRow, result: CellResult) -> str:
-    """Return the character of a test: passed, not run, or the number of tenths of the range before the failure."""
+    """Return the character that shows a test's outcome: passed, not run, or failed after n tenths of the range."""
     depth = row.compute_depth(result)
     if depth is None:
         return _NOT[0]

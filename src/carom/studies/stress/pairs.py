@@ -87,7 +87,7 @@ def _build_meeting_trial(
 
 
 def _build_stress_test(name: str, template: str, **functions: Callable[[float], float]) -> StressTest:
-    """Return a stress test in which two discs meet. It has a trial for each phase.
+    """Return a stress test in which two discs meet, with a trial for each phase.
 
     Each further keyword argument has the name of an argument of `_build_meeting_trial`, and is a function that computes
     this argument from the stress test's value.
@@ -195,7 +195,7 @@ def _seam(value: float, phase: float) -> Trial:
 def _corner(value: float, phase: float) -> Trial:
     """Make a trial of a disc that is thrown into a corner, slightly past the apex.
 
-    The scene's walls have a finite length. The correct motion is computed with half-planes instead.
+    The scene's walls have a finite length, but the correct motion is computed for half-planes.
     """
     angle = math.radians(value)
     inwards = cmath.exp(0.5j * angle)

@@ -20,7 +20,7 @@ SCENES, STRESS = "scenes", "stress/"
 
 
 class CellEnding(StrEnum):
-    """Outcome of a test with one method. Each value is the phrase that the report shows."""
+    """Outcome of a test with one method. Each member's value is the phrase that the report shows."""
 
     FAILS_AT_SIZE = "fails at this size"
     PASSES = "passes to the end"

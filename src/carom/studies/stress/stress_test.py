@@ -86,7 +86,7 @@ class StressTest:
         harmless: The harmless end of the range. Every sound method should pass at this value.
         extreme: The extreme end of the range, which may be larger or smaller than `harmless`.
         trials: Function that returns the trials for a value. Usually, the trials differ only in the phase of the
-            impact. A method passes the value only if it passes all its trials.
+            impact. To pass a value, a method must pass all trials of this value.
         truth: Explanation of how the correct result is known.
         failure_rule: Explanation of when a method fails.
         quick_extreme: The extreme end of the range in a quick campaign; None for `extreme`.

@@ -100,7 +100,7 @@ class KnobSearch:
 
     @property
     def trials(self) -> int:
-        """Number of tested combinations of settings, without the first profile."""
+        """Number of tested combinations of settings, not counting the first profile."""
         return len(self._tried) - 1
 
     @property

@@ -59,8 +59,8 @@ def _draw_pair(reference: Trace, observed: Trace, missed: Sequence[int], labels:
 def find_divergences(grid: Grid) -> tuple[tuple[GridCell, ...], tuple[GridCell, ...]]:
     """Find PIT's runs of the paper's scenes, and the worst runs of other scenes.
 
-    The second list contains one run for each of the `WORST_SHOWN` worst scenes, worst first. Scenes with too many discs
-    for a picture are omitted.
+    The second result contains one run for each of the `WORST_SHOWN` worst scenes, worst first. Scenes with too many
+    discs for a picture are omitted.
     """
     drawable = [name for name, one in grid.results.references.items() if len(one.scene.discs) <= MOST_DISCS_DRAWN]
     cells = [cell for row in grid.rows if row.name in drawable for cell in row.cells if cell.compared_run]
