@@ -26,7 +26,7 @@ def render_terminal(document: Document, width: int, *, full: bool = False) -> It
 
     Args:
         document: The document.
-        width: Number of text columns. A wider table is shown in parts.
+        width: Number of text columns. A table that is wider than this is shown in parts.
         full: Whether to show the whole document instead of a summary.
     """
     medium = Media.DETAIL if full else Media.TERMINAL

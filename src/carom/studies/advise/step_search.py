@@ -291,6 +291,9 @@ def _has_octaves(run: Sequence[StepTrial], octaves: int) -> bool:
 
 
 def _is_constant(values: Sequence[float]) -> bool:
-    """Whether the largest number is at most 1.25 times the smallest. False if a number is not positive and finite."""
+    """Whether the largest number is at most 1.25 times the smallest.
+
+    False if any number is zero, negative, infinite or NaN.
+    """
     sound = all(0.0 < value < math.inf for value in values)
     return sound and max(values, default=0.0) <= SAME * min(values, default=0.0)

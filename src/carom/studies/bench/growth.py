@@ -33,7 +33,8 @@ OWN_SIZES = (*SIZES, 30_000, 100_000)
 #: a second.
 PACKING = 0.3
 DT_S = 1 / 240
-#: Number of steps of a run: one simulated second. In less time, few of a hundred discs would meet.
+#: Number of steps of a run: one simulated second. In less simulated time, only a few of a hundred discs would have an
+#: impact.
 STEPS = 240
 
 #: Smallest number of discs in a fit. With fewer discs, fixed costs hide the growth.

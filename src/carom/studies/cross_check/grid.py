@@ -327,7 +327,7 @@ RANKING_NOTE = (
 
 
 def rank_methods(grid: Grid, methods: Iterable[Method]) -> list[Method]:
-    """Sort methods, best first. Equal methods keep the order of the grid."""
+    """Sort methods, best first. Methods with equal sort keys keep the order of the grid."""
     return sorted(methods, key=lambda method: compute_standing(grid.list_cells(method)))
 
 

@@ -85,7 +85,7 @@ class Change:
         old: Grade or failure in the old report.
         new: Grade or failure in the new report.
         measures: The numbers that changed.
-        verdicts: New verdicts. If the old run failed, also its reasons that no longer apply.
+        verdicts: New verdicts and, if the old run failed, also the old run's reasons that no longer apply.
         changed: Changed settings, versions and reference values: pairs of a name, and a text with the old and the new
             value.
     """
@@ -209,7 +209,7 @@ def compare_records(old: Path, new: Path, match: Sequence[tuple[str, str]] | Non
 
 
 def _has_run(cell: DiffCell) -> bool:
-    """Whether an engine was started for this cell. A failed run also counts."""
+    """Whether an engine was started for this cell, even if the run failed."""
     return cell.mark.ran or cell.mark in BROKEN
 
 

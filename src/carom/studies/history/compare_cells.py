@@ -205,8 +205,8 @@ class CellChange:
 
     Attributes:
         kind: Kind of change.
-        numbers: For a change of the engine or of its settings, a phrase with the numbers that show the change. For a
-            release that did not run, the reason. Otherwise empty.
+        numbers: A phrase with the numbers that show a change of the engine or of its settings, or with the reason why a
+            release did not run. The phrase is empty for other kinds of change.
     """
 
     kind: ChangeKind
@@ -271,7 +271,7 @@ def _has_changed(old: ReleaseRun, new: ReleaseRun) -> bool:
 
 
 def _are_close(old: ArrayLike, new: ArrayLike, rounding: float) -> bool:
-    """Whether numbers are equal except for rounding. NaN and infinities only equal themselves."""
+    """Whether numbers are equal except for rounding. NaN only equals NaN, and an infinite number only equals itself."""
     return bool(np.allclose(old, new, rtol=0.0, atol=rounding, equal_nan=True))
 
 
@@ -350,7 +350,10 @@ def _compute_range_gaps(before: NDArray[np.float64], after: NDArray[np.float64])
 
 
 def _describe_coordinate(old: Sequence[ReleaseRun], new: Sequence[ReleaseRun]) -> str:
-    """Name the coordinate and the instant at which two releases differ most. Empty if no coordinate differs."""
+    """Name the coordinate and the instant at which two releases differ most.
+
+    The text is empty if no coordinate differs.
+    """
     before, after = (np.array([run.position_errors_m for run in runs]) for runs in (old, new))
     gaps = _compute_range_gaps(before, after).max(axis=0)
     k = int(gaps.argmax())

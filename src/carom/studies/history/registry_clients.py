@@ -23,8 +23,8 @@ from carom.errors import CaromError
 from carom.support.escaping import find_last_message, format_value
 from carom.support.versions import require_version
 
-#: Time limits of listing and installing, in seconds. Listing takes seconds. Installing the largest tested release, 300
-#: MB, takes half a minute.
+#: Time limits of listing and installing, in seconds. Listing the releases takes a few seconds. Installing the largest
+#: tested release, 300 MB, takes half a minute.
 LISTING_S, INSTALLING_S = 60.0, 600.0
 #: Largest number of bytes read from a client's output. The list of a thousand releases is a hundred times smaller than
 #: this number.

@@ -154,7 +154,7 @@ class _ReleaseRuns:
 def _install_releases(
     study: _ReleaseRuns, origin: Origin, versions: Sequence[str], cache: ReleaseCache, pool: Pool
 ) -> Iterator[tuple[Release, ...]]:
-    """Install releases and register them as engines. Yield the releases. At the end, unregister them."""
+    """Install releases and register them as engines. Yield the releases, and unregister them at the end."""
     client: Client = CLIENTS[origin.registry]
     with tempfile.TemporaryDirectory(prefix="carom-history-") as place:
         releases: list[Release] = []

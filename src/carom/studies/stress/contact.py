@@ -169,7 +169,7 @@ def _list_with_reciprocal(value: float) -> Sequence[float]:
     return [value, 1.0 / value] if value else [value]
 
 
-#: A coefficient of friction with which the disc of `_inertia` never slides. Every engine supports this coefficient.
+#: A coefficient of friction that every engine supports, and with which the disc of `_inertia` never slides.
 _GRIP = 10.0
 
 

@@ -31,7 +31,7 @@ from carom.support.formatting import format_number
 #: orders of magnitude.
 DEVIATION_LIMIT = 1e-9
 
-#: A coefficient of friction with which superballs never slide. Every engine supports this coefficient.
+#: A coefficient of friction that every engine supports, and with which superballs never slide.
 _GRIP = 10.0
 
 _SUPERBALLS = "Four unequal spinning superballs with oblique impacts."

@@ -178,7 +178,8 @@ def _galperin(mass_ratio: float) -> Iterator[Trial]:
     # odd number of impacts, this angle is mirrored.
     final_angle = math.pi - count * angle if count % 2 == 0 else (count + 1) * angle - math.pi
     final = [(root * math.sin(final_angle) * speed, 0.0), (math.cos(final_angle) * speed, 0.0)]
-    # At its greatest speed, the light disc has all the energy. In total, the heavy disc reverses its velocity.
+    # At its greatest speed, the light disc has all the energy. All impacts together reverse the velocity of the heavy
+    # disc.
     change = [root * speed, 2 * speed]
     yield build_trial(description, discs, build_closed_form_check(final, count, change), 4.0, walls=[wall])
 
