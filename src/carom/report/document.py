@@ -12,13 +12,13 @@ from typing import Any, NamedTuple
 
 
 class Media(Flag):
-    """Where a document is shown."""
+    """Media in which a document is shown."""
 
     PAGE = auto()
     MARKDOWN = auto()
     TERMINAL = auto()
     DETAIL = auto()  # a terminal on which the user requests the whole document
-    ON_PAPER = PAGE | MARKDOWN  # files
+    ON_PAPER = PAGE | MARKDOWN  # media that are written to files
     IN_FULL = ON_PAPER | DETAIL  # all media except a terminal on which the user only requests a summary
     EVERYWHERE = IN_FULL | TERMINAL
 
@@ -187,7 +187,10 @@ class Figure(NamedTuple):
 
 
 class Figures(NamedTuple):
-    """Drawings on a page, side by side or, if `large` is true, one below the other. Other media show tables instead."""
+    """Drawings on a page, side by side or, if `large` is true, one below the other.
+
+    Media other than pages show tables instead of drawings.
+    """
 
     items: tuple[Figure, ...]
     large: bool = False

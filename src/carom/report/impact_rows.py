@@ -90,8 +90,8 @@ def _explain_missed(k: int, impact: np.void, trace: Trace, score: Score) -> str:
         pit = {True: "PIT also misses this impact", False: "PIT finds this impact"}
         return "" if score.pit_missed is None else pit[k in score.pit_missed]
     meetings = trace.local_truth.meetings
-    # In early engines, bodies pass through each other before the exact instant, and in late engines after the exact
-    # instant.
+    # If an engine finds impacts early, bodies can pass through each other before the exact instant; if an engine finds
+    # impacts late, after the exact instant.
     near = np.abs(meetings["begin_s"] - impact["time_s"]) <= NEAR_STEPS * trace.dt_s
     passed = meetings[
         (meetings["first"] == impact["first"]) & (meetings["second"] == impact["second"]) & meetings["missed"] & near

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     from carom.report.document import Document
 
-#: Sizes of pictures in a notebook: of scenes, traces and results, and of the results of studies.
+#: Two sizes of pictures in a notebook: for a scene, a trace or results of runs, and for the result of a study.
 _SIZE_IN, _STUDY_SIZE_IN = (5.0, 3.6), (7.0, 3.8)
 #: Size of a picture that a phone shows without scrolling.
 _NARROW_IN = (3.9, 4.6)
@@ -196,7 +196,7 @@ class ShownResult:
         return cls(**{field.name: getattr(found, field.name) for field in dataclasses.fields(found)})
 
     def __repr__(self) -> str:
-        from carom.report.render.terminal import render_plain_text  # imports Rich
+        from carom.report.render.terminal import render_plain_text  # imported here, because this module imports Rich
 
         return render_plain_text(self._show()[0])
 

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from carom.model.walls import AnyWall
 
 Limits = tuple[Array, Array]
-#: Discs with the positions at which a picture shows them for a missed impact.
+#: Discs of missed impacts, each with the positions at which a picture shows the disc.
 _Misses = Sequence[tuple[int, Array]]
 
 _WIDTH_PT, _PT_PER_IN = 237.6, 72.0
@@ -187,7 +187,7 @@ def _list_shapes(scene: Scene, paths: Paths, limits: Limits, misses: _Misses = (
     """Yield the walls, the paths, and the discs at the start, at impacts and at the end."""
     for wall in scene.walls:
         yield from list_wall_shapes(wall, limits)
-        if wall.driven:  # also at its final position
+        if wall.driven:  # also draw the wall at its final position
             yield from list_wall_shapes(move_wall(wall, *wall.drive.moved_at(scene.duration_s)), limits, opacity=_GONE)
     for k, disc in enumerate(scene.discs):
         times, points = paths.lines[k]
@@ -241,7 +241,7 @@ def _list_impacts_by_disc(scene: Scene, paths: Paths) -> Iterator[tuple[int, Arr
 
 
 def set_limits(axes: Axes, limits: Limits) -> None:
-    """Show a region, with equal scales."""
+    """Set the limits of axes to a region, with equal scales in x and y."""
     low, high = limits
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
 

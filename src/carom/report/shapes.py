@@ -22,24 +22,25 @@ if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
-#: Order of shapes that nothing covers.
+#: Order of the shapes that no other shape covers.
 _TOP = 6.0
 _NUMBER_PT = 8.0
 #: Radius and opacity of the disc behind a number.
 _NUMBER_RADIUS_PT, _NUMBER_OPACITY = 6.5, 0.8
 #: Distance between the lines of a hatched area, and their width.
 _HATCH_PT, _HATCH_WIDTH_PT = 6.0, 0.6
-#: Array are omitted if the line then moves by less than this distance, which nobody can see.
+#: A point of a line is omitted if the line then moves by less than this distance, which is too small to see.
 _TOLERANCE_PT = 0.05
 #: Number of decimal places of coordinates in points.
 _DIGITS = 2
-#: Array that are farther from the picture's middle are moved towards it. Browsers draw larger numbers inaccurately.
+#: Points that are farther than this from the picture's middle are moved towards the middle, because browsers draw
+#: larger coordinates inaccurately.
 _FARTHEST_PT = 1e6
 
 
 @dataclass(frozen=True)
 class Style:
-    """Look of a shape.
+    """Style of a shape.
 
     Attributes:
         order: A shape covers shapes with a lower order.
@@ -207,7 +208,7 @@ def _format_look(style: Style, hatch: str) -> str:
 
 
 def _place(points: ArrayLike, low: Array, high: Array, scale: float) -> Iterator[Array]:
-    """Yield points in coordinates of the SVG element. Array that are not finite separate the yielded groups."""
+    """Yield points in coordinates of the SVG element. Points that are not finite separate the yielded groups."""
     middle = (low + high) / 2.0
     with np.errstate(over="ignore", invalid="ignore"):
         offset = (np.asarray(points, dtype=float).reshape(-1, 2) - middle) * scale
@@ -220,17 +221,18 @@ def _place(points: ArrayLike, low: Array, high: Array, scale: float) -> Iterator
 
 
 def simplify_line(points: Array) -> Array:
-    """Return a line without the points that it does not need: it moves by less than the tolerance.
+    """Return a line without those points whose omission moves the line by less than the tolerance.
 
     Args:
-        points: Array in the drawing's coordinates, shape ``(n, 2)``.
+        points: Points in the drawing's coordinates, shape ``(n, 2)``.
     """
 
     def measure_distances(begin: int, end: int) -> Array:
         chord, offsets = points[end] - points[begin], points[begin : end + 1] - points[begin]
         length = math.hypot(*chord)
         along = offsets @ (chord / length) if length else np.zeros(len(offsets))
-        # The distance from the chord, not from its infinite extension: a line can go back over itself.
+        # Distances are measured from the chord and not from its infinite extension, because a line can go back over
+        # itself.
         nearest = np.clip(along, 0.0, length)[:, None] * (chord / (length or 1.0))
         distances: Array = np.hypot(*(offsets - nearest).T)
         return distances

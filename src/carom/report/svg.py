@@ -53,8 +53,8 @@ def as_page_colour(colour: str) -> str:
 
 
 _STYLE = {
-    "svg.fonttype": "none",  # keep text, which is smaller than paths, and can be searched and read aloud
-    "text.parse_math": False,  # a name may contain a dollar sign
+    "svg.fonttype": "none",  # text is smaller than paths, and can be searched and read aloud
+    "text.parse_math": False,  # a dollar sign in a name must not begin a formula
     "font.family": "sans-serif",
     "font.size": 9.0,
     "text.color": INK,
@@ -269,7 +269,7 @@ def label_lines(figure: Figure, axes: Axes, ends: Sequence[LineEnd]) -> None:
 
     A thin line leads from the end of a line to its name.
     """
-    axes.set_xlim(axes.get_xlim())  # this fixes the limits, and so the places where lines end
+    axes.set_xlim(axes.get_xlim())  # fix the limits, so that the ends of lines stay in place
     axes.set_ylim(axes.get_ylim())
     spacing = 1.25 * _NAME_PT / (72.0 * axes.get_position().height * figure.get_figheight())
     to_axes = axes.transData + axes.transAxes.inverted()

@@ -171,12 +171,12 @@ def _compute_knot_times(flight: Flight) -> list[float]:
 
 
 def build_observed_tracks(trace: Trace, extent_m: float) -> tuple[Track, ...]:
-    """Return tracks through the recorded states.
+    """Return tracks through the recorded states, or tracks computed from the impacts.
 
-    Return tracks computed from the impacts if no states are recorded, or if these tracks pass through all states.
+    Tracks are computed from the impacts if no states are recorded, or if these tracks pass through all states.
 
-    If a method advances to the instants of impacts, discs change direction between two recorded states. Impacts then
-    describe the paths better than states.
+    If a method advances to the instants of impacts, discs change direction between two recorded states. For such a
+    method, tracks from impacts are better than tracks from states.
 
     Args:
         trace: The run.
@@ -201,7 +201,8 @@ def list_flight_pulls(scene: Scene) -> list[Array]:
 def list_sampled_positions(trace: Trace) -> tuple[Array, Array] | None:
     """Return the times and positions of a trace's samples and of its end; None if there are no samples.
 
-    The last step may end after the scene. Such a sample is omitted, and the final state is used instead.
+    The last step may end after the scene. A sample after the end of the scene is omitted, and the final state is used
+    instead.
     """
     samples = trace.samples
     if samples is None or not len(samples.time_s):
@@ -240,13 +241,13 @@ def _thin_track(times: Array, places: Array, pull: Array, near: float) -> Track:
 
 
 def select_points(count: int, measure_errors: Callable[[int, int], Array], most: float) -> list[int]:
-    """Return the numbers of a few points, such that their connection passes all other points (Douglas-Peucker).
+    """Return the indices of a few points whose connecting lines pass near all other points (Douglas-Peucker).
 
     Args:
         count: Number of points.
-        measure_errors: Function that takes the numbers of two points, and returns the distances of these points and of
-            all points between them from the connection of the two points.
-        most: Largest distance of a point from the connection.
+        measure_errors: Function that takes the indices of two points, connects these two points, and returns how far
+            these points and all points between them are from the connection.
+        most: Largest allowed distance of a point from the connection.
     """
     selected, pending = [0], [(0, count - 1)]
     while pending:

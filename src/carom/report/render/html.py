@@ -92,7 +92,7 @@ def _render_template(name: str, script: str, **values: Any) -> str:
 def build_page_script(*names: str) -> str:
     """Join several scripts into one, and add the code that unpacks their data."""
     templates = resources.files("carom.report") / "templates"
-    shared = resources.files("carom") / "web"  # this module is shared with the play page
+    shared = resources.files("carom") / "web"  # folder of drawing.js, which the play page also uses
     file_names = ("unpack.js", *names) if names else ()
     texts = (
         ((shared if name == "drawing.js" else templates) / name).read_text(encoding="utf-8") for name in file_names

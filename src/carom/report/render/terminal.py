@@ -26,13 +26,13 @@ def render_terminal(document: Document, width: int, *, full: bool = False) -> It
 
     Args:
         document: The document.
-        width: Number of text columns. A wider table is shown in parts.
+        width: Number of text columns. A table that is wider than this is shown in parts.
         full: Whether to show the whole document instead of a summary.
     """
     medium = Media.DETAIL if full else Media.TERMINAL
     yield from map(escape_controls, document.lead[:1])
     for section in document.select_for(medium):
-        below = list[str]()  # legend of a table
+        below = list[str]()  # legend of the table, printed below it
         for block in section.select_for(medium):
             match block:
                 case Table():
@@ -92,7 +92,7 @@ class _Fitted(NamedTuple):
 def _fit_column(column: Column, cells: Sequence[Cell], *, first: bool) -> _Fitted:
     heading = RichText(escape_controls("\n".join(filter(None, (column.head, column.subheading)))))
     rendered = [_render_cell(cell) for cell in cells]
-    is_unbroken = first or any(cell.shares for cell in cells)  # names and bars are not broken
+    is_unbroken = first or any(cell.shares for cell in cells)  # names and bars are kept on one line
     heads, rows = heading.plain.splitlines(), [line for text in rendered for line in text.plain.splitlines()]
     words = heads if is_unbroken else _list_words(heads)
     words += rows if is_unbroken or column.number else _list_words(rows)  # do not separate a number from its unit

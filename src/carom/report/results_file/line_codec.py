@@ -53,7 +53,7 @@ _ALIASES: dict[str, list[list[str | int]]] = {
 def format_line(line: Summary | RowLine, *, spins: bool = True) -> str:
     """Return a line as strict JSON without a line break. If `spins` is true, the line has fields about spins."""
     leave_out = None if spins else {part: set(OF_SPINS) for part in ("total", "against_pit", "consistency")}
-    kind: Any = type(line)  # for mypy, a class of unhashable objects is unhashable
+    kind: Any = type(line)  # `Any`, because mypy wrongly considers the class unhashable
     return _JSON(_build_type_adapter(kind).dump_python(line, mode="json", exclude=leave_out))
 
 
@@ -101,8 +101,8 @@ def build_records_schema() -> dict[str, Any]:
 class _Described(GenerateJsonSchema):
     """JSON Schema generator that gives fields no title, because a title would only repeat the field's name.
 
-    A number may be null in any case, so the schema is the same for a number that may be absent. Fields with a default
-    are also required, except those that a line may omit (`OF_SPINS`).
+    Every number may be null, so a number that may be absent has the same schema as any other number. Fields with a
+    default are also required, except those that a line may omit (`OF_SPINS`).
     """
 
     def field_title_should_be_set(self, schema: Any) -> bool:  # noqa: ARG002 - pydantic's signature
@@ -140,7 +140,7 @@ def _build_file_type(hint: Any) -> Any:
     if dataclasses.is_dataclass(hint):
         return Annotated[hint, _Fields()]
     if origin in (Union, UnionType):
-        is_nullable = type(None) in parts  # then null does not mean NaN
+        is_nullable = type(None) in parts  # if a field is nullable, null does not mean NaN
         kinds = tuple(_FINITE if is_nullable and part is float else _build_file_type(part) for part in parts)
         return Union[kinds]  # noqa: UP007 - the number of types varies
     if origin is tuple:

@@ -48,8 +48,8 @@ class Summary:
         verdicts: Meaning of each verdict by name. The meanings are stored, because other versions of Carom may have
             other verdicts.
         scenes: Values of each scene by name.
-        sampling: PIT's errors for each scene and step size. All runs with this scene and step size are compared with
-            these errors.
+        sampling: PIT's errors for each scene and step size. The errors of every other run are compared with PIT's
+            errors for the same scene and step size.
     """
 
     format: int
@@ -89,9 +89,10 @@ class RowLine:
     Attributes:
         tried: Settings of the profile that the user changed, with the user's values.
         reason: Reason why there is no score; empty if the run has a score.
-        matched: Number of impacts that the run found. (`missed`, `spurious` and `undecided` contain indices of impacts
-            instead.)
-        price_paid: Velocity error divided by PIT's velocity error; "inf" if PIT has no error.
+        matched: Number of impacts that the run found. (By contrast, `missed`, `spurious` and `undecided` contain
+            indices of impacts.)
+        price_paid: The run's error divided by PIT's error, see `carom.comparator.Score.price_paid`; "inf" if this ratio
+            is infinite.
         local: Median and largest error over all impacts, for each kind of error. An impact is compared with the exact
             impact that follows from the run's own state before it.
         counts: Numbers of operations that the method reports, by name, such as steps.

@@ -52,7 +52,8 @@ def stream_records(path: Path) -> tuple[Summary, Iterator[RowLine]]:
     The iterator checks whether the number of lines is as stated in the first line.
 
     Raises:
-        InputError: The file has a fault that `read_records` lists. The iterator raises this error, too.
+        InputError: The file has one of the faults that the docstring of `read_records` lists. The iterator can also
+            raise this error.
     """
     texts = _read_lines(path)
     first_line = next(texts, b"{}")

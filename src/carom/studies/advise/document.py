@@ -107,8 +107,8 @@ def _format_target_angle(advice: Advice) -> str:
 def _describe_longest_step(advice: Advice, criterion: Callable[[StepAdvice], StepRange]) -> str:
     """Describe the largest step size that passes, and its method.
 
-    Methods whose steps Carom shortens are considered only if there are no other methods. Users can't get such steps by
-    a setting of the engine.
+    Methods whose steps Carom shortens are considered only if there are no other methods, because no setting of an
+    engine shortens steps in this way.
     """
     candidates = [one for one in advice.answers if one.method not in advice.located] or advice.answers
     longest_s = max(criterion(answer).largest_passing_s for answer in candidates)
@@ -122,7 +122,7 @@ def _describe_longest_step(advice: Advice, criterion: Callable[[StepAdvice], Ste
 
 
 def _has_no_step_limit(answer: StepAdvice, step_range: StepRange) -> bool:
-    """Whether every tested step size passes, including the whole run in one step."""
+    """Whether a method passes with every tested step size, even if one step is as long as the whole run."""
     return step_range.largest_passing is not None and step_range.smallest_failing is None and answer.refused_s is None
 
 

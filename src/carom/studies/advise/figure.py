@@ -13,8 +13,8 @@ from carom.studies.advise.run import Advice
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-#: Smallest error in the diagram, in degrees. It is larger than the rounding error of a direction, and smaller than any
-#: target.
+#: Smallest error in the diagram, in degrees. This error is larger than the rounding error of a direction, and smaller
+#: than any accuracy target.
 _LEAST_DEG = 1e-9
 
 

@@ -19,8 +19,8 @@ def _parse_angle(text: str) -> float:
 
 
 _ANGLE_TEXT = "an angle such as 1deg or 0.02rad, above 0 and below 180 degrees"
-# `build_measure_kind` excludes the lower limit and includes the upper limit. With the next smaller float as a limit,
-# the lower limit is included and the upper limit is excluded.
+# `build_measure_kind` excludes its lower limit and includes its upper limit. To include 0, the lower limit is the next
+# float below 0. To exclude pi or 1, the upper limit is the next float below pi or 1.
 _ANGLE = build_measure_kind(_ANGLE_TEXT, "ANGLE", 0.0, math.nextafter(math.pi, 0.0), parse=_parse_angle)
 _ABOVE, _UP_TO = math.nextafter(0.0, -1.0), math.nextafter(1.0, 0.0)
 _FRACTION = build_measure_kind("0 or more and below 1", "NUMBER", _ABOVE, _UP_TO, span="0 to below 1")

@@ -2,8 +2,8 @@
 
 For two discs without friction, `carom.studies.advise.sampling_limit` computes PIT's largest step size by a formula. All
 other step sizes are found by testing a series of step sizes. Each step size is tested at several phases: the scene is
-shifted in time by fractions of a step. Some phases are evenly spread over a step. At the other phases, a step ends just
-before one of the hardest impacts.
+shifted in time by fractions of a step. Some phases are evenly spread over a step; each other phase is chosen so that a
+step ends just before one of the hardest impacts.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ AIMED = 3
 
 
 class ReferenceCut(Enum):
-    """Reason why only the beginning of a scene is searched. Each value is the phrase that the report shows."""
+    """Reason why only the beginning of a scene is searched. Each member's value is the phrase that the report shows."""
 
     TIE = "a disc meets two others at once, so the scene has no unique answer"
     CHAOS = "rounding decides what happens"
@@ -49,18 +49,20 @@ class Advice:
     """Result of `carom advise`.
 
     Attributes:
-        scene: The searched scene. It ends before the first impact without a reliable result, if there is one.
+        scene: The searched scene. The scene is cut off before its first impact without a reliable result, if it has
+            such an impact.
         options: Options of the study.
         impacts: Number of impacts in the searched part of the scene.
         hardest: Some of the hardest impacts, beginning with the hardest one.
-        pit_steps_s: The largest step sizes with which PIT misses no impact, and with which it meets the accuracy
-            target, for comparison; 0 if no tested step size suffices.
+        pit_steps_s: Two step sizes of PIT, for comparison with the engines: the largest with which PIT misses no
+            impact, and the largest with which PIT also meets the accuracy target. A value is 0 if no tested step size
+            suffices.
         answers: The search result of each engine and profile.
         unable: Engines and profiles that can't run the scene with any tested step size, with the reason.
-        swept: Methods whose continuous collision detection keeps a fast body from passing through another within a
+        swept: Methods whose continuous collision detection keeps a fast body from passing through another body within a
             step.
-        located: Methods whose steps Carom shortens, so that a step ends at each impact. Users can't get such steps by a
-            setting of the engine.
+        located: Methods whose steps Carom shortens so that a step ends at each impact, which no setting of the engine
+            can do.
         code: For each method, the engine's code for one frame with the recommended step size, if the adapter can write
             code.
         environment: Description of the machine, and versions of packages.
@@ -196,7 +198,7 @@ def _cut_reference(scene: Scene) -> tuple[Trace, ReferenceCut | None]:
 
 
 def find_closed_form(scene: Scene, hardest: Sequence[HardImpact]) -> tuple[float, float] | None:
-    """Compute PIT's largest step sizes by formulas, in seconds; see `Advice.pit_steps_s`.
+    """Compute by formulas the largest step sizes at which PIT is accurate enough, in seconds; see `Advice.pit_steps_s`.
 
     Return None for three or more bodies, friction or forces.
     """

@@ -86,8 +86,8 @@ def compute_direction_limit(
     # The signed angle by which w turns until the closest approach.
     turn = math.copysign(2.0 * math.acos(min(1.0, window.relative_offset)), window.miss_m)
     reference = centre + cmath.rect(sign * radius, start)
-    # A disc at rest after the impact has no direction. Its velocity before the impact and the change of velocity
-    # cancel, except for rounding.
+    # A disc at rest after the impact has no direction. The velocity before the impact and the change of velocity add up
+    # to zero, except for rounding.
     if abs(reference) <= 8 * 2.0**-53 * (abs(before) + push * window.speed_m_s):
         return math.inf
     crossings = []
@@ -126,7 +126,10 @@ GRAZE = math.cos(math.pi / 6)
 
 
 class Cause(Enum):
-    """Reason why an impact is hard to find. Each value is the phrase that the report shows, with numbers in braces."""
+    """Reason why an impact is hard to find.
+
+    Each member's value is the phrase that the report shows, with names of numbers in braces.
+    """
 
     GRAZE = "a graze, off centre by {offset} times the contact distance"
     FAST = "the discs are fast for their size ({size})"
@@ -139,7 +142,7 @@ class Cause(Enum):
 class HardImpact:
     """An impact of the reference, with the largest step sizes at which checking once per step is accurate enough.
 
-    The step sizes are computed without friction. For discs with friction, they only guide the search.
+    The step sizes are computed without friction, so for discs with friction they only guide the search.
 
     Attributes:
         time_s: Time of the impact.
@@ -161,7 +164,7 @@ class HardImpact:
 
     @property
     def dt_s(self) -> float:
-        """The largest step size that meets both requirements."""
+        """The largest step size that is small enough both to find the impact and to keep directions accurate."""
         return min(self.miss_dt_s, self.direction_dt_s)
 
 

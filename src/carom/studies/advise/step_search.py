@@ -20,21 +20,21 @@ CONFIRM = 64
 #: numbers are whole.
 IN_AN_OCTAVE = (1.0, 1.5)
 
-#: A step size is recommended only if all tested step sizes in this number of octaves below it also pass. If the error
-#: is not proportional to the step size in these octaves, one more octave is tested.
+#: A step size is recommended only if all tested step sizes in this number of octaves (factors of 2) below it also pass.
+#: If the error is not proportional to the step size in these octaves, one more octave is tested.
 OCTAVES_BELOW = 2
 LONGEST = OCTAVES_BELOW + 1
 
 #: The search always continues down to one step per frame, because this is a usual choice. If PIT needs smaller steps,
-#: the search continues down to PIT's steps, but at most this number of octaves below a frame. The reason is that an
-#: engine may use continuous collision detection only for discs that move far in a step. With smaller steps, the engine
-#: may miss impacts that it finds with larger ones.
+#: the search continues down to PIT's steps, but at most this number of octaves below a frame. Smaller steps are not
+#: always better: an engine that uses continuous collision detection only for discs that move far in a step may find
+#: impacts with large steps, and miss them with smaller steps.
 OCTAVES_COVERED = 3
 
-#: Numbers within this factor count as equal. An error counts as proportional to the step size if the error divided by
-#: the step size is equal for `OCTAVES_BELOW` octaves. The order of convergence of such an error is between 0.84 and
-#: 1.16. An error counts as independent of the step size if the error is equal for `LONGEST` octaves, with an order
-#: between -0.11 and 0.11.
+#: Several numbers count as equal if the largest is at most this factor times the smallest. An error counts as
+#: proportional to the step size if the error divided by the step size is equal for `OCTAVES_BELOW` octaves; the error's
+#: order of convergence is then between 0.84 and 1.16. An error counts as independent of the step size if the error is
+#: equal for `LONGEST` octaves; the error's order of convergence is then between -0.11 and 0.11.
 SAME = 1.25
 
 #: The smallest tested step size, as a fraction of the shortest of three times: a frame, the whole run, and the step
@@ -43,7 +43,7 @@ FINEST = 1 / 64
 
 
 class SearchEnding(Enum):
-    """Reason why no further step size was tested. Each value is the phrase that the report shows."""
+    """Reason why no further step size was tested. Each member's value is the phrase that the report shows."""
 
     FOUND = "both recommended step sizes were found"
     BUDGET = "the budget of engine steps was used up"
@@ -58,8 +58,8 @@ class StepRange:
 
     Attributes:
         largest_passing: The largest step size that passes, confirmed at `CONFIRM` phases; None if there is none.
-        frame_divisor: The largest step size that passes and divides a frame into equal steps, also confirmed; None if
-            there is none.
+        frame_divisor: The largest step size that passes and divides a frame into equal steps, confirmed at `CONFIRM`
+            phases; None if there is none.
         smallest_failing: The smallest tested step size that fails; None if none fails.
         coarser_passes: Step sizes that pass although a smaller one fails, the largest first.
         finer_failures: Step sizes that fail although a larger one passes, the largest first.
@@ -125,7 +125,7 @@ def generate_step_grid(scene: Scene, guess_s: float) -> Iterator[float]:
 def count_steps_per_frame(dt_s: float, frame_rate_hz: float) -> int | None:
     """Return the number of steps per frame; None if the number is not whole."""
     times = 1.0 / (dt_s * frame_rate_hz)
-    # The computation of `times` rounds twice, and the computation of `dt_s` may have rounded twice.
+    # The tolerance covers four roundings: two in this formula, and up to two in the computation of `dt_s`.
     rounded = round(times)
     return rounded if rounded and abs(times - rounded) <= 8 * 2.0**-53 * rounded else None
 
@@ -245,11 +245,11 @@ class StepSearch:
         return None
 
     def _select_frame_divisor(self, run: Sequence[StepTrial]) -> Sequence[StepTrial]:
-        """Return the largest step size that divides a frame into equal steps, in a list; an empty list if none does."""
+        """Return a list of the largest step size that divides a frame into equal steps; empty if no step size does."""
         return [trial for trial in run if count_steps_per_frame(trial.dt_s, self.scene.frame_rate_hz)][:1]
 
     def _is_long_enough(self, run: Sequence[StepTrial]) -> bool:
-        """Whether `run` has enough step sizes to recommend the largest of them."""
+        """Whether the passing step sizes in `run` extend over enough octaves to recommend the largest of them."""
         falling = _is_constant([trial.direction_error_rad / trial.dt_s for trial in run])
         return _has_octaves(run, OCTAVES_BELOW if falling else LONGEST) and run[-1].dt_s <= self._coarsest_end_s
 
@@ -291,6 +291,9 @@ def _has_octaves(run: Sequence[StepTrial], octaves: int) -> bool:
 
 
 def _is_constant(values: Sequence[float]) -> bool:
-    """Whether the largest number is at most 1.25 times the smallest. False if a number is not positive and finite."""
+    """Whether the largest number is at most 1.25 times the smallest.
+
+    False if any number is zero, negative, infinite or NaN.
+    """
     sound = all(0.0 < value < math.inf for value in values)
     return sound and max(values, default=0.0) <= SAME * min(values, default=0.0)

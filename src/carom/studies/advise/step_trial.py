@@ -28,8 +28,8 @@ from carom.studies.advise.options import AdviceOptions
 #: checks once per step then finds the impact almost a whole step late.
 JUST_BEFORE = 1e-3
 
-#: A run continues for this number of steps after the scene's end, so that the engine reports all impacts before the
-#: end.
+#: A run continues for this number of steps after the scene's end, so that the engine also reports the scene's last
+#: impacts.
 BEYOND_STEPS = LATEST_STAMP_STEPS + 1
 
 #: Number of PIC traces that a worker process caches. Methods that are tested with the same step size reuse these
@@ -71,7 +71,8 @@ class StartTask(JobTask):
         observed = observe_run(adapter, scene, job.profile, job.dt_s, overrides=job.method.overrides, stepwise=False)
         aligned = match_impacts(reference, observed, comparison_range(reference, shifted_scene.duration_s))
         (measured,) = measure_errors([MatchedRun(reference, observed, aligned)], compute_scales(scene, reference))
-        # After the additional steps, only a run that ended early has undecided impacts. These impacts count as missed.
+        # An impact is undecided if no further step follows in which the run could report it. Because of the additional
+        # steps, only a run that ends early has undecided impacts, which count as missed.
         wrong = aligned.missed or aligned.spurious or aligned.undecided
         return PhaseResult(
             is_lost=bool(wrong) or observed.outcome is not Outcome.COMPLETED,

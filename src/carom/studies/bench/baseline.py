@@ -1,6 +1,6 @@
 """Comparison of a bench with an earlier bench, the baseline, on the same machine.
 
-Run times of different days are not comparable, so each is divided by PIT's run time in the same round.
+Run times of different days are not comparable, so each run time is divided by PIT's run time in the same round.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ LEAST_CHANGE = 0.05
 
 
 class BaselineChange(Enum):
-    """Change of a point's run time or error. Each value is the word that a report shows."""
+    """Change of a point's run time or error. Each member's value is the word that a report shows."""
 
     REGRESSED = "regressed"
     IMPROVED = "improved"
@@ -41,7 +41,7 @@ class BaselineChange(Enum):
 
 
 class BaselinePoint(NamedTuple):
-    """A point of the earlier bench.
+    """Result of one method with one step size on one scene in the earlier bench.
 
     Run times are divided by PIT's run times of the same rounds. `missed_and_spurious` counts missed and invented
     impacts.
@@ -54,14 +54,14 @@ class BaselinePoint(NamedTuple):
 
 @dataclass(frozen=True)
 class PointChange:
-    """A method and step size on a scene, compared with the same point of an earlier bench.
+    """The new and the earlier result of one method with one step size on one scene.
 
     Attributes:
         scene: Name of the scene.
         point: The point of the new bench.
         before: The same point in the earlier bench.
-        ratio: The new run time divided by the earlier one. Each was first divided by PIT's run time. NaN if a bench has
-            too few rounds.
+        ratio: The new run time divided by the earlier run time, both in units of PIT's run time; NaN if a bench has too
+            few rounds.
         low: Lower end of the ratio's confidence interval. The confidence level holds for the intervals of all points
             together.
         high: Upper end of the ratio's confidence interval.
@@ -83,9 +83,10 @@ class PointChange:
 
     @property
     def accuracy(self) -> BaselineChange:
-        """Change of the point's number of missed and invented impacts, or if it is equal, of the error.
+        """Change of the number of missed and invented impacts or, if this number is unchanged, change of the error.
 
-        Errors are rounded to two digits. They have no noise, because repeated runs of one version have equal errors.
+        Errors are rounded to two digits. Unlike run times, errors have no noise, because repeated runs of one version
+        have equal errors.
         """
         current, earlier = ((one.missed_and_spurious, _round_error(one.error)) for one in (self.point, self.before))
         if current == earlier:
@@ -137,7 +138,7 @@ def _read_point(point: dict[str, Any]) -> BaselinePoint:
 
 
 def compare_points(bench: Bench, before: dict[tuple[str, At], BaselinePoint]) -> list[PointChange]:
-    """Compare scored points with the same points of the baseline, as far as the baseline has them.
+    """Compare each scored point with the baseline's point of the same scene, method and step size, if there is one.
 
     PIT's points are omitted, because all run times are divided by PIT's.
     """
@@ -152,7 +153,7 @@ def compare_points(bench: Bench, before: dict[tuple[str, At], BaselinePoint]) ->
 
 
 def _compute_ratio(point: Point, before: BaselinePoint, points: int) -> tuple[float, float, float]:
-    """Return the quotient of a point's mean run time and the earlier one, and both ends of its confidence interval.
+    """Return the ratio of a point's mean run time to its earlier mean run time, and the ratio's confidence limits.
 
     Means are geometric. The interval of Welch's t-test is widened, so that the confidence level holds for the intervals
     of all `points` together.

@@ -19,7 +19,7 @@ LEAST_ORDER = 0.5
 
 
 class Convergence(Enum):
-    """Result of a fit. Each value is the phrase that the report shows."""
+    """Result of a fit. Each member's value is the phrase that the report shows."""
 
     EXACT = "exact at every step size"
     CONVERGES = "converges"

@@ -191,7 +191,7 @@ def _describe_engines(scene: SceneBench, best: Point, target: float, kind: Error
     cheap = scene.find_cheapest_engine(target)
     if cheap is None:
         which = "the most accurate engine"
-        if best.error > target:  # without run times, no engine is the fastest
+        if best.error > target:  # without run times, the fastest engine is unknown
             which = f"no engine reaches {target_text} at the tested step sizes. The most accurate"
         yield f"{which} is {_describe_point(best, kind)}"
     elif cheap.at == best.at:

@@ -96,8 +96,8 @@ class _Drawing:
             self.axes.plot(*zip(*(place for place, _ in drawn_points), strict=True), **style)
             for (x, y), point in drawn_points:
                 sound = self.kind is Diagram.TIME_DT or point.is_correct
-                # A point with missed or invented impacts is drawn as a cross, because its error covers only the other
-                # impacts.
+                # A point with missed or invented impacts is drawn as a cross, because the error is measured only at the
+                # impacts that the method finds.
                 as_drawn = marks if sound else {**marks, "marker": "x", "markersize": 6.0}
                 self.axes.plot([x], [y], color=style["color"], linestyle="none", zorder=4, **as_drawn)
         for (x, y), point in drawn_points:

@@ -33,7 +33,8 @@ OWN_SIZES = (*SIZES, 30_000, 100_000)
 #: a second.
 PACKING = 0.3
 DT_S = 1 / 240
-#: Number of steps of a run: one simulated second. In less time, few of a hundred discs would meet.
+#: Number of steps of a run: one simulated second. In less simulated time, only a few of a hundred discs would have an
+#: impact.
 STEPS = 240
 
 #: Smallest number of discs in a fit. With fewer discs, fixed costs hide the growth.
@@ -193,7 +194,8 @@ def measure_growth(
     """Run gases with more and more discs, with and without gravity, until the time limit is reached.
 
     Args:
-        plan: Options of the bench. All runs have the last of its profiles.
+        plan: Options of the bench. Engines run with the last of its profiles, and PIC and PIT run with fixed profiles
+            unless they are requested by name.
         notes: Journal of finished runs, to which new runs are added. Runs that were omitted for lack of time are tried
             again.
         progress: Function that is called with the number of finished runs, the number of all runs, and a description.
@@ -206,7 +208,7 @@ def measure_growth(
     with plan.open_local_pool(1) as pool:
         infos = select_engines(describe_engines(plan.engines, pool), plan.engines)
         infos = add_own_methods(infos, plan, pool)
-        own_methods = list_own_methods(plan)  # these methods do not use the requested profile
+        own_methods = list_own_methods(plan)  # PIC and PIT do not use the requested profile
         methods = {info.name: own_methods.get(info.name, Method(info.name, plan.profiles[-1])) for info in infos}
         environment = describe_environment(infos)
         planned_runs = [
@@ -224,13 +226,14 @@ def measure_growth(
             curve = (info.name, gravity)
             remaining_s = 2 * budget_s - (before - started)
             waiting_curves = {(one.name, falls) for _, falls, one in planned_runs[done:]}
-            # A curve whose last run failed needs no more time.
+            # If the last run of a curve failed, no time is reserved for this curve.
             time_shares_s = {
                 key: max(0.0, 2 * budget_s / len(points) - spent[key])
                 for key in waiting_curves
                 if not (points[key] and points[key][-1].reason)
             }
-            # A run may use its curve's share of the time, or the time that the other curves' shares leave.
+            # A run may use its curve's share of the time or, if this is longer, the time that is not reserved for other
+            # curves.
             own_share_s = time_shares_s.pop(curve, 0.0)
             available_s = min(remaining_s, max(own_share_s, remaining_s - sum(time_shares_s.values())))
             description = f"{size} {'falling ' if gravity else ''}discs on {info.name}"
@@ -276,10 +279,10 @@ def _find_skip_reason(curve_points: Sequence[GrowthPoint], size: int, allowed_s:
 
 
 def select_same_method(points: Sequence[GrowthPoint]) -> list[GrowthPoint]:
-    """Return the points from the last decrease of the run time on, because one algorithm ran them all.
+    """Return the points from the last decrease of the run time onwards, which were all computed by the same algorithm.
 
     If the run time decreases with more discs, the engine has changed its algorithm. For example, PIC solves two discs
-    by a closed form. One power law can't describe both algorithms.
+    by a closed form. One power law can't describe the run times of two algorithms.
     """
     falls = [k for k in range(1, len(points)) if points[k].advance_s < points[k - 1].advance_s]
     return list(points[falls[-1] if falls else 0 :])

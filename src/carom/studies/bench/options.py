@@ -39,7 +39,7 @@ TARGETS = (0.1, 0.01, 1e-3, 1e-4, 1e-6)
 
 
 class Diagram(StrEnum):
-    """The quantities on the axes of a diagram. Each value is the name on the command line."""
+    """The quantities on the axes of a diagram. Each member's value is the name on the command line."""
 
     ERROR_TIME = "error-time"
     ERROR_DT = "error-dt"
@@ -53,7 +53,7 @@ class Diagram(StrEnum):
 
 
 class ErrorKind(StrEnum):
-    """Kinds of error. Each value is the name on the command line."""
+    """Kinds of error. Each member's value is the name on the command line."""
 
     IMPACT = "impact"
     TIME = "time"
@@ -101,8 +101,8 @@ _TEXTS = {
 def compute_geometric_steps(coarsest_s: float, finest_s: float, count: int) -> tuple[float, ...]:
     """Return up to `count` step sizes that are evenly spread on a logarithmic axis.
 
-    If both ends are whole numbers of steps per second, the others are rounded to whole numbers of steps per second.
-    `count` is 2 or more.
+    If both ends are whole numbers of steps per second, all step sizes between the ends are rounded to whole numbers of
+    steps per second. `count` is 2 or more.
     """
     coarsest_s, finest_s = max(coarsest_s, finest_s), min(coarsest_s, finest_s)
     rates = [(1 / coarsest_s) * (coarsest_s / finest_s) ** (k / (count - 1)) for k in range(count)]

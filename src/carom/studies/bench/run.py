@@ -131,7 +131,7 @@ def _score_scene(
     before: int,
     total: int,
 ) -> tuple[dict[JobKey, Answer[Measures]], dict[At, str]]:
-    """Run the jobs of one scene. Return their results, and for each method and step size without a result the reason.
+    """Run the jobs of one scene. Return the results, and the reasons why methods have no result with a step size.
 
     All methods run with a step size before any method runs with a smaller step size. A method is omitted if its
     expected run time exceeds the remaining time. The best profile of each engine comes first, so that each engine is
@@ -205,9 +205,9 @@ def _rank_methods(
 
 
 def _build_point(at: At, phase_answers: Sequence[Answer[Measures] | None], unscored: str, kind: ErrorKind) -> Point:
-    """Combine the answers for all phases into the point of one method and step size.
+    """Combine the results at all phases into the point of one method and step size.
 
-    The answer of an omitted job is None.
+    The result of an omitted job is None.
     """
     method, dt_s = at
     answers = [answer for answer in phase_answers if answer is not None]

@@ -220,7 +220,10 @@ def _format_best_step(curve: Curve) -> str:
 
 
 def _build_cost_cell(scene: SceneBench, target: float, curve: Curve) -> Cell:
-    """Return a cell with the run time of the fastest point that reaches a target. The title compares it with PIC's."""
+    """Return a cell with the run time of the fastest point that reaches a target.
+
+    The cell's title compares this run time with PIC's.
+    """
     point = find_cheapest(curve.points, target)
     if point is None or point.timing is None:
         reaching_point = next((p for p in curve.points if _is_within_target(p, target)), None)

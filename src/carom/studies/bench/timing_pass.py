@@ -1,10 +1,9 @@
 """Timing pass: measures run times, one run at a time, in several rounds of random order.
 
 The most important time is the time of all steps, which run in as few calls as the adapter allows. The construction of
-the engine's world is timed separately. Two more times show costs that do not depend on the scene. One is the time of a
-Python call without a step. The other is the time of the same number of steps in a world without impacts. Each time is
-only compared with other times of the same round. To measure the machine's noise, the same fixed work is timed between
-the runs.
+the engine's world is timed separately. Two more times show costs that do not depend on the scene: the time of a Python
+call without a step, and the time of the same number of steps in a world without impacts. Each time is only compared
+with other times of the same round. To measure the machine's noise, the same fixed work is timed between the runs.
 """
 
 from __future__ import annotations
@@ -39,8 +38,8 @@ MOST_REPEATS = 50
 #: Number of steps for which a world without impacts is timed. More steps do not change the time per step.
 EMPTY_STEPS = 1000
 
-#: Intended time of the fixed work on a quiet machine, in seconds. This time is much longer than the clock's resolution,
-#: and much shorter than the measurements.
+#: Intended time of the fixed work on a quiet machine, in seconds. The fixed work takes much longer than the clock's
+#: resolution, and much less time than a measured run.
 PROBE_S = 1e-3
 
 #: A method and a step size in seconds.
@@ -181,10 +180,11 @@ class CellTiming:
         advance_s: Time of all steps.
         prepare_s: Time to build the world.
         whole_s: The sum of `advance_s` and `prepare_s`.
-        call_s: Part of `advance_s` for Python's call into the world, measured by a call that takes no steps; NaN if the
-            adapter does not accept such a call.
-        empty_s: Part of `advance_s` for the same number of steps of a world with one disc at rest.
-        net_s: Rest of `advance_s`, without `call_s` and `empty_s`.
+        call_s: The part of `advance_s` that Python's call into the world takes, measured by a call of zero steps; NaN
+            if the adapter does not accept a call of zero steps.
+        empty_s: The part of `advance_s` that steps take without any impact, measured by the same number of steps of a
+            world with one disc at rest.
+        net_s: `advance_s` minus `call_s` and `empty_s`.
         ratio: `advance_s` divided by that of PIT with the same step size in the same round; None if PIT was not timed.
         whole_ratio: `whole_s` divided by that of PIT with the same step size in the same round; None if PIT was not
             timed.
@@ -247,7 +247,7 @@ class SceneTiming:
 
     @property
     def cut_off(self) -> bool:
-        """Whether some methods or step sizes were not timed. A repeated pass may time them."""
+        """Whether some methods or step sizes were not timed, so that a repeated pass may time them."""
         return bool(self.untimed)
 
 
@@ -308,7 +308,7 @@ class TimeScene(DependentTasks[SceneTiming]):
         for turn in range(rounds):
             began = time.perf_counter()
             if turn >= LEAST_ROUNDS and began + last_s > until_s:
-                rounds = turn  # the runs are slower than during the warm-up
+                rounds = turn  # stop early, because runs take longer than in the warm-up
                 break
             for place, k in enumerate(draw.permutation(len(warm))):
                 cell = warm[k]
@@ -338,7 +338,7 @@ class TimeScene(DependentTasks[SceneTiming]):
 
 @dataclass(eq=False)
 class _Cell:
-    """A method and step size during the timing pass.
+    """State of the timing of one method with one step size.
 
     Attributes:
         at: The method and the step size.

@@ -93,7 +93,7 @@ def _count_needed_steps(scene: Scene, reference: Trace, dt_s: float) -> int:
 
 
 def _list_forces(scene: Scene) -> list[str]:
-    """Return what changes velocities between impacts."""
+    """Return the names of the forces that change velocities between impacts."""
     forces = {
         "gravity": any(scene.gravity_m_s2),
         "damping": scene.damping_per_s,

@@ -44,7 +44,7 @@ class GridCell(NamedTuple):
         method: Engine and profile.
         mark: The grade, or the kind of failure.
         reasons: Every verdict with its reason, or the reason why there is no run, as sentences without a full stop.
-        line: All numbers of the run, as in results.jsonl. Without a planned run, they are unknown.
+        line: All numbers of the run, as in results.jsonl. If no run was planned, all numbers are unknown.
         scene_line: Number of impacts, horizon and scales of the scene.
         pit: PIT's errors by name for the same scene and step size; empty if PIT was not run.
         row: The run with its trace; None if no run was planned, or if the grid comes from results.jsonl.
@@ -74,7 +74,7 @@ class GridCell(NamedTuple):
 
     @property
     def compared_run(self) -> tuple[Trace, Score] | None:
-        """The run and its score, to draw them. None without a score, or if the grid comes from results.jsonl."""
+        """The run and its score, for pictures; None without a score, or if the grid comes from results.jsonl."""
         row = self.row
         return None if row is None or row.trace is None or row.score is None else (row.trace, row.score)
 
@@ -115,12 +115,12 @@ class GridCell(NamedTuple):
 
     @property
     def errors(self) -> Errors:
-        """The largest errors of the run; NaN without an error."""
+        """The largest errors of the run; NaN for an error that was not measured."""
         return self.line.total or _NO_ERRORS
 
     @property
     def cost(self) -> float:
-        """The run's error divided by PIT's; NaN without an error."""
+        """The run's error divided by PIT's error; NaN if this ratio is unknown."""
         return math.nan if self.line.price_paid is None else float(self.line.price_paid)
 
     @property
@@ -130,7 +130,7 @@ class GridCell(NamedTuple):
 
     @property
     def time_error_s(self) -> float:
-        """The largest time error, in seconds; 0 within rounding, NaN without an error."""
+        """The largest time error, in seconds; 0 if it is only rounding, and NaN if no time error was measured."""
         error_s = self.errors.time_s
         if math.isnan(error_s):
             return error_s
@@ -251,8 +251,8 @@ def read_grid(summary: Summary, lines: Sequence[RowLine]) -> Grid:
 
 def _assemble_grid(summary: Summary, lines: Sequence[RowLine], rows: Sequence[Row | None], results: Results) -> Grid:
     methods = list(dict.fromkeys(line.method for line in lines))
-    # Put the profiles of each engine next to each other. Profiles that do not run with the first step size come later
-    # in `lines`.
+    # Put the profiles of each engine next to each other. In `lines` they may be apart, because a profile that does not
+    # run with the first step size comes later.
     engines = list(dict.fromkeys(method.engine for method in methods))
     methods.sort(key=lambda method: engines.index(method.engine))
     pit = {(one["scene"], one["dt_s"]): one for one in summary.sampling if "velocity" in one}
@@ -298,7 +298,7 @@ def merge_own_profiles(contents: Mapping[Method, object]) -> list[list[Method]]:
     Every method of an engine is a separate group, because the profiles of an engine differ in settings.
 
     Args:
-        contents: For each method, the value that its profile must share with others of the group.
+        contents: A value for each method. Profiles of a method are in the same group if their values are equal.
     """
     found = (((method.engine if method.is_own else method, content), method) for method, content in contents.items())
     return list(formatting.group_by(found).values())
@@ -307,7 +307,7 @@ def merge_own_profiles(contents: Mapping[Method, object]) -> list[list[Method]]:
 def select_worst(items: Sequence[T], most: int, cells_of: Callable[[T], Sequence[GridCell]]) -> tuple[Sequence[T], str]:
     """Return the `most` items whose cells have the worst grades, in their original order.
 
-    Also return a note if items are omitted, and an empty text if not.
+    Also return a note that items are omitted; the note is empty if all items are returned.
     """
     if len(items) <= most:
         return items, ""
@@ -327,15 +327,15 @@ RANKING_NOTE = (
 
 
 def rank_methods(grid: Grid, methods: Iterable[Method]) -> list[Method]:
-    """Sort methods, best first. Equal methods keep the order of the grid."""
+    """Sort methods, best first. Methods with equal sort keys keep the order of the grid."""
     return sorted(methods, key=lambda method: compute_standing(grid.list_cells(method)))
 
 
 def compute_standing(cells: Iterable[GridCell]) -> tuple[float, float]:
     """Compute the sort key of a method from its cells, one for each scene. The best method has the smallest key.
 
-    The key is the mean grade, then the median error divided by PIT's (0 without such an error). A method without a
-    grade is last. Keys can only be compared if all methods have cells of the same scenes.
+    The key is the mean grade, then the median over cells of the error divided by PIT's error (0 if no cell has this
+    ratio). A method without a grade is last. Keys can only be compared if all methods have cells of the same scenes.
     """
     cells = list(cells)
     places = [cell.rank for cell in cells if cell.rank is not None]

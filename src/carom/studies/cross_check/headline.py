@@ -59,7 +59,10 @@ def _describe_run(cell: GridCell) -> str:
 
 
 def _describe_scenes(grid: Grid, methods: Sequence[Method]) -> str:
-    """Summarise several scenes: how often default settings miss impacts, how often tuned ones are as good as PIT."""
+    """Summarise several scenes.
+
+    The summary states how often default settings miss impacts, and how often tuned settings are as accurate as PIT.
+    """
     by_profile = formatting.group_by((method.profile_shown, method) for method in methods)
     first = SHIPPED if SHIPPED in by_profile else next(iter(by_profile))
     other_profiles = [profile for profile in by_profile if profile != first]

@@ -33,7 +33,7 @@ def compute_default_dts(scene: Scene) -> tuple[float, ...]:
 
 
 def _to_mapping(value: Any) -> dict[str, Any]:
-    if not isinstance(value, Mapping | tuple):  # the default is an empty tuple
+    if not isinstance(value, Mapping | tuple):  # the default of `settings` is an empty tuple
         raise TypeError
     return dict(value)
 
@@ -75,7 +75,7 @@ class Options(LimitOptions):
             reliable.
         certify_s: Time limit for the certified run of each scene, in seconds.
         timing: Whether to also time each job with its scene's largest step size, while nothing else runs.
-        samples: Whether to store positions of the discs. The pictures of reports need them.
+        samples: Whether to store positions of the discs, which the pictures of reports need.
 
     Raises:
         InputError: A value is invalid.

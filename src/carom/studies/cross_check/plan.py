@@ -101,7 +101,8 @@ def resolve_settings(
     if not overrides or not info.profiles:
         return ()
     known = {name: knob.example for name, knob in info.knobs.items()}
-    # The requested profiles are first in this list and last in the loop, so that the example values are theirs.
+    # The loop goes backwards through this list, so that values of the requested profiles, which are first in the list,
+    # replace values of other profiles.
     own_profiles = info.own_profiles((*profiles, *info.profiles))
     answers = list(runner.run_each([SettingsTask(info.name, profile, (dt_s,)) for profile in own_profiles]))
     for answer in reversed(answers):

@@ -37,7 +37,8 @@ if TYPE_CHECKING:
 
     from carom.comparator import Score
 
-#: Duration of the film without slow motion. The page's replay has the same durations.
+#: Duration of the film without slow motion. The replay on a page has the same duration, and the same lead time and
+#: pause.
 _FILM_S = 6
 #: Duration of the part before the first fault, at normal speed.
 _LEAD_S = 0.6
@@ -51,17 +52,17 @@ _SLOWEST = 1.0 / 8.0
 _FLASH_S = 0.45
 #: Largest number of flashes at once.
 _MOST_FLASHES = 3
-#: With more discs, only discs with a missed impact flash.
+#: If a scene has more discs than this, only discs with a missed impact flash.
 _MOST_FLASHING_DISCS = 4
-#: Half the side of the magnified region, in disc radii. The sizes of the inset are the same as in the page.
+#: Half the side of the magnified region, in disc radii. The inset has the same sizes in the replay on a page.
 _MAGNIFIED_RADII = 2.5
-#: Largest size of the magnifying inset, divided by the picture's width and height.
+#: Largest width and height of the magnifying inset, as fractions of the picture's width and height.
 _INSET_SIZE = (0.42, 0.56)
-#: Smallest magnification.
+#: Smallest magnification of the inset.
 _LEAST_MAGNIFICATION = 1.4
-#: Colour of exact positions, the same as in the page.
+#: Colour of exact positions, which is the same in the replay on a page.
 _EXACT_COLOUR = "#74777c"
-#: Colour of missed impacts, the same as in the page.
+#: Colour of missed impacts, which is the same in the replay on a page.
 _MISSED_COLOUR = "#d5452f"
 #: Time for which the outcome of an impact is shown, as a fraction of the scene's duration.
 _OUTCOME_SHOWN_FOR = 1.0 / 12.0
@@ -227,7 +228,7 @@ def _compute_inset_side(limits: Limits) -> float:
 def _draw_inset(axes: Axes, region: Limits, limits: Limits) -> tuple[Axes, Artist]:
     """Draw an inset in the corner that is farthest from the magnified region, and a frame around this region.
 
-    Return both.
+    Return the inset and the frame.
     """
     from matplotlib.patches import Rectangle
 

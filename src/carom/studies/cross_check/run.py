@@ -211,7 +211,8 @@ class _Observer:
     def observe_traces(self, jobs: Iterable[Job], *, shifted: bool = False) -> Iterator[tuple[Job, Answer[Trace]]]:
         """Yield the result of each job as it arrives.
 
-        States are kept for pictures: with the largest step size, and if a picture can show all discs of the scene.
+        States are stored for pictures, but only at the scene's largest step size, and only if a picture can show all
+        discs of the scene.
         """
         asks, samples = [], self.plan.options.samples and not shifted
         for job in jobs:
@@ -312,7 +313,10 @@ def _shift_references(
 def _run_phases(
     rows: Mapping[Key, Row], shifted: Mapping[Key, list[Trace]], usable: Mapping[str, Reference], observer: _Observer
 ) -> dict[Key, Row]:
-    """Run every successful job again at each phase, and return its row, with the spread of the errors added."""
+    """Run every successful job again at each phase.
+
+    Return the rows of these jobs, to which the spread of errors is added.
+    """
     scores: dict[Key, list[Score]] = {key: [] for key in shifted if rows[key].status is Status.RAN}
     origins = [(key, reference) for key in scores for reference in shifted[key]]
     if omitted := sum(map(len, shifted.values())) - len(origins):

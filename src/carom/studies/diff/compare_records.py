@@ -85,7 +85,7 @@ class Change:
         old: Grade or failure in the old report.
         new: Grade or failure in the new report.
         measures: The numbers that changed.
-        verdicts: New verdicts. If the old run failed, also its reasons that no longer apply.
+        verdicts: New verdicts and, if the old run failed, also the old run's reasons that no longer apply.
         changed: Changed settings, versions and reference values: pairs of a name, and a text with the old and the new
             value.
     """
@@ -109,7 +109,7 @@ class Change:
 
     @property
     def graded(self) -> bool:
-        """Whether the change can be better or worse: neither run is ungraded, or one of them failed."""
+        """Whether the change can count as better or worse. False if a run is ungraded and no run failed."""
         return _are_graded(self.old, self.new)
 
     @property
@@ -130,7 +130,7 @@ class Change:
         """The most important changed number; None if no number changed.
 
         If the run became better, numbers that became better are the most important. Otherwise, numbers that became
-        worse are the most important. The further order of importance is: missed and invented impacts, errors without a
+        worse are the most important. Then the order of importance is: missed and invented impacts, errors without a
         unit, errors with a unit, verdicts. Among equally important numbers, the first is returned. Errors of impacts
         are first, because they cause the other errors.
         """
@@ -209,12 +209,14 @@ def compare_records(old: Path, new: Path, match: Sequence[tuple[str, str]] | Non
 
 
 def _has_run(cell: DiffCell) -> bool:
-    """Whether an engine was started for this cell. A failed run also counts."""
+    """Whether an engine was started for this cell, even if the run failed."""
     return cell.mark.ran or cell.mark in BROKEN
 
 
 def _select_cells(cells: Sequence[DiffCell], names: Sequence[str], path: Path) -> Iterator[DiffCell]:
-    """Yield the runs of a report that have one of the names, with the number of this name (from 1).
+    """Yield the runs of a report whose engine or method has one of the names.
+
+    Each run stores the position of its name in `names`, counted from 1.
 
     Args:
         cells: All runs of the report.

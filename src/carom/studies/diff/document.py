@@ -27,7 +27,8 @@ _COLUMNS = (
 )
 
 
-#: Changes with the same kind, grades, and changed settings and versions. The first change is the worst.
+#: A group of changes that agree in kind, in grades, and in the names of changed settings and versions. The first change
+#: is the worst.
 _Group = list[Change]
 
 

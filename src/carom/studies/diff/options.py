@@ -27,8 +27,8 @@ class DiffOptions(DeclaredOptions):
 
     Attributes:
         match: Pairs of names to compare: an engine ("pymunk") or method ("pymunk/tuned") in the old report, and one in
-            the new report. Others are omitted. By default, methods with the same name are compared. If each report has
-            only one method, these two methods are compared.
+            the new report. Engines and methods without a pair are not compared. By default, methods with the same name
+            are compared. If each report has only one method, these two methods are compared.
         fail_on: The comparison fails if a run became worse, and its new grade is this grade or worse.
 
     Raises:

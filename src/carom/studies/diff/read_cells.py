@@ -21,7 +21,7 @@ from carom.report.outcome_marks import Mark, parse_mark
 from carom.report.results_file.lines import RowLine, Summary
 from carom.report.results_file.results_jsonl import stream_records
 
-#: Verdicts without a number, of which only the presence is compared.
+#: Verdicts without a number. The comparison only checks whether each run has the verdict.
 _FLAGS = (
     *(Verdict.NOT_FINITE, Verdict.CUT_SHORT, Verdict.WRONG_ORDER, Verdict.DRIFTS, Verdict.TURNS),
     *(Verdict.SPINS, Verdict.WRONG_STAMP, Verdict.WRONG_NORMAL, Verdict.MOMENTUM, Verdict.ANGULAR),
@@ -66,7 +66,7 @@ class DiffCell:
 
     @property
     def as_absent(self) -> DiffCell:
-        """The same cell of a report that does not contain this run."""
+        """An empty cell for this run, which is used for the other report if that report does not contain the run."""
         return replace(self, mark=Mark.ABSENT, measures=(), numbers=(), verdicts=(), settings={}, reference={})
 
 

@@ -52,7 +52,7 @@ class ReleaseRun:
         position_errors_m: Errors of x and y of each disc's position at `PLACES` evenly spread instants, in metres. The
             last instant is the end. An error is infinite if the run or the reference ends before the instant.
         velocity_errors_m_s: Errors of x and y of each disc's final velocity, in metres per second.
-        place_rounding_m: Largest error of a position that rounding explains, in metres.
+        place_rounding_m: Largest position error that rounding can cause, in metres.
         speed_m_s: The scene's greatest speed, in metres per second.
         float_bits: Width of the floats that the adapter declares.
     """
@@ -74,12 +74,12 @@ class ReleaseRun:
 
     @property
     def observes_no_contact(self) -> bool:
-        """Whether velocities changed and no impact was reported. Then the adapter can't observe contacts."""
+        """Whether velocities changed although no impact was reported, because the adapter can't observe contacts."""
         return self.expected > 0 and self.found == 0 and self.misses_contacts
 
     @property
     def misses_contacts(self) -> bool:
-        """Whether a velocity changed without a reported impact. Then the adapter does not observe every contact."""
+        """Whether a velocity changed without a reported impact, because the adapter does not observe every contact."""
         return Verdict.TURNS.name in self.verdicts
 
 
@@ -175,7 +175,7 @@ class ReleaseCell:
 
 
 class ChangeKind(Enum):
-    """Change of a run from one release to the next. Each value is the phrase that the report shows."""
+    """Change of a run from one release to the next. Each member's value is the phrase that the report shows."""
 
     SAME_BITS = "same bits"
     WORSE = "worse"
@@ -205,8 +205,8 @@ class CellChange:
 
     Attributes:
         kind: Kind of change.
-        numbers: Phrase with the numbers that show a change of the engine or of its settings, or with the reason why a
-            release did not run; otherwise empty.
+        numbers: A phrase with the numbers that show a change of the engine or of its settings, or with the reason why a
+            release did not run. The phrase is empty for other kinds of change.
     """
 
     kind: ChangeKind
@@ -271,7 +271,7 @@ def _has_changed(old: ReleaseRun, new: ReleaseRun) -> bool:
 
 
 def _are_close(old: ArrayLike, new: ArrayLike, rounding: float) -> bool:
-    """Whether numbers are equal except for rounding. NaN and infinities only equal themselves."""
+    """Whether numbers are equal except for rounding. NaN only equals NaN, and an infinite number only equals itself."""
     return bool(np.allclose(old, new, rtol=0.0, atol=rounding, equal_nan=True))
 
 
@@ -300,7 +300,7 @@ def classify_change(old: ReleaseCell, new: ReleaseCell) -> CellChange:
         return CellChange(ChangeKind.SAME_BITS)
     if a.settings != b.settings:
         return CellChange(ChangeKind.OTHER_SETTINGS, ", ".join(_describe_changed_settings(a.settings, b.settings)))
-    if a.misses_contacts or b.misses_contacts:  # missed contacts would look like changes of the engine
+    if a.misses_contacts or b.misses_contacts:  # contacts that the adapter misses would look like changes of the engine
         return CellChange(ChangeKind.UNOBSERVED_CONTACTS)
     if not _has_changed(a, b):
         return CellChange(ChangeKind.ROUNDING)
@@ -310,7 +310,7 @@ def classify_change(old: ReleaseCell, new: ReleaseCell) -> CellChange:
     elsewhere = "" if separate else _describe_coordinate(old.runs, new.runs)
     if separate or elsewhere:
         kinds = {kind for kind, _ in separate}
-        unknown = Grade.UNGRADED.name in (a.grade, b.grade)  # it is unknown which release is correct
+        unknown = Grade.UNGRADED.name in (a.grade, b.grade)  # grades do not show which release is correct
         kind = kinds.pop() if len(kinds) == 1 and not unknown else ChangeKind.OTHERWISE
         return CellChange(kind, "; ".join(why for _, why in separate) or elsewhere)
     has_other_contacts = any(_find_separated_measures(_CONTACTS, old.runs, new.runs))
@@ -350,7 +350,10 @@ def _compute_range_gaps(before: NDArray[np.float64], after: NDArray[np.float64])
 
 
 def _describe_coordinate(old: Sequence[ReleaseRun], new: Sequence[ReleaseRun]) -> str:
-    """Name the coordinate and the instant at which two releases differ most. Empty if no coordinate differs."""
+    """Name the coordinate and the instant at which two releases differ most.
+
+    The text is empty if no coordinate differs.
+    """
     before, after = (np.array([run.position_errors_m for run in runs]) for runs in (old, new))
     gaps = _compute_range_gaps(before, after).max(axis=0)
     k = int(gaps.argmax())

@@ -32,14 +32,14 @@ class HistoryOptions(LimitOptions):
 
     Attributes:
         versions: Releases to run, as versions or as conditions such as ">=6" or "3.0..4.0" (default: all).
-        most: Largest number of releases to run. If more meet the conditions, the newest are run. Releases that are
-            named by their version are not counted.
+        most: Largest number of releases to run. If more releases meet the conditions, only the newest of them are run.
+            Releases that the user names by version are run in addition.
         installed: Whether the installed engine also runs, after all releases.
         profiles: Names of profiles.
         dts: Step sizes, in seconds (default: one frame of each scene).
         phases: Number of additional phases at which a changed run is repeated.
         seed: Start of the quasi-random sequence of phases.
-        kept_mb: Largest size of cached releases, in megabytes.
+        kept_mb: Largest total size of all cached releases, in megabytes.
 
     Raises:
         InputError: A value is invalid.

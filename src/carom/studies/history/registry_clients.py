@@ -23,8 +23,8 @@ from carom.errors import CaromError
 from carom.support.escaping import find_last_message, format_value
 from carom.support.versions import require_version
 
-#: Time limits of listing and installing, in seconds. Listing takes seconds. Installing the largest tested release, 300
-#: MB, takes half a minute.
+#: Time limits of listing and installing, in seconds. Listing the releases takes a few seconds. Installing the largest
+#: tested release, 300 MB, takes half a minute.
 LISTING_S, INSTALLING_S = 60.0, 600.0
 #: Largest number of bytes read from a client's output. The list of a thousand releases is a hundred times smaller than
 #: this number.
@@ -56,9 +56,9 @@ class Client(Protocol):
 
 
 class Pip:
-    """The pip of this environment. It installs releases as wheels into a folder.
+    """The pip of this environment, which installs releases as wheels into a folder.
 
-    This folder must be first on Python's path.
+    To use a release, its folder must be first on Python's path.
     """
 
     def list_versions(self, package: str) -> tuple[str, ...]:
@@ -94,7 +94,7 @@ class Npm:
         """Return the versions that the registry lists for a package."""
         words = ["npm", "view", *_QUIET, "--json", "--", _check_name(package), "versions"]
         found = _read_json(_run(words, LISTING_S), "npm")
-        versions = [found] if isinstance(found, str) else found  # npm prints a single version without a list
+        versions = [found] if isinstance(found, str) else found  # npm prints no list if there is only one version
         if not isinstance(versions, list) or not all(isinstance(one, str) for one in versions):
             raise ClientError(f"npm lists no versions of {package}: it printed {format_value(found)}")
         return tuple(versions)
@@ -159,7 +159,7 @@ def _run(words: Sequence[str], most_s: float, folder: Path | None = None) -> str
             stdin=subprocess.DEVNULL,
             stdout=printed,
             stderr=error_output,
-            cwd=folder or elsewhere,  # the user's folder may contain an .npmrc
+            cwd=folder or elsewhere,  # npm would read an .npmrc in the user's folder
             start_new_session=True,
         )
         try:

@@ -27,7 +27,7 @@ _NOTE = "carom-release.json"
 
 @dataclass(frozen=True)
 class ReleaseCache:
-    """Installed releases. Each has its own folder in the cache's folder."""
+    """Installed releases. Each release has its own folder in the cache's folder."""
 
     root: Path
 
@@ -35,7 +35,7 @@ class ReleaseCache:
         """Return the folder of an installed release; None if the release is not installed."""
         note = self._folder(registry, package, version) / _NOTE
         try:
-            json.loads(note.read_text(encoding="utf-8"))  # a power failure can leave an empty file, or one of zeros
+            json.loads(note.read_text(encoding="utf-8"))  # a power failure can leave an empty or zero-filled file
         except (OSError, ValueError, RecursionError):
             return None
         with suppress(OSError):
@@ -65,7 +65,7 @@ class ReleaseCache:
             try:
                 new.rename(place)
             except OSError:
-                if self.find(registry, package, version) is None:  # no other process has installed it meanwhile
+                if self.find(registry, package, version) is None:  # not installed by another process meanwhile
                     raise
         finally:
             shutil.rmtree(new, ignore_errors=True)

@@ -90,7 +90,7 @@ def release_engine_name(engine: str, version: str) -> str:
 def copy_program(manifest: Path, name: str, version: str, overlay: Path, folder: Path) -> Path:
     """Copy the program of an npm engine into a folder with a release of the engine. Return the path of the manifest.
 
-    Node searches for modules from a file's real path. Therefore the files are copied and not linked.
+    The files are copied and not linked, because Node searches for modules starting from a file's real path.
     """
     source_folder, target_folder = manifest.parent, folder / manifest.parent.name
     shutil.copytree(source_folder, target_folder, ignore=shutil.ignore_patterns("node_modules"))

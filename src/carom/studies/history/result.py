@@ -45,10 +45,7 @@ class Release:
 
     @property
     def observes_no_contact(self) -> bool:
-        """Whether the adapter observes no contact of this release, although velocities change.
-
-        Its results are useless.
-        """
+        """Whether the results are useless because the adapter observes no contact, although velocities change."""
         results = [run for run in self.results.values() if run.expected]
         return bool(results) and all(run.observes_no_contact for run in results)
 
@@ -128,7 +125,7 @@ class History:
 
     @property
     def is_worse(self) -> bool:
-        """Whether at least one run of the newest release is worse by more than results at different phases differ."""
+        """Whether at least one run became worse in the newest release by more than a phase shift can explain."""
         last = self.transitions[-1:] if self.completed and self.completed[-1] is self.releases[-1] else ()
         return any(change.kind is ChangeKind.WORSE for one in last for change in one.changes.values())
 

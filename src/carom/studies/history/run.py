@@ -131,7 +131,8 @@ class _ReleaseRuns:
     ) -> dict[str, dict[RunCell, ReleaseCell]]:
         """Return the results of each engine for each scene, profile and step size.
 
-        If the results of two consecutive engines differ and the phase may explain this, both are run at all phases.
+        If the results of two consecutive engines differ, and the phase may be the cause, both engines are run at all
+        phases.
         """
         answers = self.run_jobs((self.job(name, cell) for name in names for cell in cells), pool)
         found = {name: {cell: ReleaseCell(answers[self.job(name, cell)]) for cell in cells} for name in names}
@@ -153,7 +154,7 @@ class _ReleaseRuns:
 def _install_releases(
     study: _ReleaseRuns, origin: Origin, versions: Sequence[str], cache: ReleaseCache, pool: Pool
 ) -> Iterator[tuple[Release, ...]]:
-    """Install releases and register them as engines. Yield the releases. At the end, remove them from the engines."""
+    """Install releases and register them as engines. Yield the releases, and unregister them at the end."""
     client: Client = CLIENTS[origin.registry]
     with tempfile.TemporaryDirectory(prefix="carom-history-") as place:
         releases: list[Release] = []
@@ -201,7 +202,7 @@ def run_history(
     Args:
         engine: Name of an adapter.
         scenes: Scenes to run.
-        cache: Cache of releases. Missing releases are installed into it.
+        cache: Cache of releases. Releases that are not in the cache are installed into the cache.
         options: Options of the history.
         notes: Journal of results, to which new results are added.
         progress: Function that is called with the number of finished jobs, the number of all jobs, and a description.
@@ -271,7 +272,7 @@ def bisect_change(
     """
     options, cell = replace(options, profiles=(profile,), dts=(dt_s,)), RunCell(scene.name, profile, dt_s)
     study = _ReleaseRuns(engine, {scene.name: scene}, options, MemoryJournal(), progress)
-    changes: dict[str, CellChange] = {}  # of the tested releases, in order
+    changes: dict[str, CellChange] = {}  # changes by tested release, in the order of the tests
     with options.open_pool() as pool:
         origin, versions = _select_releases(engine, options, cache, pool)
         candidates = [one for one in versions if not is_older(one, origin.oldest)]
@@ -300,7 +301,7 @@ def bisect_change(
 #: it means a repaired package of a final release.
 _FINAL_VERSION = re.compile(r"([0-9]+!)?[0-9]+(\.[0-9]+)*(\.post[0-9]+)?")
 
-#: Word for the newest release.
+#: Word with which a user requests the newest release.
 LATEST = "latest"
 
 
@@ -323,8 +324,8 @@ def select_versions(listed: Sequence[str], terms: Sequence[str] | None, max_rele
 
     Args:
         listed: All listed releases.
-        terms: Versions, "latest" and conditions (default: all final releases). A named release is selected. Conditions
-            also select the final releases that meet all of them. A pre-release must be named.
+        terms: Versions, "latest" and conditions (default: all final releases). All named releases are selected, and all
+            final releases that meet every condition. A pre-release is only selected if it is named.
         max_releases: Largest number of releases that conditions select; the newest are preferred. Named releases are
             not counted.
 

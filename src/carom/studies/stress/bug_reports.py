@@ -19,8 +19,8 @@ from carom.studies.stress.failure_search import observe
 from carom.studies.stress.result import CellEnding, CellResult, UnsavedResult
 from carom.support.formatting import format_count, format_number
 
-#: Smallest deviation that is mentioned, relative to the scene's greatest speed or energy. Users notice an error of a
-#: per cent. This deviation is larger than rounding errors in 32-bit floats.
+#: Smallest deviation that a result mentions, relative to the scene's greatest speed or energy. Users notice a deviation
+#: of one per cent, and rounding errors in 32-bit floats are smaller than one per cent.
 NOTICED = 0.01
 
 

@@ -1,8 +1,8 @@
 """Stress tests with friction, and with a disc on a wall under gravity: rest, rolling, and critical slopes.
 
 Each scene with gravity is a disc of unit mass on the wall y = 0. On a slope, gravity is tilted instead of the wall,
-because a tilted wall would have rounded coordinates. Slightly above or below a critical slope, a disc must move almost
-like at the critical slope.
+because a tilted wall would have rounded coordinates. On a slope that is slightly steeper or flatter than a critical
+slope, a disc must move almost as on the critical slope.
 
 Impacts with friction are head-on or with a wall. Therefore the normal is correct even if an impact is found late, so
 late detection is no reason to fail. There is one exception: in the long chain of sticking impacts, late detection may
@@ -37,8 +37,8 @@ _G, _K = 10.0, 0.5
 _LASTS_S = 0.5
 
 #: Coefficient of friction of all slopes and of the floor with rolling resistance, and the tangents of critical slopes.
-#: These are, in order, the steepest slopes on which a block stays at rest, a disc rolls without slipping, rolling
-#: resistance holds a disc, and a disc that bounces with restitution 1/2 stops sliding.
+#: The critical slopes are, in order, the steepest slopes on which a block stays at rest, a disc rolls without slipping,
+#: rolling resistance holds a disc, and a disc that bounces with restitution 1/2 stops sliding.
 _FRICTION = 0.3
 _STEEPEST = {
     "sliding-slope": _FRICTION,
@@ -119,8 +119,9 @@ def _build_slope_trial(kind: str, value: float, side: float) -> Trial:
     elif kind == "bouncing-slope":
         # If the first bounce has this speed, the bounces last until the end of the scene. Between two bounces, the disc
         # flies with take-off speed w, and gravity adds `2 w tan(slope)` to the speed at which the disc slides. The next
-        # bounce reduces this speed by `f (1 + e)(1 + 1/k) w`, with friction f, restitution e and inertia factor k. Both
-        # changes are equal at the critical slope. In total, bounces change the speed as much as lasting contact would.
+        # bounce reduces this speed by `f (1 + e)(1 + 1/k) w`, with friction f, restitution e and inertia factor k. At
+        # the critical slope, gravity and a bounce change this speed by equal amounts. In total, bounces change the
+        # speed as much as lasting contact would.
         hits = 0.5 * _LASTS_S * normal_pull * (1.0 - e) / e
         fields = {"velocity": complex(0.0, -hits), "wall_restitution": e}
     check = _build_contact_check(along, rim, pull * _LASTS_S)
@@ -168,12 +169,12 @@ def _list_with_reciprocal(value: float) -> Sequence[float]:
     return [value, 1.0 / value] if value else [value]
 
 
-#: A coefficient of friction with which the disc of `_inertia` never slides. Every engine supports this coefficient.
+#: A coefficient of friction that every engine supports, and with which the disc of `_inertia` never slides.
 _GRIP = 10.0
 
 
 def _compute_tangential_impulse(friction: float, normal_impulse: float, slip: float, inverse_mass: float) -> float:
-    """Return the impulse of friction: the impulse that stops the slip, or that of sliding friction if it is smaller."""
+    """Return the smaller of two impulses: the impulse of sliding friction, and the impulse that stops the slip."""
     return math.copysign(min(abs(slip) / inverse_mass, friction * normal_impulse), slip)
 
 
@@ -223,7 +224,7 @@ def _inertia(value: float) -> Iterator[Trial]:
 def _grip_chain(value: float) -> Iterator[Trial]:
     """Make a trial of a superball that bounces between two plates.
 
-    It moves from one plate to the other in twelve steps.
+    The superball moves from one plate to the other in twelve steps.
     """
     rounds = max(1, round(value / 2))
     height = 12.0 / RATE_HZ

@@ -17,7 +17,7 @@ from carom.studies.stress.result import CellEnding, CellResult, StressResults, S
 from carom.support import formatting
 from carom.support.folders import write_files
 
-#: Names of the kinds of tests in documents. Files and the command line use the keys.
+#: Names of the kinds of tests in documents. Each key is the name of the kind in files and on the command line.
 WORDS = {"attack": "stress test", "relation": "invariance", "complaint": "reported bug"}
 
 HEADINGS = {"attack": "Where each method fails", "relation": "Invariances", "complaint": "Scenes of reported bugs"}
@@ -106,7 +106,7 @@ def _build_method_blocks(results: StressResults, kinds: Mapping[str, list[Stress
     columns = [Column("method", lambda method: method.label)]
     for group, tests in formatting.group_by((row.group, row) for row in stress_tests).items():
         columns.append(Column(group or WORDS["attack"], partial(_build_heat_cell, results, tests), f"of {len(tests)}"))
-    only = Media.IN_FULL if stress_tests else Media.EVERYWHERE  # a terminal shows sentences about the methods instead
+    only = Media.IN_FULL if stress_tests else Media.EVERYWHERE  # a terminal shows sentences instead of these columns
     for (head, ending), rows in zip(_COUNTED, kinds.values(), strict=True):
         if rows:
             count = partial(_format_count_of, results, rows, ending)
@@ -136,7 +136,10 @@ def _format_count_of(results: StressResults, rows: list[StressRow], ending: Cell
 
 
 def _build_heat_cell(results: StressResults, rows: list[StressRow], method: Method) -> Cell:
-    """Return a cell with the number of passed tests of a group. A terminal shows a character for each test instead."""
+    """Return a cell with the number of passed tests of a group.
+
+    A terminal shows one character for each test instead of the number.
+    """
     run_endings = _list_endings(results, rows, method)
     passed = run_endings.count(CellEnding.PASSES)
     _, css = _WAY if passed else _BAD
@@ -148,7 +151,7 @@ def _build_heat_cell(results: StressResults, rows: list[StressRow], method: Meth
 
 
 def _format_sign(row: StressRow, result: CellResult) -> str:
-    """Return the character of a test. It means passed, not run, or failed after this number of tenths of the range."""
+    """Return the character that shows a test's outcome: passed, not run, or failed after n tenths of the range."""
     depth = row.compute_depth(result)
     if depth is None:
         return _NOT[0]

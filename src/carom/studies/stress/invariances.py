@@ -31,7 +31,7 @@ from carom.support.formatting import format_number
 #: orders of magnitude.
 DEVIATION_LIMIT = 1e-9
 
-#: A coefficient of friction with which superballs never slide. Every engine supports this coefficient.
+#: A coefficient of friction that every engine supports, and with which superballs never slide.
 _GRIP = 10.0
 
 _SUPERBALLS = "Four unequal spinning superballs with oblique impacts."
@@ -103,8 +103,8 @@ class Invariance:
         statement: The invariance in one sentence.
         deviation: Function that measures the deviation from the invariance.
         base: Function that returns the base scene.
-        starts_from_result: Whether the changed scene starts from the final state of the first run. If so, the changed
-            scene is different for each method.
+        starts_from_result: Whether the changed scene starts from the final state of the first run, so that each method
+            has a different changed scene.
     """
 
     name: str
@@ -230,7 +230,7 @@ def _mirror(at: State) -> State:
 
 
 def list_invariances() -> list[Invariance]:
-    """Return all invariances, in the order of the table. Those with friction are last."""
+    """Return all invariances, in the order of the table. Invariances with friction are last."""
     mirrored = "The mirror image of the scene has the mirror image of its result."
     reverse_order = _relate_scenes(
         lambda scene: _build_variant(scene, scene.discs[::-1]),

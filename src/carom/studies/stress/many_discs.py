@@ -48,7 +48,7 @@ def _build_row_trial(description: str, gaps: Sequence[float], phase: float, step
 @stress_test
 def _cradle_gap(gap: float) -> Iterator[Trial]:
     description = f"Newton's cradle of five discs with gaps of {format_metres(gap)}. Only the last disc must move away."
-    # The scene is twice as long as needed, so that a late method also finds every impact.
+    # The scene is twice as long as needed, so that a method that finds impacts late also finds every impact.
     steps = 40 + math.ceil(3 * gap / (SPEED_M_S / RATE_HZ))
     return (_build_row_trial(description, [gap] * 3, phase, steps) for phase in PHASES)
 
@@ -178,7 +178,8 @@ def _galperin(mass_ratio: float) -> Iterator[Trial]:
     # odd number of impacts, this angle is mirrored.
     final_angle = math.pi - count * angle if count % 2 == 0 else (count + 1) * angle - math.pi
     final = [(root * math.sin(final_angle) * speed, 0.0), (math.cos(final_angle) * speed, 0.0)]
-    # At its greatest speed, the light disc has all the energy. In total, the heavy disc reverses its velocity.
+    # At its greatest speed, the light disc has all the energy. All impacts together reverse the velocity of the heavy
+    # disc.
     change = [root * speed, 2 * speed]
     yield build_trial(description, discs, build_closed_form_check(final, count, change), 4.0, walls=[wall])
 

@@ -87,10 +87,10 @@ def _build_meeting_trial(
 
 
 def _build_stress_test(name: str, template: str, **functions: Callable[[float], float]) -> StressTest:
-    """Return a stress test in which two discs meet. It has a trial for each phase.
+    """Return a stress test in which two discs meet, with a trial for each phase.
 
-    Each further keyword is the name of an argument of `_build_meeting_trial`. Its function computes the argument from
-    the stress test's value.
+    Each further keyword argument has the name of an argument of `_build_meeting_trial`, and is a function that computes
+    this argument from the stress test's value.
     """
 
     def trials(value: float) -> Sequence[Trial]:
@@ -171,7 +171,7 @@ def _wall_end(value: float, phase: float) -> Trial:
     The impact's normal points from this end to the disc's centre.
     """
     height = RADIUS_M * (1.0 - value)
-    offset = Decimal(height) / Decimal(RADIUS_M)  # from the rounded height, as in the scene
+    offset = Decimal(height) / Decimal(RADIUS_M)  # the scene contains the same rounded height
     along = (1 - offset * offset).sqrt()
     after = complex(float(2 * offset * offset - 1), float(2 * offset * along)) * SPEED_M_S
     description = f"A disc grazes a wall's end. It would miss if it were {format_number(value, 3)} radii higher."
@@ -195,7 +195,7 @@ def _seam(value: float, phase: float) -> Trial:
 def _corner(value: float, phase: float) -> Trial:
     """Make a trial of a disc that is thrown into a corner, slightly past the apex.
 
-    The scene's walls have a finite length. The correct motion is computed with half-planes instead.
+    The scene's walls have a finite length, but the correct motion is computed for half-planes.
     """
     angle = math.radians(value)
     inwards = cmath.exp(0.5j * angle)

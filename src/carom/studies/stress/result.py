@@ -20,7 +20,7 @@ SCENES, STRESS = "scenes", "stress/"
 
 
 class CellEnding(StrEnum):
-    """Outcome of a test with one method. Each value is the phrase that the report shows."""
+    """Outcome of a test with one method. Each member's value is the phrase that the report shows."""
 
     FAILS_AT_SIZE = "fails at this size"
     PASSES = "passes to the end"
@@ -59,7 +59,7 @@ class CellResult:
 
     @property
     def cut_off(self) -> bool:
-        """Whether the engine or its adapter failed. If so, the result shows nothing about the engine's motion."""
+        """Whether the engine or its adapter failed, so that the result shows nothing about the engine's motion."""
         return self.status.is_failure
 
 
@@ -136,7 +136,7 @@ class StressResults:
         environment: Description of the machine, and versions of packages.
         command: The command that repeats the campaign.
         quick: Whether this is a quick campaign.
-        elapsed_s: Duration of the whole study, in seconds. If the study was resumed, only the time since then.
+        elapsed_s: Duration of the whole study, in seconds. For a resumed study, only the time since it was resumed.
     """
 
     rows: tuple[StressRow, ...]

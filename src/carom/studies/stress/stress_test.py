@@ -86,7 +86,7 @@ class StressTest:
         harmless: The harmless end of the range. Every sound method should pass at this value.
         extreme: The extreme end of the range, which may be larger or smaller than `harmless`.
         trials: Function that returns the trials for a value. Usually, the trials differ only in the phase of the
-            impact. A method must pass all of them.
+            impact. To pass a value, a method must pass all trials of this value.
         truth: Explanation of how the correct result is known.
         failure_rule: Explanation of when a method fails.
         quick_extreme: The extreme end of the range in a quick campaign; None for `extreme`.
@@ -94,8 +94,8 @@ class StressTest:
         values_per_decade: Number of tried values per decade (factor of 10). A larger number is needed if a method can
             pass at a single value by chance.
         full_only: Whether a quick campaign omits this stress test, because its runs take too long.
-        final_value: An additional value after `extreme` that has no logarithm, such as a gap of 0. It is tried, but no
-            bisection uses it.
+        final_value: An additional value after `extreme` that has no logarithm, such as a gap of 0. This value is tried,
+            but bisections do not use it.
     """
 
     name: str
@@ -152,7 +152,7 @@ def build_stress_test(name: str, trials: Callable[[float], Iterable[Trial]]) -> 
     fields = _DESCRIPTIONS["stress_tests"][name]
     sentences = {key: fields[key].format_map(_DESCRIPTIONS["sentences"]) for key in ("truth", "failure_rule")}
 
-    @cache  # methods are often tested at equal values, and the exact motion takes longer to compute than a run
+    @cache  # many methods are tested at the same value, and computing the exact motion takes longer than a run
     def build_trials(value: float) -> list[Trial]:
         title = {"name": f"{STRESS}{name}"}
         return [replace(trial, scene=trial.scene.model_copy(update=title)) for trial in trials(value)]
@@ -217,7 +217,7 @@ def build_closed_form_check(
         scale = np.where(change > 0, change, change.max() or greatest or 1.0)
         error = float(np.max(np.hypot(*(trace.final_velocity_m_s - final).T) / scale))
         found = len(trace.impacts)
-        is_wrong = not error <= TOLERANCE  # NaN is wrong
+        is_wrong = not error <= TOLERANCE  # NaN also counts as wrong
         if is_wrong and found == 0 and impacts:
             return CheckResult(error, "no impact is found: the discs pass through each other")
         if is_wrong:
@@ -239,7 +239,10 @@ def build_closed_form_check(
 
 
 def check_energy(trace: Trace) -> CheckResult:
-    """Check a run of an elastic scene. The energy must stay within a tenth, and overlaps within the smallest radius."""
+    """Check a run of an elastic scene.
+
+    The energy may change by at most a tenth, and an overlap must not be deeper than the smallest radius.
+    """
     start = kinetic_energy(trace.scene, trace.scene.arrays.velocity_m_s)
     gained = kinetic_energy(trace.scene, trace.final_velocity_m_s) / start - 1.0
     if not abs(gained) <= TOLERANCE:

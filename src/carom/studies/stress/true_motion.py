@@ -26,8 +26,8 @@ from carom.model.trace import Vector, wall_body, wall_index
 #: distance, 30 digits are lost by cancellation. A chain of impacts loses about one digit per impact.
 DIGITS = 120
 
-#: Largest relative difference between the results of both computations. This difference is far below the rounding error
-#: of a float, and far above the error that the lost digits cause.
+#: Largest allowed relative difference between the results of the two computations. This limit is far below the rounding
+#: error of a float, and far above the error that the lost digits cause.
 AGREEMENT = Decimal("1e-30")
 
 NEVER = Decimal("Infinity")
@@ -54,7 +54,8 @@ class TrueMotion:
         final_velocity_m_s: Velocity of each disc at the end, in metres per second.
         greatest_change_m_s: For each disc, the greatest velocity change that one impact causes, in metres per second; 0
             for a disc that is never hit.
-        convention: Whether two impacts of a movable disc come at the same instant. If so, their order is a convention.
+        convention: Whether two impacts of a movable disc come at the same instant, so that the order of these impacts
+            is a convention.
     """
 
     impacts: tuple[TrueImpact, ...]
@@ -154,7 +155,7 @@ class _Motion:
     def _find_next_impact(self, last: tuple[int, int] | None) -> tuple[Decimal, tuple[int, int]] | None:
         """Return the earliest impact.
 
-        If several impacts come at the same instant, return the one with the lowest numbers.
+        If several impacts come at the same instant, return the impact whose bodies have the lowest numbers.
         """
         # Two discs can't meet again before one of them has another impact.
         times = {pair: time for pair, time in self._upcoming.items() if pair != last}

@@ -54,7 +54,7 @@ def build_tune_document(tuning: Tuning, scene_words: Sequence[str]) -> Document:
 
 
 def _build_result_columns(name: str, found: TriedSettings) -> Iterator[Column]:
-    """Yield the columns of a table of scenes that show the grades and errors with some settings."""
+    """Yield two columns for a table of scenes: the grade and the error of each scene with the given settings."""
     yield Column(name, lambda k: _format_grade(found.results[k]))
     yield Column("error", lambda k: formatting.format_number(found.results[k].error_ratio), number=True)
 

@@ -19,8 +19,7 @@ from carom.execution.timing import time_run
 from carom.model.scene import Scene
 from carom.studies.tune.objective import SceneResult
 
-#: Number of PIC's and of PIT's runs that a worker process caches. This number is larger than the number of scenes in a
-#: search.
+#: Number of PIC's and of PIT's runs that a worker process caches, which exceeds the number of scenes in a search.
 _KEPT = 256
 
 _reference, _sampling = lru_cache(maxsize=_KEPT)(solve_reference), lru_cache(maxsize=_KEPT)(run_pit)

@@ -112,8 +112,8 @@ def compute_merit(results: Sequence[SceneResult], first: Sequence[SceneResult] =
 
     Args:
         results: Results of at least one scene.
-        first: Results of the first profile on the same scenes. Only their run times are used. Without them, the cost is
-            1.
+        first: Results of the first profile on the same scenes. Only the run times of these results are used. If `first`
+            is empty, the cost is 1.
     """
     pairs = zip(results, first, strict=False)
     ratios = [one.seconds / other.seconds for one, other in pairs if other.seconds > 0 and not math.isnan(one.seconds)]

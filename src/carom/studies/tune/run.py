@@ -48,10 +48,10 @@ class Tuning:
         first: Results of the first profile.
         best: Results of the best settings, or `first` if nothing was better.
         others: Results of the engine's other profiles on the same scenes, by name.
-        located: Names of the profiles whose steps Carom shortens, so that a step ends at each impact. No setting of an
-            engine does this.
-        code: The engine's code for the first scene, as far as the best settings change it; empty if nothing was better,
-            or if the adapter writes no code.
+        located: Names of the profiles whose steps Carom shortens so that a step ends at each impact, which no setting
+            of the engine can do.
+        code: Those parts of the engine's code for the first scene that the best settings change; empty if nothing was
+            better, or if the adapter writes no code.
         profile_settings: The first profile's settings at the first scene's step size, by name.
         settings: The best settings at the first scene's step size, by name.
         varying: Names of the settings whose values depend on the step size.
@@ -210,7 +210,7 @@ def _read_settings(
 
 
 def _measure_time_ratio(pool: Pool, first: Method, overrides: SettingOverrides, steps: Mapping[Scene, float]) -> float:
-    """Return the ratio of run times with the best settings and with the first profile; NaN if no scene was timed."""
+    """Return the run time with the best settings divided by the first profile's; NaN if no scene was timed."""
     ratios = []
     for scene, dt_s in steps.items():
         methods = (first, Method(first.engine, first.profile, overrides))

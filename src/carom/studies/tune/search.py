@@ -54,7 +54,7 @@ class TriedSettings:
 
     Attributes:
         overrides: Settings that replace settings of the first profile.
-        merit: Rank of the settings. For abandoned settings, it is the best rank that was still possible.
+        merit: Rank of the settings. If the settings were abandoned, this is the best rank that was still possible.
         results: Results of the scenes, in the requested order; empty for abandoned settings.
         trial: Number of the trial; 0 is the first profile itself.
     """
@@ -100,7 +100,7 @@ class KnobSearch:
 
     @property
     def trials(self) -> int:
-        """Number of tested combinations of settings, without the first profile."""
+        """Number of tested combinations of settings, not counting the first profile."""
         return len(self._tried) - 1
 
     @property
@@ -190,7 +190,10 @@ class KnobSearch:
         return [one for one in candidates if not any(one.merit.is_beaten_by(other.merit) for other in candidates)]
 
     def evaluate(self, point: Point) -> TriedSettings:
-        """Return the results of a point's settings, which may be abandoned."""
+        """Evaluate the settings of a point, and return them with their results.
+
+        The evaluation may be abandoned early.
+        """
         overrides = self.space.settings_of(point)
         if overrides not in self._tried:
             best_before = self.best

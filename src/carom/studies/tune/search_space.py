@@ -53,7 +53,7 @@ class Space:
         return {name: self.values[name].index(value) for name, value in overrides}
 
     def list_end_points(self) -> list[dict[str, int]]:
-        """Return all points that change only one setting. It has its first or its last value."""
+        """Return all points that change a single setting, to its first or to its last value."""
         return [{name: k} for name, values in self.values.items() for k in dict.fromkeys((0, len(values) - 1))]
 
     def neighbours(self, point: Point) -> Iterator[dict[str, int]]:

@@ -15,7 +15,8 @@ from carom.studies.cross_check.grid import Grid, GridCell
 from carom.support import formatting
 from carom.support.limits import MOST_DISCS_DRAWN
 
-#: Group of the four scenes from the paper that inspired Carom. They are always shown with the paper's method, PIT.
+#: Group of the four scenes from the paper that inspired Carom. PIT, the paper's method, is always shown in these
+#: scenes.
 PAPER_GROUP = "paper"
 WORST_SHOWN = 3
 
@@ -38,7 +39,7 @@ def build_picture_sections(grid: Grid) -> Iterator[Section]:
 
 def _build_pair(grid: Grid, cell: GridCell) -> Pair:
     """Return pictures of the reference and the run, with the method, the step size, and all verdicts."""
-    assert cell.compared_run is not None  # noqa: S101 - cells of `find_divergences` have a run
+    assert cell.compared_run is not None  # noqa: S101 - `find_divergences` only returns cells with a run
     reference, (observed, _) = grid.results.references[cell.scene], cell.compared_run
     scene, name = reference.scene, cell.method.title
     sentence = f"{name} at {formatting.format_step(observed.dt_s)}: {'; '.join(cell.reasons)}."
@@ -56,9 +57,10 @@ def _draw_pair(reference: Trace, observed: Trace, missed: Sequence[int], labels:
 
 
 def find_divergences(grid: Grid) -> tuple[tuple[GridCell, ...], tuple[GridCell, ...]]:
-    """Find PIT's runs of the paper's scenes, and the worst runs of the `WORST_SHOWN` worst other scenes, worst first.
+    """Find PIT's runs of the paper's scenes, and the worst runs of other scenes.
 
-    Scenes with too many discs for a picture are omitted.
+    The second result contains one run for each of the `WORST_SHOWN` worst scenes, worst first. Scenes with too many
+    discs for a picture are omitted.
     """
     drawable = [name for name, one in grid.results.references.items() if len(one.scene.discs) <= MOST_DISCS_DRAWN]
     cells = [cell for row in grid.rows if row.name in drawable for cell in row.cells if cell.compared_run]

@@ -290,9 +290,9 @@ def _format_verdict_lines(runs: Sequence[GridCell]) -> tuple[str, ...]:
 
 
 def _format_short_verdict_lines(runs: Sequence[GridCell]) -> tuple[str, ...]:
-    """For the largest step size, return the verdicts of each scored run that is not exact. Numbers are left out.
+    """For the largest step size, return the verdicts of each scored run that is not exact.
 
-    Methods with the same verdicts share a line.
+    Numbers are left out of the verdicts. Methods with the same verdicts share a line.
     """
     coarsest = max((cell.line.dt_s for cell in runs), default=0.0)
     names = formatting.group_by(

@@ -11,7 +11,7 @@ from carom.report.document import Block, Cell, Column, Lines, Media, Section, Ta
 from carom.studies.cross_check.grid import Grid
 from carom.support import formatting
 
-#: Largest number of PIC's traces that a terminal lists. If more traces must be listed, only the page lists them.
+#: Largest number of PIC's traces that a terminal lists. If there are more traces to list, only the page lists them.
 MOST_LISTED = 3
 
 REFERENCE_NOTE = (

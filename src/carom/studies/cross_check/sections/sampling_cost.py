@@ -1,4 +1,7 @@
-"""Section that compares the errors of each engine and PIT. PIT's errors show the effect of checking once per step."""
+"""Section that compares the errors of each engine with PIT's errors.
+
+PIT's errors show the effect of checking once per step.
+"""
 
 from __future__ import annotations
 
@@ -124,7 +127,7 @@ def draw_sampling_costs(found: Sequence[EngineCost], narrow: bool = False) -> st
             axes.plot([along(own), along(total)], [-k, -k], color=color, linestyle=dash, linewidth=2.0, alpha=0.6)
             axes.plot([along(total)], [-k], "o", color=color, markerfacecolor=svg.SURFACE, markersize=8)
             axes.plot([along(own)], [-k], "o", color=color, markersize=6)
-        # Leave a margin of half a line above and below.
+        # Leave a margin of half a line above the first line and below the last line.
         axes.set(ylim=(0.5 - max(2, len(drawn_costs)), 0.5), xlabel="velocity error / greatest speed")
         axes.set_yticks([-k for k in range(len(drawn_costs))], [cost.method.title for cost, _, _ in drawn_costs])
         svg.finish(axes)

@@ -44,7 +44,7 @@ class TrendPoint(NamedTuple):
 
     @property
     def median(self) -> float:
-        """Median of the errors; NaN without errors."""
+        """Median of the errors; NaN if there are no errors."""
         return statistics.median(self.errors) if self.errors else math.nan
 
 
