@@ -1,4 +1,7 @@
-"""Checks that address space (`ulimit -v`) suffices for NumPy. Otherwise NumPy would end the process silently."""
+"""Checks that address space (`ulimit -v`) suffices for NumPy.
+
+If the address space is too small, NumPy ends the process without a message.
+"""
 
 from __future__ import annotations
 

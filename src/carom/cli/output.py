@@ -90,7 +90,7 @@ def replace_missing_characters() -> None:
 def drop_unwritten(*streams: TextIO) -> None:
     """Discard buffered output that can't be written.
 
-    The interpreter would try to write remaining output at exit, and fail.
+    Otherwise the interpreter would try to write this output at exit, and fail.
     """
     for stream in streams:
         try:

@@ -143,7 +143,7 @@ def _parse_platform(value: object, location: str) -> str:
     return f"{system}{dash}{machine}"
 
 
-#: Beginning of the reason in a new entry. The user must replace it by the actual reason.
+#: Beginning of the reason in a new entry. The user must replace this text by the actual reason.
 TO_BE_WRITTEN = "reason: to be written"
 
 #: First line of an entry, with the comment lines directly above it.

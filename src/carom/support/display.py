@@ -21,7 +21,7 @@ class Shown:
     def __repr__(self) -> str:
         return escape_controls(hooks.find_view("summary")(self))
 
-    def __str__(self) -> str:  # Pydantic's models have another text
+    def __str__(self) -> str:  # Pydantic's models define another `__str__`
         return repr(self)
 
     def _repr_html_(self) -> str | None:

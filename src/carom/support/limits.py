@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 LARGEST = 2.0**511
 SMALLEST = 1.0 / LARGEST
 ORDINARY = 2.0**200
-#: Largest allowed ratio of two quantities of a scene, a little below ``ORDINARY**2``. Units are powers of two, so a
-#: change of units can't bring the quantities exactly into the middle of the range.
+#: Largest allowed ratio of two quantities of a scene. The ratio is a little below ``ORDINARY**2``: units are powers of
+#: two, so a change of units can't bring the quantities exactly into the middle of the range.
 SPAN = 2.0**396
 
 #: Largest number of steps or frames of a run. A larger number is most likely due to a wrong unit.

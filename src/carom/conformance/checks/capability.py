@@ -175,7 +175,7 @@ def check_continuous_detection(subject: Subject) -> None:
 
 
 def _build_disc_beyond(limit_field: str, disc_field: str, capabilities: Capabilities) -> Scene | None:
-    """Return a scene with a disc at twice a declared greatest value, or at half of a declared smallest value.
+    """Return a scene with a disc that has twice a declared greatest value, or half of a declared smallest value.
 
     Return None if the result is 0, or so large that its square overflows.
     """
@@ -192,7 +192,7 @@ def _build_fast_scene(capabilities: Capabilities) -> Scene | None:
 
 
 def _build_spinning_scene(field: str, capabilities: Capabilities) -> Scene | None:
-    """Return a scene with a disc whose spin exceeds the limit `field` and no other limit of the engine."""
+    """Return a scene with a disc whose spin exceeds only one limit of the engine, `field`."""
     limits = {"max_spin_rad_s": capabilities.max_spin_rad_s, "max_turn_rad": capabilities.max_turn_rad / scenes.DT_S}
     spin, other = 2 * limits.pop(field), min(*limits.values(), LARGEST)
     return scenes.build_spinning_disc(spin) if capabilities.spin and spin < other else None
@@ -219,7 +219,7 @@ def _build_bounce(restitution: float) -> Scene:
 def _build_uncombined_scene(capabilities: Capabilities) -> Scene | None:
     """Return a scene with a wall restitution that the engine can't compute from the two restitutions of the bodies.
 
-    Return None if the engine's rule of combination allows all restitutions.
+    Return None if there is no such restitution, or if the engine does not support walls.
     """
     low, high = capabilities.restitution
     least, greatest = COMBINE_RULES[capabilities.restitution_combine](pair := (low + high) / 2, high)
