@@ -63,7 +63,7 @@ def find_scenes(patterns: Iterable[str]) -> list[CatalogueScene]:
     """
     matching: dict[str, CatalogueScene] = {}
     for pattern in patterns:
-        # A pattern matches either scenes that run by default or other scenes. Loading the other scenes takes
+        # The other scenes are loaded only if no scene that runs by default matches, because loading them takes
         # milliseconds.
         matches = _list_matches(catalogue(), pattern) or _list_matches(all_scenes(), pattern)
         if not matches:

@@ -38,7 +38,7 @@ def print_error(error: CaromError) -> None:
 
 
 def print_lines(lines: Iterable[str]) -> None:
-    """Print lines without wrapping. On a terminal, long lines are cut at its right edge."""
+    """Print lines without wrapping. On a terminal, long lines are cut at the right edge."""
     console = build_console()
     for line in map(escape_controls, lines):
         typer.echo(

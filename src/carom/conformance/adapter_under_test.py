@@ -38,7 +38,7 @@ class CatalogueRun(NamedTuple):
         reference: PIC's trace.
         trace: Trace of the run.
         score: Comparison of the run with PIC.
-        pit: Comparison of a run of PIT with PIC. PIT has the same step size.
+        pit: Comparison of a run of PIT with PIC. PIT runs with the step size of `setup`.
         margin: Comparison with PIC of an exact run in which bodies collide at the profile's contact margin, before they
             touch. The engine may have errors of the same size. None if the profile declares no margin.
     """

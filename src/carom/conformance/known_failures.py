@@ -198,8 +198,8 @@ class KnownFailuresFile:
             installed: Names of all installed engines. Cases of engines that are not tested are ignored.
 
         Raises:
-            InputError: A name is not the name of a case, or the case is skipped and so can't fail. Or `reasons` raises
-                this error.
+            InputError: A name is not the name of a case, or the case is skipped and so can't fail. `reasons` can also
+                raise this error.
         """
         reasons, run = self.reasons, {name.partition("::")[0] for name in names}
         for name in (name for entry in self.entries for name in entry.cases):

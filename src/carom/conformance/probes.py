@@ -1,6 +1,6 @@
 """Tasks of the suite that call an engine.
 
-One task observes a run after each step; the other creates and closes many worlds. A worker process carries out each
+One task observes a run after each step; another task creates and closes many worlds. A worker process carries out each
 task. If the adapter raises an error, the task returns an `AdapterFailure`.
 """
 

@@ -273,7 +273,7 @@ def load_adapter(name: str) -> Adapter:
     if not is_adapter:
         parts = ("name", "engine", "capabilities", "profiles", "prepare")
         missing = [part for part in parts if not has_part(adapter, part)]
-        # for `isinstance`, a property that raises an AttributeError is missing
+        # `isinstance` treats a property that raises an AttributeError as missing
         for part in set(parts) - set(missing):
             try:
                 getattr(adapter, part)

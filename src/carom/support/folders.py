@@ -37,7 +37,7 @@ _PLAIN = re.compile(r"[a-z0-9][a-z0-9_-]*(/[a-z0-9][a-z0-9_-]*)*")
 
 
 def build_file_name(name: str) -> str:
-    """Return a unique file name, without an ending, for a name such as a scene's.
+    """Return a unique file name, without an ending, for a name such as the name of a scene.
 
     A name of lower-case letters, digits, ``-``, ``_`` and ``/`` stays the same, except that ``.`` replaces ``/``. Any
     other name is simplified and gets a digest (hash). So no two names have the same file name, even if the file system

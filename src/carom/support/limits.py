@@ -51,7 +51,7 @@ MOST_DISCS_DRAWN = 64
 #: and each value takes up to 100 bytes of memory. In TOML, each line also counts as a value. Even the largest scene is
 #: within the limits of JSON. TOML has lower limits, because TOML takes ten times as long to read. A .jsonl file
 #: contains results, and each of its lines must also meet the limits of JSON. A .jsonl file of 1e5 lines has 310 MB and
-#: half of the allowed values.
+#: half as many values as allowed.
 MOST_BYTES = {".json": 40 * 2**20, ".toml": 16 * 2**20, ".jsonl": 512 * 2**20}
 MOST_VALUES = {".json": 2**21, ".toml": 2**19, ".jsonl": 2**25}
 #: Largest number of parts of a dotted key in TOML. The time to read a key grows with the square of this number. Keys of
@@ -66,7 +66,7 @@ MOST_ROUNDS = 1024
 MOST_SERIES = 256
 #: Default time limit of an engine, in seconds. An engine that exceeds the limit is terminated.
 DEFAULT_TIME_LIMIT_S = 60.0
-#: Time limit in seconds of a certified run (a run with proven error bounds). This time is enough for a few thousand
+#: Time limit of a certified run (a run with proven error bounds), in seconds. This time is enough for a few thousand
 #: impacts of dozens of discs.
 CERTIFY_SECONDS = 10.0
 #: Longest time limit or time budget, in seconds: four months. No system can wait for 1e10 seconds.

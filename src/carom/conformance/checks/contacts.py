@@ -68,7 +68,7 @@ def check_contacts(subject: Subject, profile: str) -> None:
 
 
 def check_contact_times(subject: Subject, profile: str) -> None:
-    """A contact's time is within the step that reports the contact. If declared, it is the step's start or end."""
+    """A contact's time is within the step that reports the contact, and is the step's start or end if declared so."""
     if subject.capabilities(profile).contact_times is ContactTimes.NONE:
         raise NotApplicable(f"contact times are declared to be {ContactTimes.NONE.value}")
     setup, stamp = _build_setup(subject, profile), subject.capabilities(profile).stamp
@@ -127,7 +127,7 @@ def require_explained(setup: Setup, change: Array, acting: list[Contact], allowe
 
 
 def _compute_direction(setup: Setup, before: Observation, contact: Contact) -> tuple[float, float]:
-    """Return the unit vector from the first to the second body of a contact, before the step."""
+    """Return the unit vector from the first to the second body of a contact at the start of the step."""
     if contact.second < 0:
         x, y = setup.scene.half_planes()[wall_index(contact.second)].normal
         return (-x, -y)
