@@ -147,7 +147,7 @@ def _find_view(name: str) -> Callable[..., Any]:
 class _Moved(ModuleType):
     """A module at an import path of an earlier version.
 
-    When one of its names is first used, the module imports its replacement.
+    When a name of such a module is first used, the module imports its replacement.
     """
 
     def __getattr__(self, name: str) -> Any:

@@ -85,7 +85,7 @@ def _open_closed_streams() -> None:
 def _end(number: int, _frame: object) -> None:
     """Raise `Ended`, unless an earlier `Ended` is being handled, because its cleanup must not be interrupted.
 
-    Python may have dropped an earlier `Ended`, for example in a destructor. In this case `Ended` is raised again.
+    If Python has dropped an earlier `Ended`, for example in a destructor, `Ended` is raised again.
     """
     error = sys.exc_info()[1]
     while error is not None:

@@ -63,7 +63,7 @@ def find_scenes(patterns: Iterable[str]) -> list[CatalogueScene]:
     """
     matching: dict[str, CatalogueScene] = {}
     for pattern in patterns:
-        # The other scenes are loaded only if no scene that runs by default matches, because loading them takes
+        # Scenes that do not run by default are searched only if no other scene matches, because loading them takes
         # milliseconds.
         matches = _list_matches(catalogue(), pattern) or _list_matches(all_scenes(), pattern)
         if not matches:

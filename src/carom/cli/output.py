@@ -90,7 +90,7 @@ def replace_missing_characters() -> None:
 def drop_unwritten(*streams: TextIO) -> None:
     """Discard buffered output that can't be written.
 
-    Otherwise the interpreter would try to write this output at exit, and fail.
+    Without this function, the interpreter would try to write this output at exit, and fail.
     """
     for stream in streams:
         try:

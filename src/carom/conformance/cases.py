@@ -50,8 +50,8 @@ RESTITUTION_SHARES = {"least": 0.0, "middle": 0.5, "greatest": 1.0}
 #: Modules of checks, in the order of execution. The function ``check_x_y`` is the check with the name ``x-y``.
 _MODULES = (declaration, settings, invariants, contacts, walls, capability, turning, accuracy, conduct)
 
-#: Checks of a profile whose steps are shortened (`located`). Such a profile also runs the checks of scenes, but no
-#: other checks of profiles.
+#: Checks of a profile whose steps are shortened (`located`). In addition to these checks, such a profile runs only the
+#: checks of scenes.
 _OF_LOCATED = {"settings", "start", "cutting"}
 
 

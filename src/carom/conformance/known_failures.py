@@ -194,7 +194,7 @@ class KnownFailuresFile:
 
         Args:
             names: For each case of the tested engines, by its full name: the reason why the declared capabilities
-                exclude the case. The reason is empty if they allow the case.
+                exclude the case. The reason is empty if the capabilities allow the case.
             installed: Names of all installed engines. Cases of engines that are not tested are ignored.
 
         Raises:

@@ -1,6 +1,6 @@
 """Base classes of results, with methods that show a result as text, HTML, plot or table.
 
-`carom.report` contains the display functions. This module finds them by `carom.support.hooks`.
+`carom.report` contains the display functions. This module finds the display functions by `carom.support.hooks`.
 """
 
 from __future__ import annotations

@@ -2,8 +2,9 @@
 
 - A physical quantity is at most `LARGEST` in magnitude, so that its square does not overflow. A radius, edge, mass,
   duration or rate is at least `SMALLEST`.
-- If all quantities are between ``1 / ORDINARY`` and `ORDINARY`, solvers compute in SI units. Each term of their
-  formulas multiplies at most four quantities. So neither the terms nor their rounding errors overflow or underflow.
+- If all quantities are between ``1 / ORDINARY`` and `ORDINARY`, solvers compute in SI units. Each term of the
+  solvers' formulas multiplies at most four quantities. So neither the terms nor their rounding errors overflow or
+  underflow.
 - PIC raises an error if an impact is so far from the origin that floats can't represent the distance of the centres;
   see `carom.core.resolution`.
 - The ratio of a scene's largest quantity to its smallest is at most `SPAN` (`carom.model.sizes`). So a change of units
@@ -66,8 +67,8 @@ MOST_ROUNDS = 1024
 MOST_SERIES = 256
 #: Default time limit of an engine, in seconds. An engine that exceeds the limit is terminated.
 DEFAULT_TIME_LIMIT_S = 60.0
-#: Time limit of a certified run (a run with proven error bounds), in seconds. This time is enough for a few thousand
-#: impacts of dozens of discs.
+#: Time limit of a certified run (a run with proven error bounds), in seconds. In this time, a run computes a few
+#: thousand impacts of dozens of discs.
 CERTIFY_SECONDS = 10.0
 #: Longest time limit or time budget, in seconds: four months. No system can wait for 1e10 seconds.
 LONGEST_S = 1e7

@@ -267,7 +267,7 @@ def require_supported(engine: str, scene: Scene, capabilities: Capabilities, dt_
     """Refuse a scene that the declared capabilities exclude.
 
     Carom makes the same check before a run. In addition, Carom checks `restitution_threshold_m_s`. This function
-    ignores that limit, because it depends on the profile, which `prepare` does not receive.
+    ignores `restitution_threshold_m_s`, because its value depends on the profile, which `prepare` does not receive.
 
     Args:
         engine: Name of the engine in messages.

@@ -1,4 +1,4 @@
-"""Helpers shared by adapters of several engines. No adapter has to use them."""
+"""Optional helpers that adapters of several engines share."""
 
 from __future__ import annotations
 
