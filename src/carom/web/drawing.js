@@ -119,7 +119,7 @@ export const tracksOf = (scene, run) => {
   });
   return run.modes || scene.table_deceleration_m_s2 ? tracks : tracks.map((track) => track.slice(0, 3));
 };
-const PIECES_OF_A_SLIDE = 12; // number of parts into which a rotation at a changing spin is divided
+const PIECES_OF_A_SLIDE = 12; // number of pieces for a spin that changes at a constant rate
 // Returns the times and angles of each disc, for a run with spins.
 export const anglesOf = (scene, run) => {
   const turned = scene.discs.map((d) => ({ times: [0], angles: [0], spin: d.spin_rad_s ?? 0, rate: 0 }));
