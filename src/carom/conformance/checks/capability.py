@@ -170,7 +170,7 @@ def check_continuous_detection(subject: Subject) -> None:
         setup = Setup(scenes.build_bullet(k / PHASES), dt_s=1 / 60)
         target_speed = float(subject.watch(setup).states[-1].velocity_m_s[1][0])
         problem = "a fast disc passes through another, although continuous detection is declared"
-        expected = "an impact that accelerates disc 1 (to 50 m/s, by conservation of momentum and energy)"
+        expected = "an impact that accelerates disc 1 (to 50 m/s by conservation of momentum and energy)"
         require(target_speed > 0, problem, expected, f"{format_number(target_speed, 6)} m/s", setup)
 
 
