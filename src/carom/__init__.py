@@ -79,8 +79,8 @@ _HOMES = {
     "carom.solvers.reference.algorithm_2": ("solve_pic_framewise",),
     "carom.model.trace": ("Mode", "Outcome", "Trace"),
 }
-#: Import paths of earlier versions, and the modules that replace them. The module `carom.adapter` is missing here,
-#: since its file still exists.
+#: Import paths of earlier versions, and the modules that replace them. The module `carom.adapter` is not listed,
+#: because its file still exists.
 _MOVED = {
     "carom.program": ("carom.engines.protocol",),
     "carom.program.adapter": ("carom.engines.protocol.adapter",),
@@ -147,7 +147,7 @@ def _find_view(name: str) -> Callable[..., Any]:
 class _Moved(ModuleType):
     """A module at an import path of an earlier version.
 
-    When one of its names is first used, the module imports its replacement.
+    When a name of such a module is first used, the module imports its replacement.
     """
 
     def __getattr__(self, name: str) -> Any:

@@ -7,7 +7,8 @@ import os
 import signal
 import sys
 
-#: Signals from the keyboard, a closed terminal and a system that shuts down, as far as this system has them.
+#: Signals that the keyboard, a closed terminal or a shutdown of the system sends. Signals that this system lacks are
+#: left out.
 SIGNALS = [one for one in signal.Signals if one.name in {"SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT"}]
 
 #: Number of new objects after which Python searches for reference cycles. A short command creates fewer objects, so
@@ -26,9 +27,9 @@ CAME: list[signal.Signals] = []
 class Ended(KeyboardInterrupt):
     """A signal has arrived. The argument is the signal's number.
 
-    Carom raises this class instead of a plain `KeyboardInterrupt`. If a plain one leaves a call of `exec`, which
-    dataclasses use, Python ignores the command's exit code. See `_Py_UnhandledKeyboardInterrupt` in Python's
-    pythonrun.c.
+    Carom raises this class instead of a plain `KeyboardInterrupt`. If a plain `KeyboardInterrupt` propagates out of
+    `exec`, which dataclasses use, Python ignores the command's exit code. See `_Py_UnhandledKeyboardInterrupt` in
+    Python's pythonrun.c.
     """
 
 
@@ -55,7 +56,7 @@ def main() -> None:
         if CAME:  # the signal was lost, because Python ignores exceptions during its cleanup after an import
             raise Ended(CAME[-1])
         code = run_command_line()
-        # a command that saves results after a signal returns the code of SIGINT, whatever the signal was
+        # after any signal, a command that saves results returns the code of SIGINT
         if CAME and code == 128 + signal.SIGINT:
             code = 128 + CAME[-1]
         _return_signals(handled)
@@ -82,9 +83,9 @@ def _open_closed_streams() -> None:
 
 
 def _end(number: int, _frame: object) -> None:
-    """Raise `Ended`, except during the cleanup after an earlier `Ended`, which must not be interrupted.
+    """Raise `Ended`, unless an earlier `Ended` is being handled, because its cleanup must not be interrupted.
 
-    Python may have dropped an earlier `Ended`, for example in a destructor. In this case `Ended` is raised again.
+    If Python has dropped an earlier `Ended`, for example in a destructor, `Ended` is raised again.
     """
     error = sys.exc_info()[1]
     while error is not None:
@@ -108,7 +109,7 @@ def _raise_again(unraisable: sys.UnraisableHookArgs) -> None:
 def _return_signals(handled: list[signal.Signals]) -> None:
     """Restore the system's default handling of signals. Call this function after all cleanup.
 
-    Signals that have already arrived are ignored from now on, so that they can't change the exit code.
+    A signal that has already arrived is ignored if it arrives again, so that it can't change the exit code.
     """
     if hasattr(signal, "setitimer"):
         signal.setitimer(signal.ITIMER_REAL, 0.0)

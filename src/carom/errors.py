@@ -103,7 +103,7 @@ class SceneError(InputError):
 
     @property
     def message(self) -> str:
-        """A line for each of the first `SHOWN` problems, without hints."""
+        """One line for each of the first `SHOWN` problems. Hints are not included."""
         return self._format_lines([problem.sentence for problem in self.problems[: self.SHOWN]])
 
     def __str__(self) -> str:

@@ -97,8 +97,8 @@ def compute_wedge_impacts(start: complex, velocity: complex, angle: float) -> li
     """
     impacts = []
     n = 1
-    # Seen from the apex, the direction of the point approaches the direction of its velocity. So the path crosses only
-    # rays at smaller angles than the angle of the velocity.
+    # Seen from the apex, the point's angle approaches the angle of its velocity. So the path crosses only rays at
+    # smaller angles than the angle of the velocity.
     while n * angle < cmath.phase(velocity) % math.tau:
         turn = cmath.exp(-1j * n * angle)
         time = -(start * turn).imag / (velocity * turn).imag

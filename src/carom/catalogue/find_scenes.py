@@ -63,7 +63,7 @@ def find_scenes(patterns: Iterable[str]) -> list[CatalogueScene]:
     """
     matching: dict[str, CatalogueScene] = {}
     for pattern in patterns:
-        # A pattern matches either scenes that run by default or other scenes. Loading the other scenes takes
+        # Scenes that do not run by default are searched only if no other scene matches, because loading them takes
         # milliseconds.
         matches = _list_matches(catalogue(), pattern) or _list_matches(all_scenes(), pattern)
         if not matches:

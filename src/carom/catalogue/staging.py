@@ -137,8 +137,8 @@ def build_staged(
         source: Source of the answer.
         convention: Why physics allows several answers, and by which rule this answer was chosen. Empty if physics
             allows only one answer.
-        final: Position and velocity of each disc at the end. If None, they are computed from the impacts, which
-            requires straight motion between impacts.
+        final: Position and velocity of each disc at the end. If None, the final state is computed from the impacts,
+            which requires straight motion between impacts.
         spins: Spin of each disc at the end; None if unknown.
     """
     ends = zip(*(_compute_end_states(scene, impacts) if final is None else final), strict=True)

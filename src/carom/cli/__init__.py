@@ -110,7 +110,7 @@ def run_command_line() -> str | int | None:
     output = sys.stdout
     try:
         try:
-            if not {"-h", "--help", "--version"} & {*sys.argv}:  # help and version need no NumPy
+            if not {"-h", "--help", "--version"} & {*sys.argv}:  # other arguments need NumPy
                 address_space.require_address_space()
             first_argument = sys.argv[1:2]
             build_app(first_argument if first_argument and first_argument[0] in COMMANDS else COMMANDS)()

@@ -1,4 +1,7 @@
-"""Checks that address space (`ulimit -v`) suffices for NumPy. Otherwise NumPy would end the process silently."""
+"""Checks that address space (`ulimit -v`) suffices for NumPy.
+
+If the address space is too small, NumPy ends the process without a message.
+"""
 
 from __future__ import annotations
 
@@ -7,8 +10,8 @@ import sys
 
 from carom.errors import InputError
 
-#: Fraction of the limit that imports may use. The rest is for the run, which needs at least a third of the imports'
-#: memory.
+#: Fraction of the limit that imports may use. The run uses the rest, and needs at least a third as much memory as the
+#: imports.
 LOADED = 0.75
 
 

@@ -51,7 +51,7 @@ class Command(TyperCommand):
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
         for one in self.params:
-            if typed := getattr(one, "display_type", None):  # older versions of Typer lack it
+            if typed := getattr(one, "display_type", None):  # older versions of Typer have no `display_type`
                 one.display_type = partial(_format_type, typed, one.param_type_name == "argument")  # type: ignore[attr-defined] # see above
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:

@@ -18,7 +18,10 @@ Parameters = ParamSpec("Parameters")
 
 
 def add_options(kind: type[Kind]) -> Callable[[Callable[Concatenate[Kind, Parameters], None]], Callable[..., None]]:
-    """Return a decorator that adds a study's options to a command. The command's first argument is their values."""
+    """Return a decorator that adds a study's options to a command.
+
+    The decorator passes the values of the options as the command's first argument.
+    """
 
     def decorate(body: Callable[Concatenate[Kind, Parameters], None]) -> Callable[..., None]:
         declared_options = [

@@ -38,7 +38,7 @@ def print_error(error: CaromError) -> None:
 
 
 def print_lines(lines: Iterable[str]) -> None:
-    """Print lines without wrapping. On a terminal, long lines are cut at its right edge."""
+    """Print lines without wrapping. On a terminal, long lines are cut at the right edge."""
     console = build_console()
     for line in map(escape_controls, lines):
         typer.echo(
@@ -90,7 +90,7 @@ def replace_missing_characters() -> None:
 def drop_unwritten(*streams: TextIO) -> None:
     """Discard buffered output that can't be written.
 
-    The interpreter would try to write remaining output at exit, and fail.
+    Without this function, the interpreter would try to write this output at exit, and fail.
     """
     for stream in streams:
         try:

@@ -38,9 +38,9 @@ class CatalogueRun(NamedTuple):
         reference: PIC's trace.
         trace: Trace of the run.
         score: Comparison of the run with PIC.
-        pit: Comparison of a run of PIT with PIC. PIT has the same step size.
-        margin: Errors of PIC if bodies already collide at the profile's contact margin. The engine may also have these
-            errors. None if the profile declares no margin.
+        pit: Comparison of a run of PIT with PIC. PIT runs with the step size of `setup`.
+        margin: Comparison with PIC of an exact run in which bodies collide at the profile's contact margin, before they
+            touch. The engine may have errors of the same size. None if the profile declares no margin.
     """
 
     setup: Setup
@@ -136,7 +136,7 @@ class Subject(Closeable):
             observations: Number of observations after each step. With 0, the world makes all steps in one call, and
                 only the end is observed.
             cut: Whether to call the world's method `cut` before each step.
-            disturbed: Whether to take a longer step before each step and undo it, and to query which bodies touch.
+            disturbed: Whether to take and undo a longer step before each step, and to call `touching` after both steps.
         """
         settings = {**self.settings(setup.profile, setup.dt_s), **extra_settings}
         steps = setup.scene.step_count(setup.dt_s)

@@ -50,13 +50,13 @@ RESTITUTION_SHARES = {"least": 0.0, "middle": 0.5, "greatest": 1.0}
 #: Modules of checks, in the order of execution. The function ``check_x_y`` is the check with the name ``x-y``.
 _MODULES = (declaration, settings, invariants, contacts, walls, capability, turning, accuracy, conduct)
 
-#: Checks of the profile `located`, in which steps are shortened, in addition to the checks of scenes. In all other
-#: checks, steps have their full length.
+#: Checks of a profile whose steps are shortened (`located`). In addition to these checks, such a profile runs only the
+#: checks of scenes.
 _OF_LOCATED = {"settings", "start", "cutting"}
 
 
 def _list_checks(*parameters: str) -> dict[str, Callable[..., None]]:
-    """Return the checks that have the adapter and these parameters, by name."""
+    """Return the checks by name: all functions whose parameters are ``subject`` and the given names."""
     return {
         name.removeprefix("check_").replace("_", "-"): check
         for module in _MODULES

@@ -143,7 +143,7 @@ def _parse_platform(value: object, location: str) -> str:
     return f"{system}{dash}{machine}"
 
 
-#: Beginning of the reason in a new entry. The user must replace it by the actual reason.
+#: Beginning of the reason in a new entry. The user must replace this text by the actual reason.
 TO_BE_WRITTEN = "reason: to be written"
 
 #: First line of an entry, with the comment lines directly above it.
@@ -194,12 +194,12 @@ class KnownFailuresFile:
 
         Args:
             names: For each case of the tested engines, by its full name: the reason why the declared capabilities
-                exclude the case. The reason is empty if they allow the case.
+                exclude the case. The reason is empty if the capabilities allow the case.
             installed: Names of all installed engines. Cases of engines that are not tested are ignored.
 
         Raises:
-            InputError: A name is not the name of a case, or the case is skipped and so can't fail. Or `reasons` raises
-                this error.
+            InputError: A name is not the name of a case, or the case is skipped and so can't fail. `reasons` can also
+                raise this error.
         """
         reasons, run = self.reasons, {name.partition("::")[0] for name in names}
         for name in (name for entry in self.entries for name in entry.cases):

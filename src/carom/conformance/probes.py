@@ -1,6 +1,6 @@
 """Tasks of the suite that call an engine.
 
-One task observes a run after each step; the other creates and closes many worlds. A worker process carries out each
+One task observes a run after each step; another task creates and closes many worlds. A worker process carries out each
 task. If the adapter raises an error, the task returns an `AdapterFailure`.
 """
 
@@ -135,8 +135,8 @@ class Watch(_Probe):
         observations: Number of observations after each step. With 0, the world makes all steps in one call, and only
             the end is observed.
         cut_s: Length to which each step is shortened, in seconds; None for whole steps.
-        disturbed: Whether to take a step of the length ``3 * cut_s`` before each step and undo it, and to call
-            `touching` after each of these steps.
+        disturbed: Whether to take and undo a step of the length ``3 * cut_s`` before each step, and to call `touching`
+            after both steps.
     """
 
     steps: int

@@ -26,7 +26,7 @@ class EnginePlan:
 
     Attributes:
         info: Description of the engine.
-        subject: The adapter; None if its engine is unavailable. `info` contains the reason.
+        subject: The adapter; None if its engine is unavailable for the reason that `info` contains.
         cases: Cases of the adapter; empty if the engine is unavailable.
     """
 
@@ -62,8 +62,8 @@ def make_suite(
         profiles: Values of ``--carom-profile``: names of profiles, or ``all``. The default is
             `carom.execution.methods.DEFAULT_PROFILES`.
         known_file: The file of known failures; None to use the first such file in `folders`.
-        folders: pytest's root directory, and the working directory. The two can differ: if the value of an option is
-            the name of a folder, pytest uses this folder as its root.
+        folders: pytest's root directory, and the working directory. The two folders can differ: if the value of an
+            option is the name of a folder, pytest uses this folder as its root.
         limits: Limits of the engines' processes.
 
     Raises:

@@ -61,7 +61,8 @@ LOCATED_SCENES = (
     "spin/english-stick",
 )
 
-#: Step size for all other scenes, in seconds. It is a power of two, so that floats represent step boundaries exactly.
+#: Step size for all other scenes, in seconds. The step size is a power of two, so that floats represent step boundaries
+#: exactly.
 DT_S = 1 / 128
 
 #: Number of steps after which the bodies in the scene of `build_rubbing` touch.
@@ -107,7 +108,10 @@ def build_spinning_disc(spin_rad_s: float) -> Scene:
 
 
 def build_bullet(phase: float) -> Scene:
-    """Return a fast disc that meets a disc at rest head-on. In 1/60 s it moves farther than both diameters together."""
+    """Return a fast disc that meets a disc at rest head-on.
+
+    In 1/60 s, the fast disc moves farther than the sum of both diameters.
+    """
     start_m = -0.3 - 100 / 60 * (2 + phase)
     return _build_scene(f"bullet-{phase:g}", [build_disc(start_m, 100, 0.05), build_disc(0, 0, 0.25, 3)], 6 / 60)
 
@@ -220,7 +224,7 @@ def build_fall() -> Scene:
 
 
 def build_damped_disc(*, spins: bool) -> Scene:
-    """Return a damped disc that moves for half a second. With `spins`, it also spins."""
+    """Return a damped disc that moves for half a second. With `spins`, the disc also spins."""
     disc = build_disc(0, 0.6 - 0.8j, 0.5, spin_rad_s=1.0 if spins else 0.0)
     return _build_scene(f"slowing{'-spin' * spins}", [disc], 0.5, damping_per_s=0.8)
 

@@ -41,7 +41,7 @@ class EngineInfo:
         profiles: Descriptions of the profiles, by name.
         distribution: The distribution that contains the adapter.
         located: Names of the profiles for which Carom shortens steps.
-        own: Capabilities of the profiles that differ from `capabilities`, by the profile's name.
+        own: Capabilities of each profile whose capabilities differ from `capabilities`, by the profile's name.
         knobs: Settings that ``carom tune`` may change, with their ranges, by name.
         install: Command that installs the engine; empty if no command is needed.
         code: Whether the adapter can write settings as code of the engine.
@@ -162,8 +162,8 @@ def list_adapter_points() -> Mapping[str, AdapterPoint]:
 def _list_points(distribution: metadata.Distribution) -> list[AdapterPoint]:
     """Return the adapters of a distribution.
 
-    If the distribution's entry points can't be read, return one adapter. Its name is the distribution's location, and
-    `unreadable` contains the reason.
+    If the distribution's entry points can't be read, return one adapter. The adapter has the path of the distribution
+    as its name, and the reason in `unreadable`.
     """
     try:
         # parse the file only if it can contain adapters, since parsing the files of all distributions takes long
@@ -273,7 +273,7 @@ def load_adapter(name: str) -> Adapter:
     if not is_adapter:
         parts = ("name", "engine", "capabilities", "profiles", "prepare")
         missing = [part for part in parts if not has_part(adapter, part)]
-        # for `isinstance`, a property that raises an AttributeError is missing
+        # `isinstance` treats a property that raises an AttributeError as missing
         for part in set(parts) - set(missing):
             try:
                 getattr(adapter, part)

@@ -34,7 +34,7 @@ def read_data(path: Path, kind: str) -> dict[str, Any]:
     limit, name = MOST_BYTES[kind], kind[1:].upper()
     try:
         with path.open("rb") as file:
-            data = file.read(limit + 1)  # reads at most the limit, since pipes and devices report no size
+            data = file.read(limit + 1)  # stops just after the limit, since pipes report no size
     except OSError as error:
         raise InputError(f"can't be read: {error.strerror or error}") from None
     if len(data) > limit:

@@ -1,6 +1,6 @@
 """Base classes of results, with methods that show a result as text, HTML, plot or table.
 
-`carom.report` contains the display functions. This module finds them by `carom.support.hooks`.
+`carom.report` contains the display functions. This module finds the display functions by `carom.support.hooks`.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ class Shown:
     def __repr__(self) -> str:
         return escape_controls(hooks.find_view("summary")(self))
 
-    def __str__(self) -> str:  # Pydantic's models have another text
+    def __str__(self) -> str:  # Pydantic's models define another `__str__`
         return repr(self)
 
     def _repr_html_(self) -> str | None:

@@ -28,7 +28,7 @@ def escape_controls(text: str) -> str:
     JSON has the same escapes, so the meaning of a JSON text stays the same. In XML, in Markdown and on terminals,
     people see the escapes.
     """
-    if text.isascii() and not text.encode().translate(None, _VISIBLE):  # this check is ten times as fast for long texts
+    if text.isascii() and not text.encode().translate(None, _VISIBLE):  # ten times as fast as `sub` for long texts
         return text
     return _HIDDEN.sub(lambda found: f"\\u{ord(found[0]):04x}", text)
 

@@ -54,8 +54,8 @@ def _normalise_vector(vector: tuple[float, float]) -> tuple[float, float]:
     # a unit vector differs from 1 by at most 3 * 2^-53. The computation of the length rounds again.
     if abs(math.hypot(x, y) - 1.0) <= 6 * 2.0**-53:
         return vector
-    # The length of a very small or large vector could under- or overflow. So the vector is first divided by its larger
-    # component.
+    # The computed length of a very small or very large vector could underflow or overflow. So the vector is first
+    # divided by its larger component.
     largest = max(abs(x), abs(y))
     x, y = x / largest, y / largest
     length = math.hypot(x, y)

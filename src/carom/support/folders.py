@@ -37,10 +37,10 @@ _PLAIN = re.compile(r"[a-z0-9][a-z0-9_-]*(/[a-z0-9][a-z0-9_-]*)*")
 
 
 def build_file_name(name: str) -> str:
-    """Return a unique file name, without an ending, for a name such as a scene's.
+    """Return a unique file name, without an ending, for a name such as the name of a scene.
 
-    A name of small letters, digits, ``-``, ``_`` and ``/`` stays the same, except that ``.`` replaces ``/``. Any other
-    name is simplified and gets a digest (hash). So no two names have the same file name, even if the file system
+    A name of lower-case letters, digits, ``-``, ``_`` and ``/`` stays the same, except that ``.`` replaces ``/``. Any
+    other name is simplified and gets a digest (hash). So no two names have the same file name, even if the file system
     ignores case.
     """
     plain = name.replace("/", ".")
@@ -105,7 +105,7 @@ def write_files(folder: Path, purpose: str, contents: Mapping[str, str | bytes])
     Return the path of the first file.
 
     Raises:
-        InputError: As in `claim`.
+        InputError: The folder can't be used; see `claim`.
         OSError: The files can't be written.
     """
     claim(folder, purpose)

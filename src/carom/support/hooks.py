@@ -1,4 +1,7 @@
-"""Functions of higher packages that lower packages call. The package `carom` sets them when it is imported."""
+"""Functions of higher packages that lower packages call.
+
+The package `carom` sets these functions when `carom` is imported.
+"""
 
 from __future__ import annotations
 

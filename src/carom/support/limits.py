@@ -2,8 +2,9 @@
 
 - A physical quantity is at most `LARGEST` in magnitude, so that its square does not overflow. A radius, edge, mass,
   duration or rate is at least `SMALLEST`.
-- If all quantities are between ``1 / ORDINARY`` and `ORDINARY`, solvers compute in SI units. Each term of their
-  formulas multiplies at most four quantities. So neither the terms nor their rounding errors overflow or underflow.
+- If all quantities are between ``1 / ORDINARY`` and `ORDINARY`, solvers compute in SI units. Each term of the
+  solvers' formulas multiplies at most four quantities. So neither the terms nor their rounding errors overflow or
+  underflow.
 - PIC raises an error if an impact is so far from the origin that floats can't represent the distance of the centres;
   see `carom.core.resolution`.
 - The ratio of a scene's largest quantity to its smallest is at most `SPAN` (`carom.model.sizes`). So a change of units
@@ -25,8 +26,8 @@ if TYPE_CHECKING:
 LARGEST = 2.0**511
 SMALLEST = 1.0 / LARGEST
 ORDINARY = 2.0**200
-#: Largest allowed ratio of two quantities of a scene, a little below ``ORDINARY**2``. Units are powers of two, so a
-#: change of units can't bring the quantities exactly into the middle of the range.
+#: Largest allowed ratio of two quantities of a scene. The ratio is a little below ``ORDINARY**2``: units are powers of
+#: two, so a change of units can't bring the quantities exactly into the middle of the range.
 SPAN = 2.0**396
 
 #: Largest number of steps or frames of a run. A larger number is most likely due to a wrong unit.
@@ -51,7 +52,7 @@ MOST_DISCS_DRAWN = 64
 #: and each value takes up to 100 bytes of memory. In TOML, each line also counts as a value. Even the largest scene is
 #: within the limits of JSON. TOML has lower limits, because TOML takes ten times as long to read. A .jsonl file
 #: contains results, and each of its lines must also meet the limits of JSON. A .jsonl file of 1e5 lines has 310 MB and
-#: half of the allowed values.
+#: half as many values as allowed.
 MOST_BYTES = {".json": 40 * 2**20, ".toml": 16 * 2**20, ".jsonl": 512 * 2**20}
 MOST_VALUES = {".json": 2**21, ".toml": 2**19, ".jsonl": 2**25}
 #: Largest number of parts of a dotted key in TOML. The time to read a key grows with the square of this number. Keys of
@@ -66,8 +67,8 @@ MOST_ROUNDS = 1024
 MOST_SERIES = 256
 #: Default time limit of an engine, in seconds. An engine that exceeds the limit is terminated.
 DEFAULT_TIME_LIMIT_S = 60.0
-#: Time limit in seconds of a certified run (a run with proven error bounds). This time is enough for a few thousand
-#: impacts of dozens of discs.
+#: Time limit of a certified run (a run with proven error bounds), in seconds. In this time, a run computes a few
+#: thousand impacts of dozens of discs.
 CERTIFY_SECONDS = 10.0
 #: Longest time limit or time budget, in seconds: four months. No system can wait for 1e10 seconds.
 LONGEST_S = 1e7

@@ -237,7 +237,8 @@ def build_megabytes_kind() -> ValueKind:
 def build_step_kind(parse: Callable[[str], Any] | None = None, also: str = "") -> ValueKind:
     """Return the `ValueKind` of step sizes.
 
-    `parse` parses a text of the command line. If `parse` accepts other texts, `also` names them in the description.
+    `parse` parses a text of the command line. `also` is added to the description, and names other texts that `parse`
+    accepts.
     """
     limits = f"{format_number(SMALLEST, 3)} to {format_number(LARGEST, 3)}"
     description, lower = f"a number of seconds such as 1/240 or 0.004 ({limits}){also}", math.nextafter(SMALLEST, 0.0)

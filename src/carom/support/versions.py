@@ -17,7 +17,8 @@ VersionCondition = Callable[[tuple[int, ...]], bool]
 #: Versions that are safe arguments for pip and npm. Other texts could be read as options, paths or ranges.
 _VERSION = re.compile(r"[0-9][0-9A-Za-z.+!_-]{0,63}")
 
-#: Signs of conditions, and functions that compare a release with the limit. Longer signs come first.
+#: Operators of conditions, each with a function that compares a release with the limit. Longer operators come first, so
+#: that ">=" is not read as ">".
 _SIGNS = {">=": operator.ge, "<=": operator.le, ">": operator.gt, "<": operator.lt}
 
 

@@ -124,7 +124,8 @@ def pack_block(content: bytes) -> str:
         import lzma
     except ImportError as error:
         raise InputError("the page needs Python's module lzma, but this Python was built without it") from error
-    # A dictionary larger than the content would have no effect, but clearing it would take longer than the compression.
+    # An LZMA dictionary larger than the content would have no effect, but clearing it would take longer than the
+    # compression.
     size = max(len(content), 4096)
     filters = [{"id": lzma.FILTER_LZMA1, "preset": 9, "dict_size": size, "lc": _LITERAL_BITS, "lp": 0, "pb": 0}]
     packed = lzma.compress(content, format=lzma.FORMAT_RAW, filters=filters)

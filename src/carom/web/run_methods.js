@@ -138,7 +138,7 @@ export function pic(given, maxImpacts = Infinity) {
     return addCentres(scene, damping ? slowed(run, damping, scene.duration_s) : run);
   });
 }
-// Converts the run of a scene without damping to that of the same scene with damping.
+// Converts the run of a scene without damping to the run of the same scene with damping.
 function slowed(run, damping, duration_s) {
   const by = (part) => (x) => (Array.isArray(x) ? x.map(by(part)) : x * part),
     end_s = run.outcome === "completed" ? duration_s : damped(damping, run.end_s),

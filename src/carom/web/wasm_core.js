@@ -65,7 +65,7 @@ function give(arrays, numbers) {
   const all = floats(core.numbers(), NUMBERS.length);
   for (const [name, value] of Object.entries(numbers)) all[NUMBERS.indexOf(name)] = Number(value);
 }
-const IMPACT = 13, // numbers of 8 bytes in a row of an impact, as in carom_core.h and accelerated_state.h
+const IMPACT = 13, // number of 8-byte values in the row of an impact, as in carom_core.h and accelerated_state.h
   MODE = 14;
 function results() {
   const values = floats(core.results(), RESULTS.length);

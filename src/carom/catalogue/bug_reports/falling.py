@@ -1,4 +1,4 @@
-"""Bug reports about falling and bouncing: a ball is dropped on a floor. These scenes need gravity."""
+"""Bug reports about falling and bouncing under gravity: a ball is dropped on a floor."""
 
 from __future__ import annotations
 

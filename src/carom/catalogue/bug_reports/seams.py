@@ -1,8 +1,8 @@
 """Bug reports about seams, where two pieces of a floor or wall meet: a ball bumps, stops or bounces off at an angle.
 
 A floor that consists of pieces must act like a single floor. Each wall of these scenes is one edge. Engines get the
-edge in several pieces, and the field `pieces` of the wall is their number. In most reports, a ball rolls over a seam.
-Only impacts have known answers, so in these scenes the ball comes down slowly near a seam.
+edge in several pieces. The field `pieces` of the wall is the number of pieces. In most reports, a ball rolls over a
+seam. Only impacts have known answers, so in these scenes the ball comes down slowly near a seam.
 """
 
 from __future__ import annotations

@@ -115,7 +115,7 @@ def gama_556() -> Staged:
     scene = build_scene(discs, walls=[upright(wall, -1)], duration_s=0.75)
     at_wall = gap / speed
     pair_impact_s = at_wall + slit / (2 * speed)  # each ball moves at `speed` towards the other
-    second_wall_s = pair_impact_s + slit / (2 * speed)  # the ball returns by half of the slit
+    second_wall_s = pair_impact_s + slit / (2 * speed)  # the first ball moves back to the wall
     impacts = [
         build_impact(at_wall, 0, -1, -speed),
         build_impact(pair_impact_s, 0, 1, speed, -speed),

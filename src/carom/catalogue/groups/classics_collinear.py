@@ -46,7 +46,7 @@ def _galperin_100() -> Staged:
     """A disc of 100 kg drives a disc of 1 kg against a wall, which causes 31 impacts."""
     light, heavy, speed = 1.0, 100.0, 1.5
     radius_light, radius_heavy = 0.1, 0.3
-    # Distances of the discs from the wall, without the radii and diameters in between.
+    # Distances of the discs' centres from the wall, minus the radii and diameters of discs in between.
     gap_light, gap_heavy = 0.5, 1.2
     discs = [
         build_disc(gap_light + radius_light, 0, radius_light, light),

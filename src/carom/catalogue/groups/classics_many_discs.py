@@ -19,12 +19,12 @@ def _one_into_two() -> Staged:
     discs = [build_disc(start_x, speed, radius), *targets]
     time = (-start_x - 2 * radius * cosine) / speed
     up, down = complex(cosine, sine), complex(cosine, -sine)
-    # The masses are equal. So the struck disc gets the striker's velocity along the normal, and the striker keeps the
-    # rest.
+    # The masses are equal. So the struck disc gets the striker's velocity along the normal, and the striker keeps its
+    # velocity across the normal.
     first_struck = cosine * speed * up
     between = speed - first_struck
-    # The second disc gets the component of the rest along the second normal: cos 30 (1 - 3/4) + sin 30 sqrt(3)/4 =
-    # sqrt(3)/4.
+    # The second disc gets the striker's remaining velocity along the second normal: cos 30 (1 - 3/4) + sin 30 sqrt(3)/4
+    # = sqrt(3)/4.
     second_struck = math.sqrt(3) / 4 * speed * down
     impacts = [
         build_impact(time, 0, 1, between, first_struck),

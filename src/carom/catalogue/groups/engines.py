@@ -1,4 +1,4 @@
-"""The group `engines`: scenes that show undocumented behaviour of engines. It runs only if the user names it."""
+"""The group `engines`: scenes that show undocumented behaviour of engines. The group runs only if the user names it."""
 
 from __future__ import annotations
 

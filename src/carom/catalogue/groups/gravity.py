@@ -69,7 +69,7 @@ def _bouncing_ball() -> Staged:
 
 def _ladder() -> Staged:
     """A ball of restitution 0.8 bounces lower each time. The scene ends shortly before the ball would come to rest."""
-    # The fall takes 0.267 s. The infinitely many bounces would end at 9 times this time.
+    # The fall takes 0.267 s. After 9 times this time, all of the infinitely many bounces would be over.
     return _stage_bouncing(0.35, 0.8, 1.93)
 
 

@@ -62,7 +62,7 @@ def _stage_at_wall_end(offset: float) -> Staged:
     scene = build_scene([build_disc(start, speed, radius)], walls=[edges(-1j, 0)], duration_s=1.5)
     after = speed * complex(2.0 * offset**2 - 1.0, 2.0 * offset * math.sqrt(max(1.0 - offset**2, 0.0)))
     hits = [build_impact(time, 0, -1, after)] if offset < 1.0 else []
-    formula = "the offset s gives (2 s^2 - 1, 2 s sqrt(1 - s^2)) times the speed"
+    formula = "after an impact at offset s, the velocity is (2 s^2 - 1, 2 s sqrt(1 - s^2)) times the speed"
     return build_staged(scene, hits, f"The normal points from the wall's end to the disc's centre; {formula}")
 
 

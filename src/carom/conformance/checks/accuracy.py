@@ -45,7 +45,7 @@ def check_hits(subject: Subject, profile: str, name: str) -> None:
 
 
 def check_times(subject: Subject, profile: str, name: str) -> None:
-    """No impact is earlier than PIT's, or later than PIT's by more than the declared delay.
+    """No impact is earlier than PIT's impact, or later than PIT's by more than the delay that the profile declares.
 
     Unless Carom shortens the steps, a delay of one step is always allowed. If the profile declares a contact margin, an
     impact may also be as early or late as if bodies collided at this margin.

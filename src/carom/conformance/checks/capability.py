@@ -101,7 +101,7 @@ def check_rolling_resistance(subject: Subject) -> None:
 def check_table_friction(subject: Subject) -> None:
     """A disc on a table slows down at the table's deceleration.
 
-    The final speed may be wrong by the change in one step.
+    The error of the final speed may be as large as the loss of speed in one step.
     """
     scene = scenes.build_sliding_disc()
     end_like_pic(subject, scene, "a table", stepwise_m_s=scene.table_deceleration_m_s2 * scenes.DT_S)
@@ -170,12 +170,12 @@ def check_continuous_detection(subject: Subject) -> None:
         setup = Setup(scenes.build_bullet(k / PHASES), dt_s=1 / 60)
         target_speed = float(subject.watch(setup).states[-1].velocity_m_s[1][0])
         problem = "a fast disc passes through another, although continuous detection is declared"
-        expected = "an impact that accelerates disc 1, to 50 m/s by conservation of momentum and energy"
+        expected = "an impact that accelerates disc 1 (to 50 m/s by conservation of momentum and energy)"
         require(target_speed > 0, problem, expected, f"{format_number(target_speed, 6)} m/s", setup)
 
 
 def _build_disc_beyond(limit_field: str, disc_field: str, capabilities: Capabilities) -> Scene | None:
-    """Return a scene with a disc at twice a declared greatest value, or at half of a declared smallest value.
+    """Return a scene with a disc that has twice a declared greatest value, or half of a declared smallest value.
 
     Return None if the result is 0, or so large that its square overflows.
     """
@@ -192,7 +192,7 @@ def _build_fast_scene(capabilities: Capabilities) -> Scene | None:
 
 
 def _build_spinning_scene(field: str, capabilities: Capabilities) -> Scene | None:
-    """Return a scene with a disc whose spin exceeds the limit `field` and no other limit of the engine."""
+    """Return a scene with a disc whose spin exceeds only one limit of the engine, `field`."""
     limits = {"max_spin_rad_s": capabilities.max_spin_rad_s, "max_turn_rad": capabilities.max_turn_rad / scenes.DT_S}
     spin, other = 2 * limits.pop(field), min(*limits.values(), LARGEST)
     return scenes.build_spinning_disc(spin) if capabilities.spin and spin < other else None
@@ -219,7 +219,7 @@ def _build_bounce(restitution: float) -> Scene:
 def _build_uncombined_scene(capabilities: Capabilities) -> Scene | None:
     """Return a scene with a wall restitution that the engine can't compute from the two restitutions of the bodies.
 
-    Return None if the engine's rule of combination allows all restitutions.
+    Return None if there is no such restitution, or if the engine does not support walls.
     """
     low, high = capabilities.restitution
     least, greatest = COMBINE_RULES[capabilities.restitution_combine](pair := (low + high) / 2, high)

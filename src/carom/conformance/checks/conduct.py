@@ -16,8 +16,9 @@ from carom.conformance.violation import NotApplicable, Setup, Violation, require
 from carom.engines.api import Observation
 from carom.support.formatting import format_number
 
-#: Number of worlds in each round of the check for memory leaks. During the first ten, the engine allocates memory for
-#: reuse. The smallest world of any engine takes 10 kB, so 180 worlds that are not released leak 1.8 MB.
+#: Number of worlds in each round of the check for memory leaks. While the first ten worlds of a round run, the engine
+#: allocates memory for reuse. The smallest world of any engine takes 10 kB, so 180 worlds that are not released leak
+#: 1.8 MB.
 WORLDS = 190
 LEAK_BYTES = 1_800_000
 #: Number of rounds of the check for memory leaks. A leak grows in every round. Cached memory grows only in the first

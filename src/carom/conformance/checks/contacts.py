@@ -29,7 +29,10 @@ def _build_setup(subject: Subject, profile: str) -> Setup:
 
 
 def watch_steps(subject: Subject, setup: Setup) -> Iterator[tuple[int, Observation, Observation]]:
-    """Yield the number of each step and the observations before and after it. At least one contact must act."""
+    """Yield the number of each step, and the observations before and after the step.
+
+    Raise a `Violation` if no contact is reported, or all impulses are 0.
+    """
     observations = subject.watch_cached(setup).states
     acted = any(contact.impulse_n_s != 0 for observation in observations for contact in observation.contacts)
     require(acted, "no contact is reported", "impacts of the discs", "none", setup)
@@ -65,7 +68,7 @@ def check_contacts(subject: Subject, profile: str) -> None:
 
 
 def check_contact_times(subject: Subject, profile: str) -> None:
-    """A contact's time is within the step that reports the contact: at its start or end, if the adapter declares so."""
+    """A contact's time is within the step that reports the contact, and is the step's start or end if declared so."""
     if subject.capabilities(profile).contact_times is ContactTimes.NONE:
         raise NotApplicable(f"contact times are declared to be {ContactTimes.NONE.value}")
     setup, stamp = _build_setup(subject, profile), subject.capabilities(profile).stamp
@@ -124,7 +127,7 @@ def require_explained(setup: Setup, change: Array, acting: list[Contact], allowe
 
 
 def _compute_direction(setup: Setup, before: Observation, contact: Contact) -> tuple[float, float]:
-    """Return the unit vector from the first to the second body of a contact, before the step."""
+    """Return the unit vector from the first to the second body of a contact at the start of the step."""
     if contact.second < 0:
         x, y = setup.scene.half_planes()[wall_index(contact.second)].normal
         return (-x, -y)

@@ -14,7 +14,7 @@ from carom.model.scene import Chain, Disc, Need, Ring, Scene, Wall
 from carom.model.trace import Setting
 from carom.support.formatting import format_number
 
-#: Largest number of steps, since engines count them in a C int.
+#: Largest number of steps of a run, because engines count steps in a C int.
 MAX_STEPS = 2**31 - 1
 
 #: Number of stored mantissa bits of a float (IEEE 754, without the leading bit), by the declared width of the float in
@@ -267,7 +267,7 @@ def require_supported(engine: str, scene: Scene, capabilities: Capabilities, dt_
     """Refuse a scene that the declared capabilities exclude.
 
     Carom makes the same check before a run. In addition, Carom checks `restitution_threshold_m_s`. This function
-    ignores that limit, because it depends on the profile, which `prepare` does not receive.
+    ignores `restitution_threshold_m_s`, because its value depends on the profile, which `prepare` does not receive.
 
     Args:
         engine: Name of the engine in messages.

@@ -36,7 +36,7 @@ class Engine:
         name: Common name of the engine.
         module: Module to import; empty for a method that needs only the adapter.
         distribution: Distribution whose version is reported.
-        install: Command that installs the engine, shown if it is missing.
+        install: Command that installs the engine, shown if the engine is missing.
         no_wheel_from: First CPython version for which the engine publishes no wheel; empty if there is none.
         oldest: Oldest release that the adapter supports, such as "5.7". An older release counts as unavailable. Empty
             if no release is known to fail.

@@ -1,4 +1,4 @@
-"""Helpers shared by adapters of several engines. No adapter has to use them."""
+"""Optional helpers that adapters of several engines share."""
 
 from __future__ import annotations
 
@@ -12,16 +12,17 @@ from carom.model.scene import Disc, Scene
 
 Vector = tuple[float, float]
 
-#: A coefficient whose square underflows to 0 in 64-bit floats. Multiplication and division by a power of two are exact.
+#: A coefficient whose square underflows to 0 in 64-bit floats. The coefficient is a power of two, so multiplication and
+#: division by it are exact.
 VANISHING = 2.0**-600
 
-#: Number of impacts on driven bodies, such as paddles, for which `reach` allows. Each of these impacts can make a disc
-#: faster.
+#: Number of impacts on driven bodies, such as paddles, that `reach` takes into account. Each of these impacts can make
+#: a disc faster.
 DRIVEN_IMPACTS = 32
 
 
 class AliasedProfiles(dict[str, Profile]):
-    """Profiles by name. A lookup also accepts an alias of a profile. Iteration yields only names.
+    """Profiles by name. A lookup also accepts an alias of a profile. Iteration yields names, but no aliases.
 
     Args:
         profiles: The profiles by name.

@@ -97,7 +97,7 @@ class TimedWorld(World, Protocol):
 
 @runtime_checkable
 class QuietWorld(World, Protocol):
-    """A world that can take many steps without contacts in one call. This optional interface saves run time."""
+    """A world that can take many steps in one call while nothing touches. This optional interface saves run time."""
 
     def take_quiet_steps(
         self, position_m: NDArray[np.float64], velocity_m_s: NDArray[np.float64], spin_rad_s: NDArray[np.float64]
@@ -165,10 +165,10 @@ class CodedAdapter(Adapter, Protocol):
     """An adapter that can write a scene as a program for its engine, for ``carom engines NAME --show``."""
 
     def code(self, scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
-        """Return a program or a model file that computes exactly what the world from `prepare` computes, without Carom.
+        """Return a program or a model file that computes exactly what the world from `prepare` computes.
 
-        This method must not import the engine. The program takes the steps of the scene, and then prints one line ``x y
-        vx vy spin`` for each disc.
+        This method must not import the engine, and the program must not import Carom. The program takes the steps of
+        the scene, and then prints one line ``x y vx vy spin`` for each disc.
 
         Args:
             scene: The scene.

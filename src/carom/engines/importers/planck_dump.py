@@ -172,7 +172,7 @@ def _list_face_groups(body: _Body, shape: Any) -> Iterator[list[tuple[Point, Poi
     """Yield lists of faces: all faces of a polygon, both sides of an edge, or both sides of each link of a chain."""
     vertices = [shape["vertex1"], shape["vertex2"]] if shape["type"] == "edge" else shape["vertices"]
     corners = [body.to_world(vertex) for vertex in vertices]
-    if shape["type"] == "polygon":  # its vertices are counterclockwise
+    if shape["type"] == "polygon":  # the polygon's vertices are counterclockwise
         yield [face for a, b in zip(corners, [*corners[1:], corners[0]], strict=True) for face in _find_face(a, b)]
         return
     for a, b in itertools.pairwise(corners):

@@ -58,7 +58,7 @@ def _read_enums(table: object) -> object:
 
 
 def _check_finite(setting: Setting) -> Setting:
-    """Refuse infinity and NaN. JSON has no such numbers, so the program would get a string."""
+    """Refuse infinity and NaN. JSON has neither infinity nor NaN, so the program would get a string."""
     if isinstance(setting, float) and not math.isfinite(setting):
         raise ValueError(f"must be finite, as JSON requires, got {setting}")
     return setting

@@ -20,7 +20,7 @@ from carom.support.pipes import LinePipes
 
 #: Largest size of an answer. An answer with a million discs and their contacts has half of this size.
 MOST_ANSWER_BYTES = 256 * 2**20
-#: Number of characters of an invalid answer that are shown.
+#: Number of characters of an invalid answer that a message shows.
 SHOWN = 120
 #: Number of bytes that are kept from the end of standard error. The last line appears in the message about a failure.
 MOST_PRINTED_BYTES = 2**14
@@ -108,7 +108,10 @@ class Program:
         return len(self._pipes.answered) > MOST_ANSWER_BYTES
 
     def _describe_last_output(self) -> str:
-        """Return a phrase with the last line that the program printed since the last request; may be empty."""
+        """Return a phrase with the last line that the program printed since the last request.
+
+        The phrase is empty if the program printed nothing.
+        """
         printed = self._pipes.read_printed().decode(errors="replace")
         # Remove the path of the worker's temporary folder, so that the same failure always has the same text.
         last_output = find_last_message(printed.replace(f"{Path.cwd()}{os.sep}", ""))
@@ -139,7 +142,10 @@ class Program:
         self._pipes.close()
 
     def _stop(self) -> bool:
-        """Close the program's input, and kill it if it does not end. Return whether the program ended by itself."""
+        """Close the program's input, and kill the program if it does not end.
+
+        Return whether the program ended by itself.
+        """
         self._pipes.close_requests()
         try:
             self._popen.wait(GRACE_S)
