@@ -1,4 +1,4 @@
-"""Base class of worlds that can take many steps without contacts in one call (`carom.engines.api.QuietWorld`)."""
+"""Base class of worlds that can take many steps in one call while nothing touches (`carom.engines.api.QuietWorld`)."""
 
 from __future__ import annotations
 

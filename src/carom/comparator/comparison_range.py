@@ -268,7 +268,7 @@ def _find_end_of_pit_bounces(reference: Trace, pair: Pair, first_row: int, pit: 
         if k in alignment.spurious:
             return float(found_s[k]) - pit.dt_s
         if stuck[nth] and nth + 1 < len(expected):
-            # After a missed or invented impact, PIT's impact `k` also counts as not found.
+            # If earlier impacts were missed or invented, PIT's impact `k` is not this bounce, so it does not count.
             is_matched = reference_of.get(k) == expected[nth] and expected_s[expected[nth]] <= found_s[k]
             is_before_next = found_s[k] < expected_s[expected[nth + 1]]
             return float(found_s[k]) - (0.0 if is_matched and is_before_next else pit.dt_s)

@@ -262,7 +262,7 @@ def _has_good_end(judged: JudgedRun, allowed_errors: NDArray[np.float64]) -> boo
 
 
 def _compute_price_paid(judged: JudgedRun) -> float:
-    """Return the run's largest error divided by PIT's largest error."""
+    """Return the largest ratio of an error of the run to PIT's error of the same kind; see `Score.price_paid`."""
     cost, errors = judged.sampling_cost, judged.measured.errors
     if cost is None or judged.convention is not None:
         return math.nan

@@ -33,7 +33,7 @@ from carom.support.pipes import LinePipes
 MOST_ANSWER_BYTES = 2**27
 #: Number of bytes that are kept from the end of an engine's output.
 MOST_PRINTED_BYTES = 2**16
-#: Number of bytes of an invalid answer that are shown.
+#: Number of bytes that a message shows of an invalid answer.
 SHOWN_BYTES = 60
 
 #: Seconds that the system may take to end a process.
