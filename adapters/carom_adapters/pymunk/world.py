@@ -93,7 +93,7 @@ class PymunkWorld(QuietSteps):
                 self._add_shape(shape, *material, wall_body(k))
 
     def _build_immovable_body(self, disc_or_wall: Driven, spin: float = 0.0) -> pymunk.Body:
-        """Return a body that impacts do not move: a static body, or a kinematic body if the disc or wall is driven."""
+        """Return a body that no impact moves: a static body, or a kinematic body if the disc or wall is driven."""
         import pymunk
 
         if not disc_or_wall.driven:

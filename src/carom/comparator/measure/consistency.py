@@ -48,7 +48,7 @@ class Consistency:
         position: Largest distance of a disc from the position that its own velocities imply, divided by the largest
             radius.
         excess: The part of `position` that is not explained by moving overlapping bodies apart. At each end of a
-            flight, an engine may move a disc by the overlap gained in a step.
+            flight, moving a disc by up to the depth that bodies can overlap after one step is allowed.
         stamp_s: Largest time, in seconds, by which the time stamp of an impact is outside of the run or of the step
             that reported the impact.
         across: Largest velocity change perpendicular to the normal at an impact, divided by the scene's greatest speed.

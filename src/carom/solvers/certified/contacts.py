@@ -321,8 +321,8 @@ def _undecided(
 def record_landing(bodies: BallBodies, i: int, tolerance: arb | None) -> bool:
     """Record when and where the bounces of disc `i` end, by summing its remaining bounces.
 
-    The remaining bounces must last at most `tolerance` times the time of the last impact. If `tolerance` is None,
-    neither this duration nor other events are checked, because both checks were done before.
+    The duration of the remaining bounces must be at most `tolerance` times the instant of the last impact. If
+    `tolerance` is None, neither this duration nor other events are checked, because both checks were done before.
 
     Return False if it is undecided whether the disc slips or sticks in the bounces, or if another event may come
     before their end.

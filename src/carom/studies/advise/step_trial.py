@@ -111,7 +111,7 @@ class StepTrial:
 
     @property
     def never_misses(self) -> bool:
-        """Whether every run reached its end, and missed and invented no impact."""
+        """Whether every run reached its end without a missed or invented impact."""
         return not self.reason and self.lost_phases == 0
 
     def meets_target(self, options: AdviceOptions) -> bool:

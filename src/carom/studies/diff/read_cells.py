@@ -115,7 +115,7 @@ def _build_cell(
 def _read_measures(line: RowLine, scales: Scales) -> tuple[Measure, ...]:
     """Return a description of each number of a line.
 
-    The line must contain the width of the run's floats, its errors, and its missed and spurious impacts.
+    The line must contain `float_bits`, the errors of the run, and the missed and spurious impacts.
 
     Raises:
         ValueError: The line lacks one of the required values.

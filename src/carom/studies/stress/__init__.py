@@ -1,1 +1,1 @@
-"""Study: stress tests, which find the value at which each method fails, and invariances between runs."""
+"""Study of stress tests: find the value at which each method fails, and check invariances between runs."""

@@ -93,7 +93,7 @@ def _try_value(
     If the engine fails, the result is a failure with the engine's error as the reason.
 
     Raises:
-        NotCompletedError: The engine is unavailable, or does not support the scene at the harmless end.
+        NotCompletedError: The engine is unavailable, or does not support the scene at the test's harmless value.
     """
     try:
         trials = stress_test.trials(value)
