@@ -14,9 +14,10 @@ from carom.studies.advise.step_search import SearchEnding, StepAdvice, StepRange
 from carom.studies.advise.step_trial import StepTrial
 from carom.studies.bench.convergence import fit_order
 from carom.studies.bench.growth import Growth, GrowthCurve, GrowthPoint
+from carom.studies.bench.machine_noise import Noise, Spread
 from carom.studies.bench.options import BenchPlan
 from carom.studies.bench.result import Bench, Curve, Point, SceneBench, find_cheapest, find_pareto_front
-from carom.studies.bench.timing_pass import CellTiming, Noise, Spread
+from carom.studies.bench.timing_pass import CellTiming
 from carom.studies.stress import run as campaign
 from carom.studies.stress.result import CellEnding, CellResult, StressResults, StressRow
 

@@ -11,9 +11,10 @@ from carom.execution.environment import Environment
 from carom.execution.job import Method
 from carom.model.scene import Scene
 from carom.studies.bench.convergence import ConvergenceOrder
+from carom.studies.bench.machine_noise import Noise
 from carom.studies.bench.options import BenchPlan
 from carom.studies.bench.own_methods import EXACT_METHOD
-from carom.studies.bench.timing_pass import At, CellTiming, Noise
+from carom.studies.bench.timing_pass import At, CellTiming
 
 
 @dataclass(frozen=True)

@@ -14,9 +14,10 @@ from carom.execution.job import Method
 from carom.report.document import Cell, Column, Media, Table
 from carom.report.provenance import format_command
 from carom.studies.bench.convergence import Convergence, ConvergenceOrder
+from carom.studies.bench.machine_noise import Spread
 from carom.studies.bench.options import TARGETS, BenchPlan, ErrorKind
 from carom.studies.bench.result import Bench, Curve, Point, SceneBench, find_cheapest, read_run_time, sort_best_first
-from carom.studies.bench.timing_pass import CellTiming, Spread
+from carom.studies.bench.timing_pass import CellTiming
 from carom.support import formatting
 
 TABLE_NOTE = (

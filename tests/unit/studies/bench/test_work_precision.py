@@ -22,10 +22,11 @@ from carom.execution.job import Answer, Method, Status
 from carom.execution.score_jobs import Measures, score_journal
 from carom.studies.bench.convergence import Convergence
 from carom.studies.bench.growth import GrowthPoint, select_same_method
+from carom.studies.bench.machine_noise import Spread
 from carom.studies.bench.options import BenchPlan, compute_geometric_steps, parse_step_series
 from carom.studies.bench.result import Point, find_cheapest, find_pareto_front
 from carom.studies.bench.run import measure_work_precision
-from carom.studies.bench.timing_pass import CellTiming, Spread, TimeScene
+from carom.studies.bench.timing_pass import CellTiming, TimeScene
 
 
 @pytest.fixture
