@@ -15,7 +15,8 @@ from tests.scene_builders import disc_at, require_value, staged, wall_at
 from carom import Trace, compare, solve_pic, solve_pit
 from carom.catalogue import find_scenes
 from carom.comparator import Grade, Score, Verdict
-from carom.comparator.measure.contact import ContactScore, measure_contact_quality
+from carom.comparator.measure.contact import ContactScore
+from carom.comparator.measure.contact_intervals import measure_contact_quality
 from carom.engines.registry import load_adapter
 from carom.execution.observation.engine_run import observe_run
 from carom.model.step_windows import States
