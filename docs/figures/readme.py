@@ -25,10 +25,11 @@ from carom.report.svg import to_separate_svg
 from carom.studies.bench.convergence import Convergence, ConvergenceOrder
 from carom.studies.bench.document import describe_scene
 from carom.studies.bench.figure import render_diagram_svg
+from carom.studies.bench.machine_noise import Noise, Spread
 from carom.studies.bench.options import Diagram, ErrorKind
 from carom.studies.bench.result import Curve, Point, SceneBench
 from carom.studies.bench.tables import format_error
-from carom.studies.bench.timing_pass import CellTiming, Noise, Spread
+from carom.studies.bench.timing_pass import CellTiming
 from carom.studies.stress.result import CellEnding, CellResult, StressRow
 from carom.studies.stress.run import list_rows
 from carom.support.formatting import format_number
