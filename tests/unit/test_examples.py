@@ -25,7 +25,8 @@ def test_docstring_example_prints_what_it_shows(name: str, tmp_path: Path, monke
     if name in {"demo", "plot_beside", "replay"}:
         pytest.importorskip("matplotlib").use("Agg")
     monkeypatch.chdir(tmp_path)
-    monkeypatch.delenv("DISPLAY", raising=False)
+    for variable in ("BROWSER", "DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(variable, raising=False)  # no example opens a page
     thing = engines if name == "engines" else getattr(carom, name)  # the package of that name is called
     example = doctest.DocTestParser().get_doctest(thing.__doc__ or "", {"carom": carom}, name, None, 0)
     assert example.examples

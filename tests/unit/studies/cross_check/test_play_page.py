@@ -56,8 +56,11 @@ def opened_pages(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 def test_demo_opens_page_of_engine_that_misses_an_impact(
     monkeypatch: pytest.MonkeyPatch, opened_pages: list[str], tmp_path: Path
 ) -> None:
-    """With a display, the demo opens the play page on a scene in which default pymunk misses an impact."""
-    monkeypatch.setattr("carom.web.open_page.has_display", lambda: True)
+    """The demo opens the play page of a scene in which default pymunk misses an impact, in the browser a user names."""
+    monkeypatch.setattr("sys.platform", "linux")
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("BROWSER", "a browser that the user names")
     found = carom.demo(tmp_path / "mine.html")
     assert opened_pages == [(tmp_path / "mine.html").as_uri()]
     observed, reference, score = found.replay.observed, found.replay.reference, found.replay.score
@@ -72,8 +75,8 @@ def test_demo_opens_page_of_engine_that_misses_an_impact(
 def test_demo_without_display_prints_path_of_page(
     monkeypatch: pytest.MonkeyPatch, opened_pages: list[str], tmp_path: Path
 ) -> None:
-    """Without a display, the demo writes the page, prints its path and opens no browser."""
-    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+    """With no display and no named browser, the demo writes the page, prints its path and opens no browser."""
+    for name in ("BROWSER", "DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr("sys.platform", "linux")
     monkeypatch.setenv("TMPDIR", str(tmp_path))
